@@ -1,0 +1,31 @@
+# davar_own_code: how davar's own sources are compiled. Private to this build, never passed on to users.
+# No contraction and no x87: a floating-point result must have the same bits on every target.
+include(CheckCSourceCompiles)
+
+add_library(davar_own_code INTERFACE)
+
+if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+  target_compile_options(
+    davar_own_code
+    INTERFACE -ffp-contract=off
+              -Wall
+              -Wextra
+              -Wpedantic
+              -Wconversion
+              -Wsign-conversion
+              -Wdouble-promotion
+              -Wshadow
+              -Wundef
+              -Wswitch-enum
+              -Wfloat-equal
+              -Wcast-align
+              -Wmissing-prototypes
+              -Wstrict-prototypes
+              -Wvla
+              $<$<BOOL:${DAVAR_WERROR}>:-Werror>)
+  check_c_source_compiles("#ifndef __i386__\n#error not x86 with 32 bits\n#endif\nint main(void){return 0;}"
+                          DAVAR_IS_X86_32)
+  if(DAVAR_IS_X86_32)
+    target_compile_options(davar_own_code INTERFACE -msse2 -mfpmath=sse)
+  endif()
+endif()

@@ -1,0 +1,126 @@
+/* davar-sim - walks the command line with getopt_long. */
+#include "options.h"
+
+#include "option_table.h"
+
+#include <getopt.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define OPTIONS_MAX 32
+#define CODE_FIRST 256 /* getopt codes of the table entries; below are characters */
+
+/* What getopt_long wants to know, derived from the table. */
+static void fill_long_options(struct option *long_options)
+{
+    size_t i = 0;
+    for (; (OPTION_TABLE[i].name != NULL) && (i < OPTIONS_MAX); i++) {
+        long_options[i] = (struct option){ .name = OPTION_TABLE[i].name,
+                                           .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
+                                           .val = CODE_FIRST + (int)i };
+    }
+    long_options[i] = (struct option){ 0 };
+}
+
+static options_status_t apply_flag(options_t *options, const char *name)
+{
+    if (strcmp(name, "help") == 0) {
+        return OPTIONS_HELP;
+    }
+    if (strcmp(name, "version") == 0) {
+        return OPTIONS_VERSION;
+    }
+    options->details = true;
+    return OPTIONS_RUN;
+}
+
+static options_status_t apply_entry(options_t *options, const option_entry_t *entry, sim_error_t *error)
+{
+    if (entry->apply == NULL) {
+        return apply_flag(options, entry->name);
+    }
+    return entry->apply(options, optarg, error) ? OPTIONS_RUN : OPTIONS_BAD;
+}
+
+/* REC, or one more column behind "--column NAME" once REC is known. */
+static bool apply_word(options_t *options, bool after_column, const char *word, sim_error_t *error)
+{
+    if (options->recording == NULL) {
+        options->recording = word;
+        return true;
+    }
+    if (after_column) {
+        return option_add_columns(options, word, error);
+    }
+    return sim_fail(error, "unexpected argument '%s' (one recording only; see --help)", word);
+}
+
+/* getopt names an unknown short option by its character and everything else by where it stood. */
+static bool fail_unknown(char **argv, sim_error_t *error)
+{
+    if ((optopt > 0) && (optopt < CODE_FIRST)) {
+        return sim_fail(error, "unknown option '-%c' (see --help)", optopt);
+    }
+    if (optopt >= CODE_FIRST) {
+        return sim_fail(error, "--%s: takes no value", OPTION_TABLE[optopt - CODE_FIRST].name);
+    }
+    return sim_fail(error, "unknown option '%s' (see --help)", argv[optind - 1]);
+}
+
+static options_status_t walk(options_t *options, int argc, char **argv, sim_error_t *error)
+{
+    struct option long_options[OPTIONS_MAX + 1];
+    fill_long_options(long_options);
+    opterr = 0;
+    bool after_column = false;
+    options_status_t status = OPTIONS_RUN;
+    while (status == OPTIONS_RUN) {
+        const int code = getopt_long(argc, argv, "-:", long_options, NULL);
+        if (code == -1) {
+            break;
+        }
+        if (code == 1) {
+            status = apply_word(options, after_column, optarg, error) ? OPTIONS_RUN : OPTIONS_BAD;
+        } else if (code >= CODE_FIRST) {
+            status = apply_entry(options, &OPTION_TABLE[code - CODE_FIRST], error);
+            after_column = (strcmp(OPTION_TABLE[code - CODE_FIRST].name, "column") == 0);
+        } else if (code == ':') {
+            (void)sim_fail(error, "--%s: needs a value", OPTION_TABLE[optopt - CODE_FIRST].name);
+            status = OPTIONS_BAD;
+        } else {
+            (void)fail_unknown(argv, error);
+            status = OPTIONS_BAD;
+        }
+    }
+    return status;
+}
+
+/* Words behind "--". */
+static options_status_t take_rest(options_t *options, int argc, char **argv, sim_error_t *error)
+{
+    for (int i = optind; i < argc; i++) {
+        if (!apply_word(options, false, argv[i], error)) {
+            return OPTIONS_BAD;
+        }
+    }
+    if (options->recording == NULL) {
+        (void)sim_fail(error, "no recording given (see --help)");
+        return OPTIONS_BAD;
+    }
+    return OPTIONS_RUN;
+}
+
+options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
+{
+    *options = (options_t){ .policy = DAVAR_POLICY_OR };
+    const options_status_t status = walk(options, argc, argv, error);
+    return (status == OPTIONS_RUN) ? take_rest(options, argc, argv, error) : status;
+}
+
+void options_free(options_t *options)
+{
+    for (size_t c = 0; c < options->column_count; c++) {
+        free(options->columns[c]);
+    }
+    options->column_count = 0;
+}

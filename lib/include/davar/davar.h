@@ -1,0 +1,78 @@
+/* davar - dynamic Allan variance on the device.
+ *
+ *   sample -> push -> [ring -> sliding Allan variance -> moments -> window law] -> take -> result
+ *
+ * Three number types share one shape: _q15 (int16 counts), _q31 (int32 counts, 24 significant bits by default) and
+ * _f32 (float, quantised once at the door with a power-of-two quantum and then exact for ever). Everything between
+ * push and the result is integer and exact: a result equals a recomputation of its window bit for bit, whatever the
+ * stream did before (DESIGN 2).
+ *
+ * Threads and interrupts: one producer may call davar_push_*, davar_gap (an interrupt, say), one consumer davar_take,
+ * davar_health (the main loop). take retries while a push interrupts it; push never waits. Everything else (init,
+ * reset, flush) needs both quiet. Instances share nothing. No function allocates, blocks or reads a clock. */
+#ifndef DAVAR_DAVAR_H
+#define DAVAR_DAVAR_H
+
+#include "davar/confidence.h"
+#include "davar/fit.h"
+#include "davar/instance.h"
+#include "davar/taus.h"
+#include "davar/types.h"
+#include "davar/version.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The paper's parameters ([SONG18] section 4): 600/400/100, 2.5:3.3, 0:0.07, OR, centred, every sample. Copy and edit;
+ * rate_hz, unit_per_count (or full_scale), taus and tau_count have no default. */
+extern const davar_config_t davar_default_config;
+
+/* The cause in words, for people; never null. */
+const char *davar_status_text(davar_status_t status);
+
+/* Bytes of memory that init needs for this configuration (the exact formula is in DESIGN 6; DAVAR_MEMORY_Q15 and
+ * friends in instance.h give it at compile time). 0 when init would refuse the configuration. */
+size_t davar_memory_size_q15(const davar_config_t *config);
+size_t davar_memory_size_q31(const davar_config_t *config);
+size_t davar_memory_size_f32(const davar_config_t *config);
+
+/* Starts an instance. `config` and `memory` (8-byte aligned) belong to the caller and must outlive the instance.
+ * Returns DAVAR_OK or the first cause of refusal, one code each; nothing is touched on refusal. O(T^2 + memory). */
+davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
+davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
+davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
+
+/* Takes samples in, up to and including the one that completes a result, so that a caller with a block can take every
+ * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0). A result that nobody took
+ * is overwritten and counted as missed. Any chunking gives the same results. The type must be the one of init (asserted).
+ * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. */
+size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
+size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
+size_t davar_push_f32(davar_t *davar, const float *rates, size_t count);
+
+/* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
+ * the gap are left out of every sum. */
+void davar_gap(davar_t *davar, uint32_t missing);
+
+/* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution, ADEV and the fit here, not
+ * in push. On a grid the result stays valid for K samples, otherwise until the next push (take always returns a
+ * consistent one). Cost O(T), about 1 us on a PC. */
+bool davar_take(davar_t *davar, davar_result_t *result);
+
+/* After the last sample, centred mode: completes the next epoch with the mirrored end. True: a result waits, take it and
+ * call again. False: the record is finished (or shorter than window_max / 2, or mirrored_end was not asked for on a
+ * grid, or the mode is trailing). After the first call no sample may be pushed before davar_reset (asserted). */
+bool davar_flush(davar_t *davar);
+
+/* Back to the state after init; counters too. O(memory). */
+void davar_reset(davar_t *davar);
+
+/* The weather so far. */
+davar_health_t davar_health(const davar_t *davar);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,47 @@
+/* davar - stage [5]: the five noise coefficients from ADEV(tau), with honest intervals.
+ * Pure functions in IEEE double with + - * / and sqrt only: the same bits on every target. */
+#ifndef DAVAR_FIT_H
+#define DAVAR_FIT_H
+
+#include "davar/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
+typedef struct {
+    uint8_t count;                          /* usable cluster sizes it is made for (5.4) */
+    double first;                           /* shortest and longest of them */
+    double last;
+    double centre[DAVAR_COEFFICIENT_COUNT]; /* white-noise fit beside one more term: linear in the variances */
+    double gain[DAVAR_COEFFICIENT_COUNT];
+    double misfit_spread;
+    float weight[DAVAR_TAUS_MAX];
+    float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];
+    uint32_t window;                        /* window length without gaps that the rest is made for (5.5); 0: none */
+    double sigma[DAVAR_COEFFICIENT_COUNT];
+    double white_low;
+    double white_high;
+    float edf[DAVAR_TAUS_MAX];
+    float low[DAVAR_TAUS_MAX];
+    float high[DAVAR_TAUS_MAX];
+} davar_fit_plan_t;
+
+/* Fills plan for `count` (1..DAVAR_TAUS_MAX) strictly ascending cluster sizes. The plan belongs to the caller. O(count^2). */
+void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
+
+/* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
+ * entries from the first with differences == 0 on are left out), window length result->window_samples, sample period
+ * tau0_s (> 0). Writes result->coefficient[], and edf, low, high of every tau entry from the noise mix that was found.
+ * A pure function of result and tau0_s: the plan only saves the work that the last window shares with this one, so
+ * one plan serves one caller at a time. The cluster sizes must be those of the plan.
+ * Cost: white noise O(T) (about 0.05 us on a PC at T = 8), any other mix O(T^2), a new window length O(T), a change
+ * in the number of usable taus O(T^2). Formulas (5.3) to (5.9). */
+void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

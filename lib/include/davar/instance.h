@@ -1,0 +1,61 @@
+/* davar - the instance and the size of its memory. Fields are private; they stand here so that instances and their
+ * memory can be static. */
+#ifndef DAVAR_INSTANCE_H
+#define DAVAR_INSTANCE_H
+
+#include "davar/fit.h"
+#include "davar/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Which samples are inside. Positions count samples modulo 2^32 from the start (or the last restart); the window is
+ * [tail, head). DESIGN (4.2). */
+typedef struct {
+    uint64_t epoch;    /* of the next result */
+    uint32_t received; /* samples in since the start */
+    uint32_t head;     /* one past the leading edge */
+    uint32_t tail;     /* the trailing edge */
+    uint32_t length;   /* of the next window, as the law decided */
+    uint32_t due;      /* value of `received` that completes the next epoch */
+    bool filling;      /* trailing: the window still is what has arrived */
+    bool at_start;     /* centred: the trailing edge still is in the mirrored start */
+    bool finished;     /* flush was called: positions from `end` on are mirrored */
+    uint32_t end;      /* samples of the record, once finished */
+    uint32_t skip;     /* samples to leave out until the grid of epochs after a restart */
+} davar_window_t;
+
+/* Boundaries that differences must not span: a boundary g lies between the samples g - 1 and g. Ascending. */
+typedef struct {
+    uint32_t *position;
+    uint16_t capacity;
+    uint16_t count;
+} davar_gaps_t;
+
+struct davar_number;
+
+/* One stream of one sensor axis. */
+typedef struct davar {
+    const davar_config_t *config;
+    const struct davar_number *number; /* the pipeline of its number type */
+    void *stages;                      /* that pipeline's state, at the start of the caller's memory */
+    davar_fit_plan_t *plan;
+    davar_gaps_t gaps;
+    davar_window_t window;
+    davar_health_t health;
+    double unit_per_count;
+    float counts_per_unit;      /* f32 only */
+    volatile uint32_t sequence; /* odd while a push is at work */
+    volatile uint32_t produced; /* results completed */
+    volatile uint32_t taken;    /* the value of `produced` at the last take */
+    bool ready;                 /* the sums are those of the newest result */
+    bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
+    bool in_gap;                /* f32: inside a run of NaN or inf */
+} davar_t;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

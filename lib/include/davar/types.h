@@ -1,0 +1,136 @@
+/* davar - the nouns: configuration in, result and health out, one status per cause.
+ * Units are in the names; numbers in brackets cite the formulas of lib/DESIGN.md. */
+#ifndef DAVAR_TYPES_H
+#define DAVAR_TYPES_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Most cluster sizes one instance can carry. Sizes davar_result_t; a build may lower it with -DDAVAR_TAUS_MAX=8. */
+#ifndef DAVAR_TAUS_MAX
+#define DAVAR_TAUS_MAX 32
+#endif
+
+/* Why init refused. One code per cause; davar_status_text() says it in words. */
+typedef enum {
+    DAVAR_OK = 0,
+    DAVAR_ERR_NULL,         /* a pointer that must not be null is null */
+    DAVAR_ERR_MEMORY_SIZE,  /* memory smaller than davar_memory_size_*() */
+    DAVAR_ERR_MEMORY_ALIGN, /* memory not aligned to 8 bytes */
+    DAVAR_ERR_RATE,         /* rate_hz not a positive finite number */
+    DAVAR_ERR_SCALE,        /* unit_per_count (or full_scale for f32) not a positive finite number */
+    DAVAR_ERR_SAMPLE_BITS,  /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
+    DAVAR_ERR_MODE,         /* mode not in davar_mode_t */
+    DAVAR_ERR_POLICY,       /* policy not in davar_policy_t */
+    DAVAR_ERR_WINDOW_MAX,   /* window_max below 4, above the type's limit, or odd in centred mode */
+    DAVAR_ERR_WINDOW_MIN,   /* window_min 0, above window_max, or odd in centred mode */
+    DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
+    DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
+    DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
+    DAVAR_ERR_STEP,         /* grow or shrink would move an edge backwards (centred: only 0 or 2) */
+    DAVAR_ERR_STRIDE,       /* stride 0 or above window_max */
+    DAVAR_ERR_TAU_COUNT,    /* no cluster size, or more than DAVAR_TAUS_MAX */
+    DAVAR_ERR_TAU_ORDER,    /* cluster sizes not strictly ascending */
+    DAVAR_ERR_TAU_RANGE,    /* cluster size 0, or two clusters longer than window_max */
+    DAVAR_ERR_TAU_OVERFLOW  /* window_max * m^2 beyond the exact accumulators of this type; use q31 */
+} davar_status_t;
+
+/* Who decides the length of the window. [SONG18] section 4, DESIGN (4.1). */
+typedef enum {
+    DAVAR_POLICY_FIXED = 0, /* window_max always */
+    DAVAR_POLICY_KURTOSIS,  /* kurtosis alone ("DAVAR-K") */
+    DAVAR_POLICY_OR,        /* kurtosis OR sliding contribution: A-DAVAR, the paper's */
+    DAVAR_POLICY_AND        /* kurtosis AND sliding contribution */
+} davar_policy_t;
+
+/* Where the epoch sits in its window. DESIGN (4.2). */
+typedef enum {
+    DAVAR_MODE_CENTRED = 0, /* epoch in the middle, ends mirrored, latency window_max / 2 */
+    DAVAR_MODE_TRAILING     /* epoch is the newest sample, no latency */
+} davar_mode_t;
+
+/* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
+typedef struct {
+    double rate_hz;           /* samples per second; no default */
+    double unit_per_count;    /* q15, q31: deg/s per count; no default */
+    double full_scale;        /* f32: largest |rate| expected, deg/s; beyond it samples saturate (counted) */
+    uint8_t sample_bits;      /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
+    davar_mode_t mode;        /* default centred */
+    davar_policy_t policy;    /* default OR (A-DAVAR) */
+    uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
+    uint32_t window_min;      /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
+    uint32_t segment;         /* samples of the short segment l; default 100 */
+    double kurtosis_low;      /* K1; default 2.5 */
+    double kurtosis_high;     /* K2; default 3.3 */
+    double contribution_low;  /* S1; default 0 */
+    double contribution_high; /* S2; default 0.07 */
+    uint32_t grow;            /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
+    uint32_t shrink;          /* samples the window shrinks per sample when unstable; default 2 */
+    uint32_t stride;          /* K: 1 = a value at every sample, K = a result every K samples (grid); default 1 */
+    const uint32_t *taus;     /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
+    uint8_t tau_count;        /* 1..DAVAR_TAUS_MAX */
+    uint16_t gaps_max;        /* gaps a window can remember; one more restarts the window (counted). Default 4 */
+    bool mirrored_end;        /* keep what davar_flush needs; only a grid pays for it: window_max + 1 samples */
+} davar_config_t;
+
+/* Weather: things the world did, counted, never fatal. Saturating counters. */
+typedef struct {
+    uint32_t gaps;      /* davar_gap calls, and runs of NaN or inf */
+    uint32_t missing;   /* samples lost in those gaps */
+    uint32_t saturated; /* samples at or beyond the limit of their type, bits or full scale (used, clamped) */
+    uint32_t not_finite; /* NaN or inf in float input (left out: a gap) */
+    uint32_t restarts;  /* windows thrown away because gaps_max was exceeded */
+    uint32_t missed;    /* results overwritten before they were taken */
+} davar_health_t;
+
+/* One cluster size of a result. */
+typedef struct {
+    uint32_t m;           /* cluster size, samples */
+    uint32_t differences; /* differences D that the estimate rests on; 0: the window cannot support this tau */
+    double adev;          /* overlapping Allan deviation, unit of the rate (deg/s); NaN when differences is 0 (1.1) */
+    double low;           /* 95 % interval from chi-square and edf (5.2); NaN when absent */
+    double high;
+    double edf;           /* equivalent degrees of freedom (5.1) */
+} davar_adev_t;
+
+/* The five noise coefficients, in the order of the powers of tau. */
+typedef enum {
+    DAVAR_QUANTIZATION = 0,  /* Q, deg */
+    DAVAR_ANGLE_RANDOM_WALK, /* N, deg/sqrt(h) */
+    DAVAR_BIAS_INSTABILITY,  /* B, deg/h */
+    DAVAR_RATE_RANDOM_WALK,  /* K, deg/h/sqrt(h) */
+    DAVAR_RATE_RAMP,         /* R, deg/h^2 */
+    DAVAR_COEFFICIENT_COUNT
+} davar_coefficient_kind_t;
+
+/* A coefficient: resolved with a 95 % interval, or absent with an upper bound. */
+typedef struct {
+    bool present; /* false: the window cannot resolve this term; value and low are NaN, high is the 95 % upper bound */
+    double value; /* in the unit of its kind */
+    double low;
+    double high;
+} davar_coefficient_t;
+
+/* One epoch. */
+typedef struct {
+    uint64_t epoch;          /* sample index from 0: window centre (centred) or newest sample (trailing) */
+    uint32_t window_samples; /* L */
+    uint32_t gaps_in_window; /* gaps inside this window */
+    bool unstable;           /* the policy's flag f (fixed: f1 OR f2, for information) */
+    double kurtosis;         /* of the whole window; NaN when its variance is 0 (3.1) */
+    double contribution;     /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
+    uint8_t tau_count;
+    davar_adev_t tau[DAVAR_TAUS_MAX];
+    davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT];
+} davar_result_t;
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

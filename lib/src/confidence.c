@@ -1,0 +1,121 @@
+/* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8).
+ * The constants were fitted offline to exact values; tests/unit/test_confidence.c holds tables that they must meet. */
+#include "davar/confidence.h"
+
+#include "noise.h"
+
+#include <assert.h>
+#include <math.h>
+
+static double at_least(double floor, double value)
+{
+    return (value > floor) ? value : floor;
+}
+
+/* White phase noise correlates only at lags 0, m and 2 m (1, -4/6, 1/6), so the count of pairs is exact. */
+static double edf_quantization(double m, double n)
+{
+    return 36.0 * n * n / (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
+}
+
+double davar_noise_white_weight(double m)
+{
+    return 12.0 * m / (8.0 * m * m + 10.0);
+}
+
+static double edf_bias_instability(double m, double n)
+{
+    const double cube = m * m * m;
+    return 1.167 * (n / m + 0.5) * (cube / (cube + 1.0 / 3.0));
+}
+
+double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences)
+{
+    double edf;
+    switch (noise) {
+    case DAVAR_QUANTIZATION:
+        edf = edf_quantization(m, differences);
+        break;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        edf = davar_noise_white_weight(m) * (differences + 0.5 * m);
+        break;
+    case DAVAR_BIAS_INSTABILITY:
+        edf = edf_bias_instability(m, differences);
+        break;
+    case DAVAR_RATE_RANDOM_WALK:
+    case DAVAR_RATE_RAMP:
+    case DAVAR_COEFFICIENT_COUNT:
+    default:
+        edf = 0.927 * (differences / m + 0.36);
+        break;
+    }
+    return at_least(1.0, edf);
+}
+
+double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
+{
+    assert((m >= 1U) && (window / 2U >= m));
+    return davar_noise_edf(noise, (double)m, (double)window - 2.0 * (double)m + 1.0);
+}
+
+/* Three jumps +1 -2 +1 of the long kernel, each met by the triangle of the short one; neighbours overlap below 2:1. */
+double davar_noise_white_overlap(double m_short, double m_long)
+{
+    const double shared = at_least(0.0, 2.0 * m_short - m_long);
+    return 4.0 * m_short * m_short * m_short + 2.0 * m_short - (4.0 / 3.0) * shared * (shared * shared - 1.0);
+}
+
+static double correlation_white(double m_short, double m_long)
+{
+    const double a = davar_noise_white_overlap(m_short, m_short);
+    const double b = davar_noise_white_overlap(m_long, m_long);
+    return davar_noise_white_overlap(m_short, m_long) / (sqrt(a) * sqrt(b));
+}
+
+double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long)
+{
+    const double q = m_long / m_short;
+    switch (noise) {
+    case DAVAR_QUANTIZATION:
+        return (q > 1.0) ? 0.5 : 1.0;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return correlation_white(m_short, m_long);
+    case DAVAR_BIAS_INSTABILITY:
+        return 2.7 * sqrt(q) / (q * q + 1.7);
+    case DAVAR_RATE_RANDOM_WALK:
+    case DAVAR_RATE_RAMP:
+    case DAVAR_COEFFICIENT_COUNT:
+    default:
+        return 1.34 * sqrt(q) / (q + 0.34 / q);
+    }
+}
+
+/* Cube root of chi2_p(edf) / edf as a polynomial in s = edf^-1/2: Wilson and Hilferty, corrected down to edf = 1. */
+static double wilson_hilferty(const double *c, int degree, double s)
+{
+    double sum = c[degree];
+    for (int k = degree - 1; k >= 0; k--) {
+        sum = sum * s + c[k];
+    }
+    return sum;
+}
+
+static double factor(const double *c, int degree, double edf)
+{
+    const double root = wilson_hilferty(c, degree, sqrt(1.0 / at_least(1.0, edf)));
+    return 1.0 / (root * root * root);
+}
+
+void davar_chi_square_interval(double edf, double *low, double *high)
+{
+    static const double upper[] = {1.0, 0.924108, -0.225576, 0.00741269, 0.0089802, -0.00223456};
+    static const double lower[] = {1.0, -0.919928, -0.305956, 0.606937, -1.85701, 3.23066, -2.13078, 0.475463};
+    *low = factor(upper, 5, edf);
+    *high = factor(lower, 7, edf);
+}
+
+double davar_chi_square_bound(double edf)
+{
+    static const double lower[] = {1.0, -0.775519, -0.233284, 0.120851, -0.436332, 0.824214, -0.342099};
+    return factor(lower, 6, edf);
+}

@@ -1,0 +1,151 @@
+/* davar - every reason to refuse a configuration, one small test each. */
+#include "config.h"
+
+const davar_config_t davar_default_config = {
+    .mode = DAVAR_MODE_CENTRED,
+    .policy = DAVAR_POLICY_OR,
+    .window_max = 600U,
+    .window_min = 400U,
+    .segment = 100U,
+    .kurtosis_low = 2.5,
+    .kurtosis_high = 3.3,
+    .contribution_low = 0.0,
+    .contribution_high = 0.07,
+    .grow = 2U,
+    .shrink = 2U,
+    .stride = 1U,
+    .gaps_max = 4U,
+};
+
+/* Also false for NaN. */
+static bool positive_finite(double value)
+{
+    return (value > 0.0) && (value <= 1e300);
+}
+
+static bool bounds_valid(double low, double high)
+{
+    return (low >= 0.0) && (low <= high) && (high <= 1e300);
+}
+
+static bool centred(const davar_config_t *config)
+{
+    return config->mode == DAVAR_MODE_CENTRED;
+}
+
+static uint32_t sample_bits(const davar_config_t *config, const davar_number_t *number)
+{
+    return (config->sample_bits == 0U) ? number->sample_bits_default : config->sample_bits;
+}
+
+static davar_status_t check_scale(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    if (!positive_finite(config->rate_hz)) {
+        return DAVAR_ERR_RATE;
+    }
+    if (is_float) {
+        /* Float has room for the quantum and its inverse only well inside its range. */
+        return ((config->full_scale >= 1e-20) && (config->full_scale <= 1e20)) ? DAVAR_OK : DAVAR_ERR_SCALE;
+    }
+    if (!positive_finite(config->unit_per_count)) {
+        return DAVAR_ERR_SCALE;
+    }
+    const uint32_t bits = sample_bits(config, number);
+    return ((bits >= 2U) && (bits <= number->sample_bits_max)) ? DAVAR_OK : DAVAR_ERR_SAMPLE_BITS;
+}
+
+static davar_status_t check_window(const davar_config_t *config, const davar_number_t *number)
+{
+    const bool odd_max = centred(config) && ((config->window_max % 2U) != 0U);
+    const bool odd_min = centred(config) && ((config->window_min % 2U) != 0U);
+    if ((config->window_max < 4U) || (config->window_max > number->window_max) || odd_max) {
+        return DAVAR_ERR_WINDOW_MAX;
+    }
+    if ((config->window_min == 0U) || (config->window_min > config->window_max) || odd_min) {
+        return DAVAR_ERR_WINDOW_MIN;
+    }
+    return DAVAR_OK;
+}
+
+static davar_status_t check_stationarity(const davar_config_t *config)
+{
+    const bool switched_off = (config->segment == 0U) && (config->policy == DAVAR_POLICY_FIXED);
+    if ((config->segment >= config->window_min) || ((config->segment == 0U) && !switched_off)) {
+        return DAVAR_ERR_SEGMENT;
+    }
+    if (!bounds_valid(config->kurtosis_low, config->kurtosis_high)) {
+        return DAVAR_ERR_KURTOSIS;
+    }
+    if (!bounds_valid(config->contribution_low, config->contribution_high)) {
+        return DAVAR_ERR_CONTRIBUTION;
+    }
+    return DAVAR_OK;
+}
+
+static bool step_valid(const davar_config_t *config, uint32_t step)
+{
+    return !centred(config) || (step == 0U) || (step == 2U);
+}
+
+static davar_status_t check_motion(const davar_config_t *config)
+{
+    const bool too_far = (config->shrink > config->window_max) || (config->grow > config->window_max);
+    if (!step_valid(config, config->grow) || !step_valid(config, config->shrink) || too_far) {
+        return DAVAR_ERR_STEP;
+    }
+    return ((config->stride >= 1U) && (config->stride <= config->window_max)) ? DAVAR_OK : DAVAR_ERR_STRIDE;
+}
+
+/* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
+static bool overflows(const davar_config_t *config, const davar_number_t *number, bool is_float, uint32_t m)
+{
+    const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
+    const uint32_t room_bits = number->sum_bits - (2U * bits);
+    const double squares = (double)config->window_max * (double)m * (double)m;
+    double room = 1.0;
+    for (uint32_t i = 0U; i < room_bits; i++) {
+        room *= 2.0;
+    }
+    return squares >= room;
+}
+
+static davar_status_t check_taus(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    if ((config->tau_count == 0U) || (config->tau_count > DAVAR_TAUS_MAX)) {
+        return DAVAR_ERR_TAU_COUNT;
+    }
+    for (uint32_t t = 1U; t < config->tau_count; t++) {
+        if (config->taus[t] <= config->taus[t - 1U]) {
+            return DAVAR_ERR_TAU_ORDER;
+        }
+    }
+    const uint32_t largest = config->taus[config->tau_count - 1U];
+    if ((config->taus[0] == 0U) || (largest > (config->window_max / 2U))) {
+        return DAVAR_ERR_TAU_RANGE;
+    }
+    return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
+}
+
+davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    if ((config == NULL) || (config->taus == NULL)) {
+        return DAVAR_ERR_NULL;
+    }
+    davar_status_t status = check_scale(config, number, is_float);
+    if ((status == DAVAR_OK) && (config->mode != DAVAR_MODE_CENTRED) && (config->mode != DAVAR_MODE_TRAILING)) {
+        status = DAVAR_ERR_MODE;
+    }
+    if ((status == DAVAR_OK) && ((uint32_t)config->policy > (uint32_t)DAVAR_POLICY_AND)) {
+        status = DAVAR_ERR_POLICY;
+    }
+    if (status == DAVAR_OK) {
+        status = check_window(config, number);
+    }
+    if (status == DAVAR_OK) {
+        status = check_stationarity(config);
+    }
+    if (status == DAVAR_OK) {
+        status = check_motion(config);
+    }
+    return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
+}

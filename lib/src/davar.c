@@ -1,0 +1,247 @@
+/* davar - the front door: checks, then hands over to the pipeline of the number type. The story of a sample is told in
+ * pipeline.h. Hazard: davar_take reads while a push may interrupt it; `sequence` tells it to read again. */
+#include "davar/davar.h"
+
+#include "config.h"
+#include "number.h"
+
+#include <assert.h>
+#include <stdatomic.h>
+
+/* --- init -------------------------------------------------------------------------------------------------------- */
+
+/* The door of float samples: the smallest power of two q with full_scale <= 2^30 q (2.3). */
+static double float_quantum(double full_scale)
+{
+    double quantum = 1.0;
+    while ((quantum * 1073741824.0) < full_scale) {
+        quantum *= 2.0;
+    }
+    while ((quantum * 536870912.0) >= full_scale) {
+        quantum *= 0.5;
+    }
+    return quantum;
+}
+
+static size_t memory_size(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    return (davar_config_check(config, number, is_float) == DAVAR_OK) ? number->memory_size(config) : 0U;
+}
+
+static davar_status_t init(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes,
+                           const davar_number_t *number, bool is_float)
+{
+    if ((davar == NULL) || (memory == NULL)) {
+        return DAVAR_ERR_NULL;
+    }
+    const davar_status_t status = davar_config_check(config, number, is_float);
+    if (status != DAVAR_OK) {
+        return status;
+    }
+    if (bytes < number->memory_size(config)) {
+        return DAVAR_ERR_MEMORY_SIZE;
+    }
+    if (((uintptr_t)memory % 8U) != 0U) {
+        return DAVAR_ERR_MEMORY_ALIGN;
+    }
+    const davar_t fresh = {.config = config, .number = number, .stages = memory, .is_float = is_float};
+    *davar = fresh;
+    davar->unit_per_count = is_float ? float_quantum(config->full_scale) : config->unit_per_count;
+    davar->counts_per_unit = is_float ? (float)(1.0 / davar->unit_per_count) : 0.0F;
+    number->start(davar, memory);
+    davar_fit_plan(davar->plan, config->taus, config->tau_count);
+    return DAVAR_OK;
+}
+
+size_t davar_memory_size_q15(const davar_config_t *config)
+{
+    return memory_size(config, &davar_number_q15, false);
+}
+
+size_t davar_memory_size_q31(const davar_config_t *config)
+{
+    return memory_size(config, &davar_number_q31, false);
+}
+
+size_t davar_memory_size_f32(const davar_config_t *config)
+{
+    return memory_size(config, &davar_number_q31, true);
+}
+
+davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+{
+    return init(davar, config, memory, bytes, &davar_number_q15, false);
+}
+
+davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+{
+    return init(davar, config, memory, bytes, &davar_number_q31, false);
+}
+
+davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+{
+    return init(davar, config, memory, bytes, &davar_number_q31, true);
+}
+
+void davar_reset(davar_t *davar)
+{
+    const davar_health_t quiet = {0};
+    davar->health = quiet;
+    davar->ready = false;
+    davar->in_gap = false;
+    davar->number->start(davar, davar->stages);
+}
+
+/* --- samples in -------------------------------------------------------------------------------------------------- */
+
+static void begin_change(davar_t *davar)
+{
+    davar->sequence = davar->sequence + 1U;
+    atomic_thread_fence(memory_order_release);
+}
+
+static void end_change(davar_t *davar)
+{
+    atomic_thread_fence(memory_order_release);
+    davar->sequence = davar->sequence + 1U;
+}
+
+size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
+{
+    assert((davar->number == &davar_number_q15) && !davar->window.finished);
+    begin_change(davar);
+    const size_t consumed = davar_q15_push(davar, counts, count);
+    end_change(davar);
+    return consumed;
+}
+
+size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
+{
+    assert((davar->number == &davar_number_q31) && !davar->is_float && !davar->window.finished);
+    begin_change(davar);
+    const size_t consumed = davar_q31_push(davar, counts, count);
+    end_change(davar);
+    return consumed;
+}
+
+/* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the remainder. */
+static int32_t float_counts(davar_t *davar, float rate)
+{
+    const float limit = (float)davar->config->full_scale;
+    float inside = rate;
+    if ((rate > limit) || (rate < -limit)) {
+        davar_count(&davar->health.saturated);
+        inside = (rate > 0.0F) ? limit : -limit;
+    }
+    const float scaled = inside * davar->counts_per_unit;
+    const int32_t whole = (int32_t)scaled;
+    const float rest = scaled - (float)whole;
+    return whole + ((rest >= 0.5F) ? 1 : 0) - ((rest <= -0.5F) ? 1 : 0);
+}
+
+static void gap(davar_t *davar, uint32_t missing)
+{
+    const uint32_t room = UINT32_MAX - davar->health.missing;
+    davar->health.missing += (missing < room) ? missing : room;
+    davar_count(&davar->health.gaps);
+    davar->number->gap(davar);
+}
+
+/* NaN and inf are left out; a run of them is one gap. */
+static bool float_missing(davar_t *davar, float rate)
+{
+    const bool finite = (rate - rate) <= 0.0F;
+    if (finite) {
+        davar->in_gap = false;
+        return false;
+    }
+    davar_count(&davar->health.not_finite);
+    if (davar->in_gap) {
+        davar_count(&davar->health.missing);
+    } else {
+        gap(davar, 1U);
+    }
+    davar->in_gap = true;
+    return true;
+}
+
+size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
+{
+    assert((davar->number == &davar_number_q31) && davar->is_float && !davar->window.finished);
+    begin_change(davar);
+    const uint32_t produced = davar->produced;
+    size_t consumed = 0U;
+    while ((consumed < count) && (davar->produced == produced)) {
+        const float rate = rates[consumed];
+        consumed++;
+        if (!float_missing(davar, rate)) {
+            const int32_t counts = float_counts(davar, rate);
+            (void)davar_q31_push(davar, &counts, 1U);
+        }
+    }
+    end_change(davar);
+    return consumed;
+}
+
+void davar_gap(davar_t *davar, uint32_t missing)
+{
+    assert(!davar->window.finished);
+    begin_change(davar);
+    gap(davar, missing);
+    end_change(davar);
+}
+
+/* --- results out ------------------------------------------------------------------------------------------------- */
+
+/* Reads what `collect` reads until no push came between. */
+static bool collected(davar_t *davar, davar_result_t *result)
+{
+    uint32_t before;
+    uint32_t produced;
+    bool ready;
+    do {
+        before = davar->sequence;
+        atomic_thread_fence(memory_order_acquire);
+        produced = davar->produced;
+        ready = davar->ready && (produced != davar->taken);
+        if (ready) {
+            davar->number->collect(davar, result);
+        }
+        atomic_thread_fence(memory_order_acquire);
+    } while (((before % 2U) != 0U) || (before != davar->sequence));
+    davar->taken = produced;
+    return ready;
+}
+
+bool davar_take(davar_t *davar, davar_result_t *result)
+{
+    if (!collected(davar, result)) {
+        return false;
+    }
+    davar_fit(davar->plan, 1.0 / davar->config->rate_hz, result);
+    return true;
+}
+
+bool davar_flush(davar_t *davar)
+{
+    const davar_config_t *const config = davar->config;
+    const bool kept = (config->stride == 1U) || config->mirrored_end;
+    const bool begun = davar->window.finished || (davar->window.received >= (config->window_max / 2U));
+    if ((config->mode != DAVAR_MODE_CENTRED) || !kept || !begun) {
+        return false;
+    }
+    return davar->number->flush(davar);
+}
+
+davar_health_t davar_health(const davar_t *davar)
+{
+    davar_health_t health;
+    uint32_t before;
+    do {
+        before = davar->sequence;
+        atomic_thread_fence(memory_order_acquire);
+        health = davar->health;
+        atomic_thread_fence(memory_order_acquire);
+    } while (((before % 2U) != 0U) || (before != davar->sequence));
+    return health;
+}

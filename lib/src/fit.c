@@ -1,0 +1,369 @@
+/* davar - coefficients and intervals, DESIGN (5.3) to (5.9). Most windows hold white noise and nothing else that they could
+ * show; for them the fit is a handful of sums over numbers that only the window length changes. All else goes to
+ * fit_mixture.c. Units here: tau in samples, y = avar * m, so that white noise is a constant y = N^2. */
+#include "davar/fit.h"
+
+#include "davar/confidence.h"
+#include "fit_mixture.h"
+#include "noise.h"
+
+#include <math.h>
+
+#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
+#define WHITE DAVAR_ANGLE_RANDOM_WALK
+
+/* One-sided 95 % point of a Gaussian. */
+#define BOUND 1.645
+
+/* The shape of a term in y, at most 1 so that nothing leaves the range of a float. */
+static double shape(const davar_fit_plan_t *plan, int term, double m)
+{
+    const double u = m / plan->last;
+    switch (term) {
+    case DAVAR_QUANTIZATION:
+        return plan->first / m;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return 1.0;
+    case DAVAR_BIAS_INSTABILITY:
+        return u;
+    case DAVAR_RATE_RANDOM_WALK:
+        return u * u;
+    default:
+        return u * u * u;
+    }
+}
+
+/* From a shape's amplitude to the coefficient of m^(k - 2) in avar. */
+static double amplitude_unit(const davar_fit_plan_t *plan, int term)
+{
+    switch (term) {
+    case DAVAR_QUANTIZATION:
+        return plan->first;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return 1.0;
+    case DAVAR_BIAS_INSTABILITY:
+        return 1.0 / plan->last;
+    case DAVAR_RATE_RANDOM_WALK:
+        return 1.0 / (plan->last * plan->last);
+    default:
+        return 1.0 / (plan->last * plan->last * plan->last);
+    }
+}
+
+/* Regression of y on a constant and one shape: amplitude = gain * sum w (x - centre) y; the constant itself has
+ * centre 0. One cluster size alone shows a constant and nothing else. */
+static void plan_regression(davar_fit_plan_t *plan, const uint32_t *m, int term)
+{
+    double w_sum = 0.0;
+    double wx_sum = 0.0;
+    for (int t = 0; t < plan->count; t++) {
+        w_sum += (double)plan->weight[t];
+        wx_sum += (double)plan->weight[t] * shape(plan, term, (double)m[t]);
+    }
+    plan->centre[term] = (term == WHITE) ? 0.0 : wx_sum / w_sum;
+    double square = 0.0;
+    for (int t = 0; t < plan->count; t++) {
+        const double x = shape(plan, term, (double)m[t]) - plan->centre[term];
+        square += (double)plan->weight[t] * x * x;
+    }
+    plan->gain[term] = ((term == WHITE) || (plan->count > 1U)) ? 1.0 / square : 0.0;
+}
+
+static double functional(const davar_fit_plan_t *plan, int term, int t, double m)
+{
+    return plan->gain[term] * (double)plan->weight[t] * (shape(plan, term, m) - plan->centre[term]);
+}
+
+/* Variance of an amplitude under white noise, N = 1, folded so that a window length costs one product per cluster size:
+ * the covariance of two cluster sizes falls with the number of differences of the shorter one (5.4). */
+static void plan_variance(davar_fit_plan_t *plan, const uint32_t *m, int term)
+{
+    for (int i = 0; i < plan->count; i++) {
+        const double m_i = (double)m[i];
+        double sum = 0.0;
+        for (int j = i; j < plan->count; j++) {
+            const double m_j = (double)m[j];
+            const double twice = (j > i) ? 2.0 : 1.0;
+            sum += twice * functional(plan, term, j, m_j) * davar_noise_white_overlap(m_i, m_j) / (2.0 * m_i * m_j);
+        }
+        plan->variance[term][i] = (float)(functional(plan, term, i, m_i) * sum);
+    }
+}
+
+/* Standard deviation of the misfit under white noise: twice the sum of the squared correlations is its variance. */
+static double white_misfit_spread(const uint32_t *m, int count)
+{
+    double sum = 0.0;
+    for (int j = 0; j < count; j++) {
+        for (int i = 0; i <= j; i++) {
+            const double r = davar_noise_correlation(WHITE, (double)m[i], (double)m[j]);
+            sum += ((i < j) ? 4.0 : 2.0) * r * r;
+        }
+    }
+    return sqrt(sum);
+}
+
+void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
+{
+    plan->count = count;
+    plan->window = 0U;
+    if (count == 0U) {
+        return;
+    }
+    plan->first = (double)m[0];
+    plan->last = (double)m[count - 1U];
+    plan->misfit_spread = white_misfit_spread(m, count);
+    for (int t = 0; t < count; t++) {
+        plan->weight[t] = (float)davar_noise_white_weight((double)m[t]);
+    }
+    for (int k = 0; k < TERMS; k++) {
+        plan_regression(plan, m, k);
+        plan_variance(plan, m, k);
+    }
+}
+
+/* A cluster size that does not fit leaves none of the longer ones, gaps or not. */
+static uint8_t usable_count(const davar_result_t *result)
+{
+    uint8_t count = 0U;
+    while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
+        count++;
+    }
+    return count;
+}
+
+static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+{
+    uint32_t m[DAVAR_TAUS_MAX];
+    for (int t = 0; t < count; t++) {
+        m[t] = result->tau[t].m;
+    }
+    davar_fit_plan(plan, m, count);
+}
+
+static double all_differences(const davar_result_t *result, int t)
+{
+    return (double)result->window_samples - 2.0 * (double)result->tau[t].m + 1.0;
+}
+
+static bool without_gaps(const davar_result_t *result, int count)
+{
+    uint32_t lost = 0U;
+    for (int t = 0; t < count; t++) {
+        lost |= (result->window_samples + 1U - 2U * result->tau[t].m) ^ result->tau[t].differences;
+    }
+    return lost == 0U;
+}
+
+/* Factors for a standard deviation, of a variance with edf degrees of freedom. */
+static void deviation_interval(double edf, double *low, double *high)
+{
+    davar_chi_square_interval(edf, low, high);
+    *low = sqrt(*low);
+    *high = sqrt(*high);
+}
+
+static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, int t)
+{
+    const double m = (double)result->tau[t].m;
+    const double all = all_differences(result, t);
+    const double effective = (all + 0.5 * m) * ((double)result->tau[t].differences / all);
+    const double edf = (double)plan->weight[t] * effective;
+    double low;
+    double high;
+    deviation_interval(edf, &low, &high);
+    plan->edf[t] = (float)((edf > 1.0) ? edf : 1.0);
+    plan->low[t] = (float)low;
+    plan->high[t] = (float)high;
+    for (int k = 0; k < TERMS; k++) {
+        plan->sigma[k] += (double)plan->variance[k][t] / effective;
+    }
+}
+
+/* What a window length decides (5.5). */
+static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
+{
+    for (int k = 0; k < TERMS; k++) {
+        plan->sigma[k] = 0.0;
+    }
+    for (int t = 0; t < plan->count; t++) {
+        plan_entry(plan, result, t);
+    }
+    deviation_interval(2.0 / plan->sigma[WHITE], &plan->white_low, &plan->white_high);
+    for (int k = 0; k < TERMS; k++) {
+        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? sqrt(plan->sigma[k]) : INFINITY;
+    }
+}
+
+static void bring_up_to_date(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+{
+    if (plan->count != count) {
+        replan(plan, result, count);
+    }
+    const bool whole = without_gaps(result, count);
+    if ((plan->window != result->window_samples) || !whole) {
+        plan_window(plan, result);
+        plan->window = whole ? result->window_samples : 0U;
+    }
+}
+
+/* Amplitudes of the shapes; the first loop of the two that every window pays for. */
+static void fit_white(const davar_fit_plan_t *plan, const davar_result_t *result, double amplitude[])
+{
+    const double inverse_last = 1.0 / plan->last;
+    double sum[DAVAR_COEFFICIENT_COUNT] = {0};
+    for (int t = 0; t < plan->count; t++) {
+        const davar_adev_t *tau = &result->tau[t];
+        const double m = (double)tau->m;
+        const double u = m * inverse_last;
+        const double weighted = (double)plan->weight[t] * tau->adev * tau->adev;
+        const double y = weighted * m;
+        sum[DAVAR_QUANTIZATION] += weighted * plan->first;
+        sum[WHITE] += y;
+        sum[DAVAR_BIAS_INSTABILITY] += y * u;
+        sum[DAVAR_RATE_RANDOM_WALK] += y * u * u;
+        sum[DAVAR_RATE_RAMP] += y * u * u * u;
+    }
+    for (int k = 0; k < TERMS; k++) {
+        amplitude[k] = plan->gain[k] * (sum[k] - plan->centre[k] * sum[WHITE]);
+    }
+}
+
+static double white_misfit(const davar_fit_plan_t *plan, const davar_result_t *result, double white)
+{
+    const double inverse = 1.0 / white;
+    double sum = 0.0;
+    for (int t = 0; t < plan->count; t++) {
+        const davar_adev_t *tau = &result->tau[t];
+        const double excess = tau->adev * tau->adev * (double)tau->m * inverse - 1.0;
+        sum += 0.5 * (double)plan->edf[t] * excess * excess;
+    }
+    return sum;
+}
+
+/* White noise explains everything that this window can show. */
+static bool is_white(const davar_fit_plan_t *plan, const davar_result_t *result, const double amplitude[])
+{
+    for (int k = 0; k < TERMS; k++) {
+        if ((k != WHITE) && (amplitude[k] > DAVAR_FIT_THRESHOLD * plan->sigma[k] * amplitude[WHITE])) {
+            return false;
+        }
+    }
+    const double limit = (double)plan->count - 1.0 + DAVAR_FIT_MISFIT * plan->misfit_spread;
+    return white_misfit(plan, result, amplitude[WHITE]) <= limit;
+}
+
+/* From a[k] of avar = sum a[k] m^(k - 2) to the square of the coefficient in its unit (1.2). */
+static double square_unit(int term, double tau0_s)
+{
+    switch (term) {
+    case DAVAR_QUANTIZATION:
+        return tau0_s * tau0_s / 3.0;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return 3600.0 * tau0_s;
+    case DAVAR_BIAS_INSTABILITY:
+        return 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
+    case DAVAR_RATE_RANDOM_WALK:
+        return 216000.0 * 216000.0 * 3.0 / tau0_s;
+    default:
+        return 12960000.0 * 12960000.0 * 2.0 / (tau0_s * tau0_s);
+    }
+}
+
+static void write_present(davar_coefficient_t *coefficient, double square, double low, double high)
+{
+    const double value = sqrt(square);
+    *coefficient = (davar_coefficient_t){true, value, value * low, value * high};
+}
+
+static void write_absent(davar_coefficient_t *coefficient, double bound_square)
+{
+    *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, sqrt(bound_square)};
+}
+
+static double bound(double a, double sigma)
+{
+    return ((a > 0.0) ? a : 0.0) + BOUND * sigma;
+}
+
+static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
+{
+    for (int t = 0; t < plan->count; t++) {
+        davar_adev_t *tau = &result->tau[t];
+        tau->edf = (double)plan->edf[t];
+        tau->low = tau->adev * (double)plan->low[t];
+        tau->high = tau->adev * (double)plan->high[t];
+    }
+    for (int k = 0; k < TERMS; k++) {
+        const double unit = square_unit(k, tau0_s) * amplitude_unit(plan, k);
+        if (k == WHITE) {
+            write_present(&result->coefficient[k], amplitude[k] * unit, plan->white_low, plan->white_high);
+        } else {
+            write_absent(&result->coefficient[k], bound(amplitude[k], plan->sigma[k] * amplitude[WHITE]) * unit);
+        }
+    }
+}
+
+static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
+{
+    double low;
+    double high;
+    for (int t = 0; t < model->count; t++) {
+        davar_adev_t *tau = &result->tau[t];
+        tau->edf = davar_mixture_edf(model, tau);
+        deviation_interval(tau->edf, &low, &high);
+        tau->low = tau->adev * low;
+        tau->high = tau->adev * high;
+    }
+    for (int k = 0; k < TERMS; k++) {
+        const double a = model->a[k];
+        const double unit = square_unit(k, tau0_s);
+        if (((model->terms >> (unsigned)k) & 1U) != 0U) {
+            deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
+            write_present(&result->coefficient[k], a * unit, low, high);
+        } else {
+            write_absent(&result->coefficient[k], bound(a, sqrt(model->variance[k])) * unit);
+        }
+    }
+}
+
+static void write_unusable(davar_result_t *result, int from)
+{
+    for (int t = from; t < result->tau_count; t++) {
+        result->tau[t].edf = (double)NAN;
+        result->tau[t].low = (double)NAN;
+        result->tau[t].high = (double)NAN;
+    }
+}
+
+static void write_nothing(davar_result_t *result, double bound_square)
+{
+    for (int k = 0; k < TERMS; k++) {
+        write_absent(&result->coefficient[k], bound_square);
+    }
+}
+
+static void fit_mixture(const davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
+{
+    davar_mixture_t model = {.data = result, .count = plan->count, .misfit_spread = plan->misfit_spread};
+    davar_mixture_fit(&model);
+    write_mixture(&model, tau0_s, result);
+}
+
+void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
+{
+    const uint8_t count = usable_count(result);
+    write_unusable(result, count);
+    if (count == 0U) {
+        write_nothing(result, (double)INFINITY);
+        return;
+    }
+    double amplitude[DAVAR_COEFFICIENT_COUNT];
+    bring_up_to_date(plan, result, count);
+    fit_white(plan, result, amplitude);
+    if (is_white(plan, result, amplitude)) {
+        write_white(plan, amplitude, tau0_s, result);
+    } else {
+        fit_mixture(plan, tau0_s, result);
+    }
+}

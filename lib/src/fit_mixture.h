@@ -1,0 +1,29 @@
+/* davar - the general fit: any mix of the five terms, by non-negative forward selection. Private to stage [5]. */
+#ifndef DAVAR_FIT_MIXTURE_H
+#define DAVAR_FIT_MIXTURE_H
+
+#include "davar/types.h"
+
+/* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
+#define DAVAR_FIT_THRESHOLD 2.5
+
+/* A misfit counts as real when it exceeds its mean by this many times its spread under white noise (5.9). */
+#define DAVAR_FIT_MISFIT 4.0
+
+/* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
+typedef struct {
+    const davar_result_t *data;               /* the Allan variances to fit; entries 0 .. count - 1 are usable */
+    uint8_t count;                            /* at least 1 */
+    double misfit_spread;                     /* standard deviation of the misfit under white noise (5.9) */
+    unsigned terms;                           /* bit k: term k is in the model */
+    double a[DAVAR_COEFFICIENT_COUNT];        /* an absent term's is its fit beside the model, of either sign */
+    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a[]; INFINITY: the cluster sizes cannot tell this term apart */
+} davar_mixture_t;
+
+/* Fills terms, a and variance; not every Allan variance may be zero. O(T^2). */
+void davar_mixture_fit(davar_mixture_t *model);
+
+/* Degrees of freedom of an Allan variance of this mix (5.6). */
+double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau);
+
+#endif

@@ -1,0 +1,181 @@
+/* davar - where the edges of a grid's windows can be, and the tracks that record there. Runs at start only. */
+#ifndef DAVAR_SRC_GRID_SETUP_H
+#define DAVAR_SRC_GRID_SETUP_H
+
+#include "arena.h"
+#include "grid.h"
+
+/* Edge positions are K apart; window_max and window_min (and the start, while a trailing window fills) may put them on
+ * different residues modulo K. Signed: a centred window starts in the mirrored past. */
+typedef struct {
+    int64_t first[TRACKS_MAX];
+    uint8_t count;
+} residues_t;
+
+/* Adds the first position >= at_least of the residue of `position`, unless that residue is there already. */
+static void residues_add(residues_t *residues, int64_t position, int64_t at_least, uint32_t stride)
+{
+    int64_t offset = (position - at_least) % (int64_t)stride;
+    if (offset < 0) {
+        offset += (int64_t)stride;
+    }
+    const int64_t first = at_least + offset;
+    for (uint8_t i = 0U; i < residues->count; i++) {
+        if (((residues->first[i] - first) % (int64_t)stride) == 0) {
+            return;
+        }
+    }
+    residues->first[residues->count] = first;
+    residues->count++;
+}
+
+static bool adaptive(const davar_config_t *config)
+{
+    return config->policy != DAVAR_POLICY_FIXED;
+}
+
+/* Centred, first epoch K - 1: edges at half a window from it. Trailing: the head is at multiples of K. */
+static residues_t residues_of_tail(const davar_config_t *config)
+{
+    residues_t residues = {{0}, 0U};
+    const int64_t longest = config->window_max;
+    const int64_t shortest = config->window_min;
+    if (config->mode == DAVAR_MODE_CENTRED) {
+        const int64_t epoch = (int64_t)config->stride - 1;
+        residues_add(&residues, epoch - (longest / 2), epoch - (longest / 2), config->stride);
+        if (adaptive(config)) {
+            residues_add(&residues, epoch - (shortest / 2), epoch - (longest / 2), config->stride);
+        }
+        return residues;
+    }
+    residues_add(&residues, -longest, 0, config->stride);
+    if (adaptive(config)) {
+        residues_add(&residues, -shortest, 0, config->stride);
+        residues_add(&residues, 0, 0, config->stride);
+    }
+    return residues;
+}
+
+/* The leading edge less `lag` samples: 0 for the head, the short segment for the middle. */
+static residues_t residues_of_head(const davar_config_t *config, int64_t lag)
+{
+    residues_t residues = {{0}, 0U};
+    if (config->mode == DAVAR_MODE_CENTRED) {
+        const int64_t epoch = (int64_t)config->stride - 1;
+        const int64_t first = epoch + ((int64_t)config->window_max / 2) - lag;
+        residues_add(&residues, first, first, config->stride);
+        if (adaptive(config)) {
+            residues_add(&residues, epoch + ((int64_t)config->window_min / 2) - lag, first, config->stride);
+        }
+        return residues;
+    }
+    residues_add(&residues, -lag, 0, config->stride);
+    return residues;
+}
+
+/* Records of a track that reach `reach` samples back from the newest. */
+static uint32_t slots_for(uint32_t reach, uint32_t stride)
+{
+    return (reach / stride) + 2U;
+}
+
+/* How far the leading edge can be behind the newest sample. */
+static uint32_t head_reach(const davar_config_t *config)
+{
+    const bool lags = (config->mode == DAVAR_MODE_CENTRED) && adaptive(config);
+    return lags ? ((config->window_max - config->window_min) / 2U) : 0U;
+}
+
+/* Starts the records of one track at its first position; those in front of the start come from their mirror images. */
+static void track_start(track_t *track, int64_t first, uint32_t stride, const allan_t *allan)
+{
+    track->mirrored_left = 0U;
+    track->slot = 0U;
+    track->due = (uint32_t)first;
+    if (first < 0) {
+        const uint32_t before = (uint32_t)((-first + (int64_t)stride - 1) / (int64_t)stride);
+        track->slot = before % track->slots;
+        track->due = (uint32_t)(first + ((int64_t)before * (int64_t)stride));
+        track->mirrored_left = before;
+        track->mirrored_due = stride - track->due;
+        track->mirrored_slot = slot_before(track, track->slot);
+    }
+    for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
+        const int64_t m = allan->tau[t].m;
+        const int64_t begin = (first < -m) ? -m : first;
+        const int64_t steps = ((begin - first) + (int64_t)stride - 1) / (int64_t)stride;
+        track->sum_due[t] = (uint32_t)(first + (steps * (int64_t)stride) + (2 * m) - 1);
+        track->sum_slot[t] = (uint32_t)steps % track->slots;
+    }
+}
+
+/* What is due before the first sample: everything is 0 there. */
+static void track_record_zero(track_t *track, uint32_t stride, const allan_t *allan)
+{
+    const powers_t no_powers = {0};
+    const sum_t no_sum = {0};
+    if (track->due == 0U) {
+        track->powers[track->slot] = no_powers;
+        track->due += stride;
+        track->slot = slot_after(track, track->slot);
+    }
+    for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
+        if (track->sum_due[t] == 0U) {
+            track->sums[(track->sum_slot[t] * allan->count) + t] = no_sum;
+            track->sum_due[t] += stride;
+            track->sum_slot[t] = slot_after(track, track->sum_slot[t]);
+        }
+    }
+}
+
+static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t stride, const allan_t *allan)
+{
+    for (uint8_t i = 0U; i < residues->count; i++) {
+        track_start(&tracks[i], residues->first[i], stride, allan);
+        track_record_zero(&tracks[i], stride, allan);
+    }
+}
+
+/* All tracks back to the start of a record. */
+static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t *allan)
+{
+    const residues_t tail = residues_of_tail(config);
+    const residues_t head = residues_of_head(config, 0);
+    const residues_t middle = residues_of_head(config, config->segment);
+    tracks_start(grid->tail, &tail, config->stride, allan);
+    tracks_start(grid->head, &head, config->stride, allan);
+    tracks_start(grid->middle, &middle, config->stride, allan);
+    grid_schedule(grid, allan, 0U);
+}
+
+static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t slots, uint32_t sums)
+{
+    for (uint8_t i = 0U; i < count; i++) {
+        tracks[i].slots = slots;
+        tracks[i].powers = davar_arena_take(arena, slots, sizeof(powers_t));
+        tracks[i].sums = davar_arena_take(arena, (size_t)slots * sums, sizeof(sum_t));
+    }
+}
+
+static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t taus)
+{
+    for (uint8_t i = 0U; i < count; i++) {
+        tracks[i].sum_due = davar_arena_take(arena, taus, sizeof(uint32_t));
+        tracks[i].sum_slot = davar_arena_take(arena, taus, sizeof(uint32_t));
+    }
+}
+
+/* Lays the tracks out in the caller's memory (or only counts, when the arena has none). */
+static void grid_carve(davar_arena_t *arena, grid_t *grid, const davar_config_t *config)
+{
+    const uint32_t reach = head_reach(config);
+    grid->tail_count = residues_of_tail(config).count;
+    grid->head_count = residues_of_head(config, 0).count;
+    grid->middle_count = residues_of_head(config, config->segment).count;
+    tracks_carve(arena, grid->tail, grid->tail_count, slots_for(config->window_max, config->stride), config->tau_count);
+    tracks_carve(arena, grid->head, grid->head_count, slots_for(reach, config->stride), config->tau_count);
+    tracks_carve(arena, grid->middle, grid->middle_count, slots_for(reach + config->segment, config->stride), 0U);
+    tracks_carve_dues(arena, grid->tail, grid->tail_count, config->tau_count);
+}
+
+#endif

@@ -1,0 +1,20 @@
+/* davar - what each noise kind does to the overlapping Allan variance: its power of tau, its degrees of freedom, its
+ * correlation between cluster sizes. Private to stage [5]. */
+#ifndef DAVAR_NOISE_H
+#define DAVAR_NOISE_H
+
+#include "davar/types.h"
+
+/* Equivalent degrees of freedom of `differences` overlapping differences at cluster size m, never below 1 (5.1). */
+double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences);
+
+/* (white-noise edf at m) / (differences + m / 2): the large-window shape of (5.1), and the weight of a white fit. */
+double davar_noise_white_weight(double m);
+
+/* Sum over all lags of the squared cross-correlation of the kernels of two cluster sizes (short <= long), exact (5.3). */
+double davar_noise_white_overlap(double m_short, double m_long);
+
+/* Correlation of the Allan variances at two cluster sizes of one long window for a noise kind (5.8). */
+double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long);
+
+#endif

@@ -1,0 +1,11 @@
+/* davar - the pipeline of the number type q15. */
+#include "number_q15.h"
+
+#include "pipeline.h"
+
+const davar_number_t davar_number_q15 = PIPELINE_NUMBER;
+
+size_t davar_q15_push(davar_t *davar, const sample_t *samples, size_t count)
+{
+    return pipeline_push(davar, samples, count);
+}

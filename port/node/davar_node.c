@@ -1,0 +1,188 @@
+/* davar - the node loop.
+ * Channels stay in step by one rule: the channel furthest behind goes next, the lower one first. */
+#include "davar_node.h"
+
+#include <assert.h>
+
+static void count_one(uint32_t *counter)
+{
+    if (*counter < UINT32_MAX) {
+        (*counter)++;
+    }
+}
+
+static uint32_t now_us(const davar_port_t *port)
+{
+    return (port->now_us != NULL) ? port->now_us(port->context) : 0U;
+}
+
+static davar_node_state_t fault(const davar_port_t *port, davar_port_fault_t what, uint32_t *counter)
+{
+    count_one(counter);
+    if (port->fault != NULL) {
+        port->fault(port->context, what);
+    }
+    return DAVAR_NODE_FAULT;
+}
+
+/* Lets every channel start at the beginning of a block of `count` samples. */
+static void rewind_channels(davar_node_t *node, size_t count)
+{
+    node->block.count = count;
+    for (size_t c = 0; c < node->channel_count; c++) {
+        node->channels[c].position = 0;
+    }
+}
+
+static davar_node_state_t begin_block(davar_node_t *node, const davar_port_block_t *block)
+{
+    assert((block->samples != NULL) && (block->count > 0U));
+    node->block = *block;
+    rewind_channels(node, block->count);
+    if (node->block.missing > 0U) {
+        for (size_t c = 0; c < node->channel_count; c++) {
+            davar_gap(node->channels[c].davar, node->block.missing);
+        }
+    }
+    count_one(&node->counters.blocks);
+    node->counters.samples += node->block.count;
+    return DAVAR_NODE_RUNNING;
+}
+
+/* The flush is treated as a block without end, of which each flushed result is one "sample". */
+static davar_node_state_t begin_flush(davar_node_t *node)
+{
+    node->ended = true;
+    rewind_channels(node, SIZE_MAX);
+    return DAVAR_NODE_RUNNING;
+}
+
+static davar_node_state_t read_block(davar_node_t *node)
+{
+    davar_node_state_t state = DAVAR_NODE_IDLE;
+    davar_port_block_t block = { 0 };
+    switch (node->port->read(node->port->context, &block)) {
+    case DAVAR_PORT_READ_BLOCK:
+        state = begin_block(node, &block);
+        break;
+    case DAVAR_PORT_READ_END:
+        state = begin_flush(node);
+        break;
+    case DAVAR_PORT_READ_FAULT:
+        state = fault(node->port, DAVAR_PORT_FAULT_READ, &node->counters.read_faults);
+        break;
+    case DAVAR_PORT_READ_AGAIN:
+    default:
+        break;
+    }
+    return state;
+}
+
+/* The channel to serve next; channel_count when all have done the whole block. */
+static size_t furthest_behind(const davar_node_t *node)
+{
+    size_t behind = node->channel_count;
+    size_t least = node->block.count;
+    for (size_t c = 0; c < node->channel_count; c++) {
+        if (node->channels[c].position < least) {
+            least = node->channels[c].position;
+            behind = c;
+        }
+    }
+    return behind;
+}
+
+static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *samples, size_t count)
+{
+    size_t consumed = 0;
+    switch (channel->number) {
+    case DAVAR_PORT_Q15:
+        consumed = davar_push_q15(channel->davar, samples->q15 + channel->position, count);
+        break;
+    case DAVAR_PORT_Q31:
+        consumed = davar_push_q31(channel->davar, samples->q31 + channel->position, count);
+        break;
+    case DAVAR_PORT_F32:
+    default:
+        consumed = davar_push_f32(channel->davar, samples->f32 + channel->position, count);
+        break;
+    }
+    return consumed;
+}
+
+static void push_rest(davar_node_t *node, size_t c)
+{
+    davar_node_channel_t *channel = &node->channels[c];
+    channel->position += push(channel, &node->block.samples[c], node->block.count - channel->position);
+}
+
+static void flush_one(davar_node_t *node, size_t c)
+{
+    davar_node_channel_t *channel = &node->channels[c];
+    channel->position = davar_flush(channel->davar) ? channel->position + 1U : SIZE_MAX;
+}
+
+static davar_node_state_t send_pending(davar_node_t *node)
+{
+    davar_node_state_t state = DAVAR_NODE_RUNNING;
+    switch (node->port->send(node->port->context, node->pending_channel, &node->result)) {
+    case DAVAR_PORT_SEND_DONE:
+        node->pending = false;
+        node->counters.results++;
+        break;
+    case DAVAR_PORT_SEND_FAULT:
+        node->pending = false;
+        state = fault(node->port, DAVAR_PORT_FAULT_SEND, &node->counters.send_faults);
+        break;
+    case DAVAR_PORT_SEND_AGAIN:
+    default:
+        count_one(&node->counters.send_retries);
+        state = DAVAR_NODE_IDLE;
+        break;
+    }
+    return state;
+}
+
+static davar_node_state_t serve(davar_node_t *node, size_t c)
+{
+    if (node->ended) {
+        flush_one(node, c);
+    } else {
+        push_rest(node, c);
+    }
+    node->pending = davar_take(node->channels[c].davar, &node->result);
+    node->pending_channel = c;
+    return node->pending ? send_pending(node) : DAVAR_NODE_RUNNING;
+}
+
+static davar_node_state_t advance(davar_node_t *node)
+{
+    if (node->pending) {
+        return send_pending(node);
+    }
+    const size_t c = furthest_behind(node);
+    if (c < node->channel_count) {
+        return serve(node, c);
+    }
+    return node->ended ? DAVAR_NODE_DONE : read_block(node);
+}
+
+void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t count, const davar_port_t *port)
+{
+    assert((node != NULL) && (channels != NULL) && (count > 0U));
+    assert((port != NULL) && (port->read != NULL) && (port->send != NULL));
+    *node = (davar_node_t){ .port = port, .channels = channels, .channel_count = count };
+    rewind_channels(node, 0);
+}
+
+davar_node_state_t davar_node_step(davar_node_t *node)
+{
+    assert((node != NULL) && (node->port != NULL));
+    const uint32_t start_us = now_us(node->port);
+    const davar_node_state_t state = advance(node);
+    const uint32_t elapsed_us = now_us(node->port) - start_us;
+    if (elapsed_us > node->counters.longest_step_us) {
+        node->counters.longest_step_us = elapsed_us;
+    }
+    return state;
+}

@@ -1,0 +1,47 @@
+"""Other people's projects can use davar: after an installation, and as a subdirectory."""
+
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+
+
+def run(*command):
+    """Runs a command and returns its output; a failure shows everything it said."""
+    done = subprocess.run([str(word) for word in command], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode == 0, f"{command}:\n{done.stdout}"
+    return done.stdout
+
+
+def build(source, binary, *settings):
+    run("cmake", "-S", source, "-B", binary, *settings)
+    run("cmake", "--build", binary)
+
+
+class Consumer(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.work = Path(folder.name)
+
+    def assert_works(self, program):
+        self.assertRegex(run(program), r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$")
+
+    def test_find_package_finds_the_installed_library(self):
+        build(ROOT, self.work / "davar", "-DDAVAR_BUILD_TESTS=OFF", "-DDAVAR_BUILD_SIM=OFF", "-DDAVAR_BUILD_BENCH=OFF")
+        run("cmake", "--install", self.work / "davar", "--prefix", self.work / "prefix")
+        build(HERE / "find_package", self.work / "user", f"-DCMAKE_PREFIX_PATH={self.work / 'prefix'}")
+        self.assert_works(self.work / "user/consumer")
+
+    def test_add_subdirectory_builds_the_library_and_nothing_else(self):
+        build(HERE / "add_subdirectory", self.work / "user", f"-DDAVAR_SOURCE={ROOT}")
+        self.assert_works(self.work / "user/consumer")
+        self.assertFalse(list(self.work.rglob("davar-sim*")))
+        self.assertFalse(list(self.work.rglob("unity*")))
+
+
+if __name__ == "__main__":
+    unittest.main()

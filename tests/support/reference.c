@@ -1,0 +1,165 @@
+/* davar tests - brute force. */
+#include "reference.h"
+
+#include <math.h>
+
+static int64_t reflected(const reference_record_t *record, int64_t position)
+{
+    if (position < 0) {
+        return -1 - position;
+    }
+    return (position < record->count) ? position : ((2 * record->count) - 1 - position);
+}
+
+static int64_t sample_at(const reference_record_t *record, int64_t position)
+{
+    return record->sample[reflected(record, position)];
+}
+
+/* Is there a gap between the samples at position - 1 and position? */
+static bool gap_at(const reference_record_t *record, int64_t position)
+{
+    if ((record->gap_before == NULL) || (position == 0) || (position == record->count)) {
+        return false;
+    }
+    if (position < 0) {
+        return gap_at(record, -position);
+    }
+    return (position < record->count) ? record->gap_before[position]
+                                      : gap_at(record, (2 * record->count) - position);
+}
+
+void reference_start(reference_t *reference, const davar_config_t *config, reference_record_t record)
+{
+    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    reference->config = config;
+    reference->record = record;
+    reference->due_epoch = (int64_t)config->stride - 1;
+    reference->length = centred ? (int64_t)config->window_max : (int64_t)config->stride;
+    reference->filling = !centred;
+}
+
+static reference_real_t kurtosis_of(const reference_record_t *record, int64_t from, int64_t to)
+{
+    const reference_real_t n = (reference_real_t)(to - from);
+    reference_real_t mean = 0;
+    for (int64_t i = from; i < to; i++) {
+        mean += (reference_real_t)sample_at(record, i) / n;
+    }
+    reference_real_t second = 0;
+    reference_real_t fourth = 0;
+    bool constant = true;
+    for (int64_t i = from; i < to; i++) {
+        const reference_real_t deviation = (reference_real_t)sample_at(record, i) - mean;
+        second += deviation * deviation;
+        fourth += deviation * deviation * deviation * deviation;
+        constant = constant && (sample_at(record, i) == sample_at(record, from));
+    }
+    return constant ? (reference_real_t)NAN : ((fourth / n) / ((second / n) * (second / n)));
+}
+
+static bool outside(reference_real_t value, double low, double high)
+{
+    return (value < (reference_real_t)low) || (value > (reference_real_t)high);
+}
+
+static void judge(const reference_t *reference, reference_epoch_t *epoch)
+{
+    const davar_config_t *const config = reference->config;
+    const reference_record_t *const record = &reference->record;
+    const reference_real_t whole = kurtosis_of(record, epoch->tail, epoch->head);
+    const reference_real_t first = kurtosis_of(record, epoch->tail, epoch->head - (int64_t)config->segment);
+    const reference_real_t change = (whole > first) ? (whole - first) : (first - whole);
+    const reference_real_t contribution = change / whole;
+    const bool f1 = outside(whole, config->kurtosis_low, config->kurtosis_high);
+    const bool f2 = outside(contribution, config->contribution_low, config->contribution_high);
+    epoch->kurtosis = (double)whole;
+    epoch->contribution = (double)contribution;
+    epoch->unstable = f1 || f2;
+    if (config->policy == DAVAR_POLICY_KURTOSIS) {
+        epoch->unstable = f1;
+    }
+    if (config->policy == DAVAR_POLICY_AND) {
+        epoch->unstable = f1 && f2;
+    }
+}
+
+static int64_t smaller(int64_t a, int64_t b)
+{
+    return (a < b) ? a : b;
+}
+
+static int64_t larger(int64_t a, int64_t b)
+{
+    return (a > b) ? a : b;
+}
+
+static void decide(reference_t *reference, bool unstable)
+{
+    const davar_config_t *const config = reference->config;
+    const bool fixed = (config->policy == DAVAR_POLICY_FIXED);
+    const bool trailing = (config->mode == DAVAR_MODE_TRAILING);
+    const int64_t stride = config->stride;
+    int64_t grow = config->grow;
+    if (trailing) {
+        grow = (reference->filling || fixed) ? 1 : smaller(grow, 1);
+    }
+    if (unstable && !fixed) {
+        reference->filling = false;
+        reference->length = larger(config->window_min, reference->length - ((int64_t)config->shrink * stride));
+    } else {
+        reference->filling = reference->filling && (reference->length < (int64_t)config->window_max);
+        grow = (trailing && !reference->filling && !fixed) ? smaller(config->grow, 1) : grow;
+        reference->length = smaller(config->window_max, reference->length + (grow * stride));
+    }
+}
+
+bool reference_next(reference_t *reference, reference_epoch_t *epoch)
+{
+    const davar_config_t *const config = reference->config;
+    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    if (centred && (reference->record.count < (int64_t)(config->window_max / 2))) {
+        return false;
+    }
+    while (reference->due_epoch < reference->record.count) {
+        const int64_t length = reference->length;
+        epoch->epoch = reference->due_epoch;
+        epoch->head = centred ? (epoch->epoch + (length / 2)) : (epoch->epoch + 1);
+        epoch->tail = epoch->head - length;
+        epoch->filling = reference->filling;
+        reference->due_epoch += config->stride;
+        const bool reported = centred || (length >= (int64_t)config->window_min);
+        epoch->unstable = false;
+        if (reported && (config->segment > 0U)) {
+            judge(reference, epoch);
+        }
+        decide(reference, epoch->unstable && reported);
+        if (reported) {
+            return true;
+        }
+    }
+    return false;
+}
+
+reference_real_t reference_sum(const reference_t *reference, const reference_epoch_t *epoch, uint32_t m,
+                               uint32_t *differences)
+{
+    const reference_record_t *const record = &reference->record;
+    reference_real_t sum = 0;
+    *differences = 0U;
+    for (int64_t start = epoch->tail; (start + (2 * (int64_t)m)) <= epoch->head; start++) {
+        int64_t difference = 0;
+        bool gap = false;
+        for (int64_t i = 0; i < (int64_t)m; i++) {
+            difference += sample_at(record, start + (int64_t)m + i) - sample_at(record, start + i);
+        }
+        for (int64_t i = 1; i < (2 * (int64_t)m); i++) {
+            gap = gap || gap_at(record, start + i);
+        }
+        if (!gap) {
+            sum += (reference_real_t)difference * (reference_real_t)difference;
+            (*differences)++;
+        }
+    }
+    return sum;
+}

@@ -1,0 +1,229 @@
+"""The parts of tools/test: each builds what it needs, runs a tool or a test suite and returns a tally.
+
+Called by tools/test, which has seen to the packages and to Unity. Standard library only.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree
+from pathlib import Path
+
+import coverage_report
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build"
+LOGS = BUILD / "log"
+JOBS = str(os.cpu_count() or 2)
+# ctest labels that a kind of build leaves out: these tests measure statistics or count to 10^7, and their answer cannot
+# depend on the kind of build.
+LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "long"}
+
+
+class Tally:
+    """Counts of one part; `lines` are what a person must read (failures, names of skipped tests)."""
+
+    def __init__(self, passed=0, failed=0, skipped=0, lines=()):
+        self.passed, self.failed, self.skipped, self.lines = passed, failed, skipped, list(lines)
+
+    def add(self, other):
+        self.passed += other.passed
+        self.failed += other.failed
+        self.skipped += other.skipped
+        self.lines += other.lines
+
+    def __str__(self):
+        return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
+
+
+class Broken(Exception):
+    """A part that could not run: a build that fails, a tool that is missing."""
+
+
+def run(command, log, env=None):
+    """Runs a command with its output in build/log; returns (exit status, output)."""
+    done = subprocess.run(command, cwd=ROOT, env=env, text=True, errors="replace",
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    (LOGS / log).write_text(done.stdout)
+    return done.returncode, done.stdout
+
+
+def build(preset):
+    """Configures and builds a preset (both are quick when nothing changed)."""
+    unity = os.environ.get("DAVAR_UNITY_DIR", "")
+    steps = (["cmake", "--preset", preset, f"-DDAVAR_UNITY_DIR={unity}"],
+             ["cmake", "--build", "--preset", preset, "--parallel", JOBS])
+    for step, command in zip(("configure", "build"), steps):
+        status, output = run(command, f"{step}-{preset}.log")
+        if status:
+            raise Broken(f"{step} {preset} failed:\n{output}")
+
+
+def program(name, preset):
+    build(preset)
+    return str(BUILD / preset / name)
+
+
+def unity_tally(name, output, status):
+    """Counts the cases of one Unity program; a program that prints no summary is one case."""
+    summary = re.search(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", output, re.MULTILINE)
+    if not summary:
+        return Tally(passed=1) if status == "run" else Tally(failed=1, lines=[f"FAILED {name}:\n{output}"])
+    tests, failures, ignored = map(int, summary.groups())
+    lines = [f"skipped: {name}: {case}" for case in re.findall(r":(test\w*:IGNORE.*)", output)]
+    if status != "run" or failures:
+        failures = max(failures, 1)
+        lines.append(f"FAILED {name}:\n{output}")
+    return Tally(tests - failures - ignored, failures, ignored, lines)
+
+
+def ctest(preset):
+    build(preset)
+    report = LOGS / f"ctest-{preset}.xml"
+    command = ["ctest", "--preset", preset, "--parallel", JOBS, "--output-junit", str(report),
+               "--test-output-size-passed", "1000000", "--test-output-size-failed", "1000000"]
+    if preset in LEFT_OUT:
+        command += ["--label-exclude", LEFT_OUT[preset]]
+    status, output = run(command, f"ctest-{preset}.log")
+    if not report.exists():
+        raise Broken(output)
+    tally = Tally()
+    for case in xml.etree.ElementTree.parse(report).iter("testcase"):
+        tally.add(unity_tally(case.get("name"), case.findtext("system-out") or "", case.get("status")))
+    if status and not tally.failed:
+        raise Broken(output)
+    return tally
+
+
+def coverage():
+    for old in (BUILD / "coverage").rglob("*.gcda"):
+        old.unlink()
+    tally = ctest("coverage")
+    report = LOGS / "coverage.json"
+    status, output = run(["gcovr", "--root", ".", "--filter", "lib/", "--exclude-unreachable-branches", "--json",
+                          str(report), "build/coverage"], "gcovr.log")
+    if status:
+        raise Broken(output)
+    summary, missing = coverage_report.missing(report, ROOT / "tests/coverage_exceptions.txt")
+    tally.add(Tally(failed=1, lines=missing) if missing else Tally(passed=1))
+    tally.lines.append(summary)
+    return tally
+
+
+def tool(*command):
+    """One outside tool is one test: it finds nothing, or it fails."""
+    if not shutil.which(command[0]):
+        raise Broken(f"{command[0]} is not installed")
+    status, output = run(list(command), f"{Path(command[0]).name}.log")
+    return Tally(failed=1, lines=[output]) if status else Tally(passed=1)
+
+
+def sources(*suffixes):
+    folders = ("lib", "port", "host_sim", "tests")
+    return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*")
+                  if path.suffix in suffixes)
+
+
+def clang_tidy():
+    build("debug")
+    tally = Tally()
+    for source in sources(".c"):
+        if source.startswith("tests/consumer"):
+            continue
+        tally.add(tool("clang-tidy", "--quiet", "-p", "build/debug", source))
+    return tally
+
+
+def cppcheck():
+    return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
+                "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
+                "-Ilib/include", "-Iport/include", "-Iport/node", "lib/src", "port", "host_sim")
+
+
+def shell():
+    scripts = [str(path.relative_to(ROOT)) for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
+               if path.is_file() and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))]
+    return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
+
+
+def python_suite(folder, **env):
+    """Runs the unittest modules of tests/<folder>."""
+    if not list((ROOT / "tests" / folder).glob("test_*.py")):
+        raise Broken(f"no tests in tests/{folder}")
+    status, output = run([sys.executable, "-B", "-m", "unittest", "discover", "-v", "-s", f"tests/{folder}"],
+                         f"{folder}.log", {**os.environ, **env})
+    ran = re.search(r"^Ran (\d+) test", output, re.MULTILINE)
+    if not ran:
+        raise Broken(output)
+    counts = {key: int(value) for key, value in re.findall(r"(failures|errors|skipped)=(\d+)", output)}
+    failed, skipped = counts.get("failures", 0) + counts.get("errors", 0), counts.get("skipped", 0)
+    failed = max(failed, 1) if status else failed
+    lines = [f"skipped: {line}" for line in output.splitlines() if re.search(r" \.\.\. skipped ", line)]
+    return Tally(max(int(ran.group(1)) - failed - skipped, 0), failed, skipped, lines + ([output] if failed else []))
+
+
+def command_line(preset):
+    return python_suite("cli", DAVAR_SIM=program("host_sim/davar-sim", preset))
+
+
+PARTS = {
+    "debug": ("unit, property and published tests, assertions on", lambda: ctest("debug")),
+    "release": ("the same and the long ones, as shipped", lambda: ctest("release")),
+    "sanitize": ("the same under address and undefined-behaviour sanitizers", lambda: ctest("sanitize")),
+    "m32": ("the same as a 32-bit program", lambda: ctest("m32")),
+    "coverage": ("the same; every line and branch of lib/ must have run", coverage),
+    "cli": ("davar-sim through its command line", lambda: command_line("release")),
+    "cli-sanitize": ("the same, under the sanitizers", lambda: command_line("sanitize")),
+    "tools": ("the commands in tools/ and the bundled recording", lambda: python_suite("tools")),
+    "consumer": ("find_package and add_subdirectory from outside", lambda: python_suite("consumer")),
+    "style": ("the house rules: includes, no heap, function length, one version", lambda: python_suite("style")),
+    "format": ("clang-format", lambda: tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))),
+    "tidy": ("clang-tidy", clang_tidy),
+    "cppcheck": ("cppcheck", cppcheck),
+    "shell": ("shellcheck", shell),
+}
+
+
+def run_part(name):
+    """Runs one part and prints its line; a part that breaks is one failure."""
+    start = time.monotonic()
+    try:
+        tally = PARTS[name][1]()
+    except Broken as why:
+        tally = Tally(failed=1, lines=[str(why)])
+    print(f"{name:<13} {tally}  ({time.monotonic() - start:.0f} s)", flush=True)
+    for line in tally.lines:
+        print("    " + line.rstrip().replace("\n", "\n    "), flush=True)
+    return tally
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="tools/test")
+    parser.add_argument("--only", default="")
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args()
+    if options.list:
+        print("\n".join(f"{name:<13} {what}" for name, (what, _) in PARTS.items()))
+        return 0
+    names = [name for name in options.only.split(",") if name] or list(PARTS)
+    unknown = [name for name in names if name not in PARTS]
+    if unknown:
+        print(f"tools/test: unknown part: {', '.join(unknown)} (see --list)", file=sys.stderr)
+        return 2
+    real = ROOT.parent / "shared/data/real"
+    if real.is_dir():
+        os.environ.setdefault("DAVAR_REAL_DATA", str(real))
+    LOGS.mkdir(parents=True, exist_ok=True)
+    total = Tally()
+    for name in names:
+        total.add(run_part(name))
+    print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
+    return 1 if total.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,40 @@
+"""Which lines and branches of lib/ did not run, from gcovr's JSON, less the named exceptions."""
+
+import json
+from pathlib import Path
+
+
+def read_exceptions(path):
+    """Lines `file | source line | reason`; # starts a comment. Returns {(file, source line)}."""
+    exceptions = set()
+    for text in path.read_text().splitlines():
+        if text.strip() and not text.startswith("#"):
+            name, source, reason = (field.strip() for field in text.split(" | "))
+            assert reason, f"{path}: an exception needs a reason: {text}"
+            exceptions.add((name, source))
+    return exceptions
+
+
+def gaps(line):
+    """What is missing on one line of the report, in words; empty when nothing is."""
+    if line["count"] == 0:
+        return "never ran"
+    untaken = sum(branch["count"] == 0 for branch in line["branches"])
+    return f"{untaken} of {len(line['branches'])} branches not taken" if untaken else ""
+
+
+def missing(report, exceptions_path):
+    """Returns (summary line, list of missing lines)."""
+    excepted, found, lines, branches = read_exceptions(exceptions_path), [], 0, 0
+    for entry in json.loads(report.read_text())["files"]:
+        source = Path(entry["file"]).read_text().splitlines()
+        for line in entry["lines"]:
+            lines += 1
+            branches += len(line["branches"])
+            text = source[line["line_number"] - 1].strip()
+            why = gaps(line)
+            if why and (entry["file"], text) not in excepted:
+                found.append(f"{entry['file']}:{line['line_number']}: {why}: {text}")
+    if not lines:
+        found.append("the report names no line of lib/")
+    return f"lib/: {lines} lines, {branches} branches, {len(found)} lines with something missing", found

@@ -1,0 +1,60 @@
+# shellcheck shell=bash
+# Sourced by the tools: what a machine must have before anything can be built, and quiet ways to build it.
+# On a machine that has everything, nothing here prints or downloads.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+logs=$root/build/log
+mkdir -p "$logs"
+
+die() {
+    printf '%s: %s\n' "${0##*/}" "$*" >&2
+    exit 2
+}
+
+note() { printf '%s: %s\n' "${0##*/}" "$*" >&2; }
+
+# quietly LOG COMMAND...: all output to build/log/LOG; shown only when the command fails.
+quietly() {
+    local log=$logs/$1
+    shift
+    "$@" >"$log" 2>&1 && return 0
+    cat "$log" >&2
+    return 1
+}
+
+compiles() { echo 'int main(void) { return 0; }' | gcc "$@" -x c -o /dev/null - >/dev/null 2>&1; }
+
+# have PACKAGE: does the machine already have what this Debian package brings, from wherever?
+have() {
+    case $1 in
+    libc6-dev) compiles -include stdio.h ;;
+    gcc-multilib) compiles -m32 -include stdio.h ;;
+    python3-venv) python3 -c 'import ensurepip, venv' >/dev/null 2>&1 ;;
+    xz-utils) command -v xz >/dev/null ;;
+    ca-certificates) [[ -e /etc/ssl/certs/ca-certificates.crt ]] ;;
+    *) command -v "$1" >/dev/null ;;
+    esac
+}
+
+# need PACKAGE...: installs what is missing, or names it.
+need() {
+    local package missing=()
+    for package; do
+        have "$package" || missing+=("$package")
+    done
+    ((${#missing[@]})) || return 0
+    if ((EUID != 0)) || ! command -v apt-get >/dev/null; then
+        die "missing: ${missing[*]} (Debian packages; install them, or run this as root on Debian)"
+    fi
+    note "installing ${missing[*]}"
+    quietly apt-update.log apt-get update -q || die "apt-get update failed"
+    DEBIAN_FRONTEND=noninteractive quietly apt-install.log \
+        apt-get install -qy --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
+}
+
+# build PRESET [TARGET]: configures (once) and builds; output only when it fails.
+build() {
+    [[ -e $root/build/$1/CMakeCache.txt ]] ||
+        (cd "$root" && quietly "configure-$1.log" cmake --preset "$1") || return 1
+    (cd "$root" && quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"})
+}
