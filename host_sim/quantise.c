@@ -44,15 +44,15 @@ static double largest(const extent_t *extent)
     return fmax(fabs(extent->low), fabs(extent->high));
 }
 
-/* Smallest power of two that is >= value; 1 for 0. */
-static double power_of_two_above(double value)
+/* Exponent of the smallest power of two that is >= value; 0 for a recording of zeros. */
+static int exponent_above(double value)
 {
     if (!(value > 0.0)) {
-        return 1.0;
+        return 0;
     }
     int exponent = 0;
     const double fraction = frexp(value, &exponent);
-    return ldexp(1.0, (fraction > 0.5) ? exponent : exponent - 1);
+    return (fraction > 0.5) ? exponent : exponent - 1;
 }
 
 /* 16 bits do when no count is beyond them or, for a wider sensor, at their rail: there only the narrow type would
@@ -75,7 +75,7 @@ static quantisation_t plan_counts(const options_t *options, const extent_t *exte
 
 static quantisation_t plan_finest(const extent_t *extent)
 {
-    double step = ldexp(power_of_two_above(largest(extent)), 1 - BITS_WIDE);
+    double step = fmax(ldexp(1.0, exponent_above(largest(extent)) + 1 - BITS_WIDE), DBL_MIN);
     if (round(largest(extent) / step) > COUNT_WIDE_MAX) {
         step *= 2.0;
     }
@@ -88,7 +88,7 @@ static quantisation_t plan_finest(const extent_t *extent)
 
 static quantisation_t plan_float(const options_t *options, const extent_t *extent)
 {
-    const double found = power_of_two_above(largest(extent));
+    const double found = ldexp(1.0, exponent_above(largest(extent)));
     return (quantisation_t){ .number = DAVAR_PORT_F32,
                              .unit_per_count = 1.0,
                              .full_scale = (options->full_scale > 0.0) ? options->full_scale : found,

@@ -89,13 +89,22 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     return settings_check(settings, options, error);
 }
 
+/* The widest count that quantise_plan may choose; 0 leaves it to the type. */
+static uint8_t widest_count(const options_t *options)
+{
+    if (options->arith == ARITH_FLOAT) {
+        return 0U;
+    }
+    return (options->lsb > 0.0) ? (uint8_t)options->bits : 32U;
+}
+
 /* Init looks at the configuration before it looks at the memory, so with no memory at all "too small" means accepted. */
 bool settings_check(const settings_t *settings, const options_t *options, sim_error_t *error)
 {
     davar_t probe;
     uint64_t no_memory[1] = { 0 };
     davar_config_t config = settings->config;
-    config.sample_bits = (uint8_t)((options->bits > 0U) ? options->bits : 0U);
+    config.sample_bits = widest_count(options);
     const davar_status_t status = (options->arith == ARITH_FLOAT) ? davar_init_f32(&probe, &config, no_memory, 0)
                                                                  : davar_init_q31(&probe, &config, no_memory, 0);
     const bool accepted = (status == DAVAR_OK) || (status == DAVAR_ERR_MEMORY_SIZE);

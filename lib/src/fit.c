@@ -134,7 +134,7 @@ static uint8_t usable_count(const davar_result_t *result)
 
 static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
-    uint32_t m[DAVAR_TAUS_MAX];
+    uint32_t m[DAVAR_TAUS_MAX] = {0};
     for (int t = 0; t < count; t++) {
         m[t] = result->tau[t].m;
     }
@@ -191,7 +191,7 @@ static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
     }
     deviation_interval(2.0 / plan->sigma[WHITE], &plan->white_low, &plan->white_high);
     for (int k = 0; k < TERMS; k++) {
-        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? sqrt(plan->sigma[k]) : INFINITY;
+        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? sqrt(plan->sigma[k]) : (double)INFINITY;
     }
 }
 
@@ -286,7 +286,7 @@ static double bound(double a, double sigma)
     return ((a > 0.0) ? a : 0.0) + BOUND * sigma;
 }
 
-static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
+static void write_white_intervals(const davar_fit_plan_t *plan, davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         davar_adev_t *tau = &result->tau[t];
@@ -294,6 +294,11 @@ static void write_white(const davar_fit_plan_t *plan, const double amplitude[], 
         tau->low = tau->adev * (double)plan->low[t];
         tau->high = tau->adev * (double)plan->high[t];
     }
+}
+
+static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
+{
+    write_white_intervals(plan, result);
     for (int k = 0; k < TERMS; k++) {
         const double unit = square_unit(k, tau0_s) * amplitude_unit(plan, k);
         if (k == WHITE) {
@@ -361,7 +366,10 @@ void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
     double amplitude[DAVAR_COEFFICIENT_COUNT];
     bring_up_to_date(plan, result, count);
     fit_white(plan, result, amplitude);
-    if (is_white(plan, result, amplitude)) {
+    if (!(amplitude[WHITE] > 0.0)) { /* a constant input: nothing there, and nothing could hide */
+        write_white_intervals(plan, result);
+        write_nothing(result, 0.0);
+    } else if (is_white(plan, result, amplitude)) {
         write_white(plan, amplitude, tau0_s, result);
     } else {
         fit_mixture(plan, tau0_s, result);

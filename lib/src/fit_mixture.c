@@ -277,7 +277,7 @@ static void judge(davar_mixture_t *model, unsigned which)
         if (has(which, k)) {
             matrix_t inverse;
             const bool resolved = invert(&normal.matrix, model->terms | (1U << (unsigned)k), &inverse);
-            model->variance[k] = resolved ? sandwich(&inverse, &h, k) * normal.scale[k] * normal.scale[k] : INFINITY;
+            model->variance[k] = resolved ? sandwich(&inverse, &h, k) * normal.scale[k] * normal.scale[k] : (double)INFINITY;
             if (!has(model->terms, k)) {
                 model->a[k] = resolved ? solution(&normal, &inverse, k) * normal.scale[k] : 0.0;
             }
@@ -306,7 +306,7 @@ static double misfit(const davar_mixture_t *model)
 static bool add_term(davar_mixture_t *model)
 {
     davar_mixture_t best = *model;
-    double least = INFINITY;
+    double least = (double)INFINITY;
     judge(model, ~model->terms);
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = *model;
@@ -319,7 +319,7 @@ static bool add_term(davar_mixture_t *model)
         }
     }
     *model = best;
-    return least < INFINITY;
+    return least < (double)INFINITY;
 }
 
 /* Takes out the terms that are not significant beside the others. */

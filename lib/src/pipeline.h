@@ -17,11 +17,14 @@
 
 /* --- memory ------------------------------------------------------------------------------------------------------ */
 
+/* A shrunk centred window lags behind the newest sample, and its longest span may reach further back than itself. */
 static uint32_t ring_capacity(const davar_config_t *config)
 {
     const uint32_t span_max = 2U * config->taus[config->tau_count - 1U];
     const bool whole_window = (config->stride == 1U) || config->mirrored_end;
-    return (whole_window ? config->window_max : span_max) + 1U;
+    const uint32_t lag = (config->stride == 1U) ? head_reach(config) : 0U;
+    const uint32_t span = lag + span_max;
+    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + 1U;
 }
 
 static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
@@ -36,10 +39,12 @@ static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *conf
     davar->plan = davar_arena_take(&arena, 1U, sizeof(davar_fit_plan_t));
     stages->grid = NULL;
     if (config->stride > 1U) {
-        grid_t count_only = {0};
-        grid_t *const grid = davar_arena_take(&arena, 1U, sizeof(grid_t));
-        grid_carve(&arena, (grid == NULL) ? &count_only : grid, config);
-        stages->grid = grid;
+        grid_t laid_out = {0};
+        stages->grid = davar_arena_take(&arena, 1U, sizeof(grid_t));
+        grid_carve(&arena, &laid_out, config);
+        if (stages->grid != NULL) {
+            *stages->grid = laid_out;
+        }
     }
     return arena.used;
 }
