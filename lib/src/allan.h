@@ -30,6 +30,7 @@ typedef struct {
     uint32_t run_step; /* 2 while the run reaches back into its own mirror image, else 1 */
     uint32_t to_gap;   /* samples from the leading edge to the next gap, or DAVAR_NO_GAP */
     uint32_t room;     /* samples from the trailing edge to the next gap, or DAVAR_NO_GAP */
+    bool plain;        /* sliding: nothing but whole spans near either edge */
     bool starting;     /* spans still reach in front of the first sample */
     bool mirrored;     /* ... into its mirror image */
     bool warming;      /* sliding, centred: the first window still grows on both sides (2.6) */
@@ -37,26 +38,29 @@ typedef struct {
 
 /* The whole window moves by one sample: no gap near either edge, window not shorter than the longest span. The octave
  * below shares its taps: x[n - 2 m] of one cluster size is x[n - m] of the next. */
-static void allan_slide(allan_t *allan, const ring_t *ring, uint32_t head_index, uint32_t tail_index)
+static inline void allan_slide(allan_t *allan, ring_t ring, uint32_t head_index, uint32_t tail_index)
 {
-    const sample_t *const x = ring->sample;
-    const difference_t newest = x[head_index];
-    const difference_t oldest = x[tail_index];
-    difference_t head_far = newest;
-    difference_t tail_far = oldest;
+    const sample_t *const head_at = &ring.sample[head_index];
+    const sample_t *const tail_at = &ring.sample[tail_index];
+    const uint32_t tail_room = ring.capacity - tail_index;
+    difference_t head_far = *head_at;
+    difference_t tail_far = *tail_at;
     uint32_t far_lag = 0U;
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        tau_t *const tau = &allan->tau[t];
+    tau_t *const end = &allan->tau[allan->count];
+    for (tau_t *tau = allan->tau; tau != end; tau++) {
         const uint32_t m = tau->m;
-        const bool shared = (m == far_lag);
-        const difference_t head_middle = shared ? head_far : x[ring_before(ring, head_index, m)];
-        const difference_t tail_middle = shared ? tail_far : x[ring_behind(ring, tail_index, m)];
+        if (m != far_lag) {
+            head_far = *(head_at + ((m <= head_index) ? 0U : ring.capacity) - m);
+            tail_far = *(tail_at + m - ((m < tail_room) ? 0U : ring.capacity));
+        }
         far_lag = 2U * m;
-        head_far = x[ring_before(ring, head_index, far_lag)];
-        tail_far = x[ring_behind(ring, tail_index, far_lag)];
-        tau->head += newest - (2 * head_middle) + head_far;
+        const difference_t head_middle = head_far;
+        const difference_t tail_middle = tail_far;
+        head_far = *(head_at + ((far_lag <= head_index) ? 0U : ring.capacity) - far_lag);
+        tail_far = *(tail_at + far_lag - ((far_lag < tail_room) ? 0U : ring.capacity));
+        tau->head += *head_at - (2 * head_middle) + head_far;
         sum_slide(&tau->sum, tau->head, tau->tail);
-        tau->tail += tail_far - (2 * tail_middle) + oldest;
+        tau->tail += tail_far - (2 * tail_middle) + *tail_at;
     }
 }
 

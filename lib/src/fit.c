@@ -90,6 +90,25 @@ static void plan_variance(davar_fit_plan_t *plan, const uint32_t *m, int term)
     }
 }
 
+/* Weights of a white fit: 1 / m, shared among crowded neighbours (the gap between the geometric means with them, on the
+ * scale of 1 / m). Within 1 % of the full inverse covariance for octaves and geometric lists from m = 1, without its
+ * conditioning. The first entry also stands for all shorter sizes, the last one for half of all longer (5.4). */
+static void plan_weights(davar_fit_plan_t *plan, const uint32_t *m)
+{
+    const int end = plan->count - 1;
+    const double second = (double)m[(end > 0) ? 1 : 0];
+    const double next_to_last = (double)m[(end > 0) ? end - 1 : 0];
+    double from = 1.0 / sqrt(plan->first * plan->first * plan->first / second);
+    for (int t = 0; t < end; t++) {
+        const double to = 1.0 / sqrt((double)m[t] * (double)m[t + 1]);
+        plan->weight[t] = (float)(from - to);
+        from = to;
+    }
+    const double beyond = 1.0 / sqrt(plan->last * plan->last * plan->last / next_to_last);
+    plan->weight[end] = (float)(from - 0.5 * beyond);
+    plan->weight[0] *= (float)(1.0 + 2.35 * (1.0 - 1.0 / (plan->first * plan->first)));
+}
+
 /* Standard deviation of the misfit under white noise: twice the sum of the squared correlations is its variance. */
 static double white_misfit_spread(const uint32_t *m, int count)
 {
@@ -113,9 +132,7 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
     plan->first = (double)m[0];
     plan->last = (double)m[count - 1U];
     plan->misfit_spread = white_misfit_spread(m, count);
-    for (int t = 0; t < count; t++) {
-        plan->weight[t] = (float)davar_noise_white_weight((double)m[t]);
-    }
+    plan_weights(plan, m);
     for (int k = 0; k < TERMS; k++) {
         plan_regression(plan, m, k);
         plan_variance(plan, m, k);
@@ -168,7 +185,7 @@ static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, int
     const double m = (double)result->tau[t].m;
     const double all = all_differences(result, t);
     const double effective = (all + 0.5 * m) * ((double)result->tau[t].differences / all);
-    const double edf = (double)plan->weight[t] * effective;
+    const double edf = davar_noise_white_weight(m) * effective;
     double low;
     double high;
     deviation_interval(edf, &low, &high);
@@ -350,7 +367,8 @@ static void write_nothing(davar_result_t *result, double bound_square)
 
 static void fit_mixture(const davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
 {
-    davar_mixture_t model = {.data = result, .count = plan->count, .misfit_spread = plan->misfit_spread};
+    davar_mixture_t model = {.data = result, 
+        .weight = plan->weight, .count = plan->count, .misfit_spread = plan->misfit_spread};
     davar_mixture_fit(&model);
     write_mixture(&model, tau0_s, result);
 }

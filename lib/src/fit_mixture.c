@@ -69,11 +69,6 @@ double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-static double variance_of(const davar_mixture_t *model, const davar_adev_t *tau, double avar)
-{
-    return 2.0 * avar * avar / davar_mixture_edf(model, tau);
-}
-
 static void equilibrate(normal_t *normal)
 {
     for (int k = 0; k < TERMS; k++) {
@@ -97,7 +92,7 @@ static void normal_equations(const davar_mixture_t *model, double trust, normal_
         double x[DAVAR_COEFFICIENT_COUNT];
         shapes((double)tau->m, x);
         const double expected = trust * avar_of(model, (double)tau->m) + (1.0 - trust) * avar;
-        const double weight = 1.0 / variance_of(model, tau, expected);
+        const double weight = (double)model->weight[t] / (expected * expected);
         for (int k = 0; k < TERMS; k++) {
             for (int l = 0; l < TERMS; l++) {
                 normal->matrix.at[k][l] += weight * x[k] * x[l];
@@ -240,7 +235,7 @@ static void scatter(const davar_mixture_t *model, const normal_t *normal, matrix
     for (int j = 0; j < model->count; j++) {
         const davar_adev_t *tau = &model->data->tau[j];
         const double avar = avar_of(model, (double)tau->m);
-        root[j] = 1.0 / sqrt(variance_of(model, tau, avar) * avar);
+        root[j] = (double)model->weight[j] / avar * sqrt(2.0 / (davar_mixture_edf(model, tau) * avar));
         for (int i = 0; i <= j; i++) {
             const double m_short = (double)model->data->tau[i].m;
             const double m_long = (double)tau->m;

@@ -13,6 +13,7 @@
 /* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
 typedef struct {
     const davar_result_t *data;               /* the Allan variances to fit; entries 0 .. count - 1 are usable */
+    const float *weight;                      /* of a relative error at each of them (5.4) */
     uint8_t count;                            /* at least 1 */
     double misfit_spread;                     /* standard deviation of the misfit under white noise (5.9) */
     unsigned terms;                           /* bit k: term k is in the model */

@@ -1,17 +1,44 @@
-/* davar - stage [4]: the window law, a pure function. */
+/* davar - stage [4]: the window law of [SONG18] section 4, pure functions (4.1), (4.2). */
 #ifndef DAVAR_SRC_LAW_H
 #define DAVAR_SRC_LAW_H
 
 #include "davar/instance.h"
 
+static inline uint32_t law_shorter(const davar_config_t *config, uint32_t length)
+{
+    const uint32_t step = config->shrink * config->stride;
+    return (length > (config->window_min + step)) ? (length - step) : config->window_min;
+}
+
+static inline uint32_t law_longer(const davar_config_t *config, uint32_t length, bool filling)
+{
+    /* Trailing: the head moves by one per sample, so growing faster would move the tail backwards. */
+    const bool trailing = (config->mode == DAVAR_MODE_TRAILING);
+    const uint32_t most = trailing ? 1U : 2U;
+    const bool free_growth = filling || (config->policy == DAVAR_POLICY_FIXED);
+    const uint32_t grow = (free_growth || (config->grow > most)) ? most : config->grow;
+    const uint32_t step = grow * config->stride;
+    return ((length + step) < config->window_max) ? (length + step) : config->window_max;
+}
+
 /* Length of the next window after one of `length` samples whose flag is `unstable` (4.1). On a grid the window moves
  * `stride` times as far at once. O(1), no division. */
-uint32_t davar_law_next(const davar_config_t *config, uint32_t length, bool unstable, bool filling);
+static inline uint32_t davar_law_next(const davar_config_t *config, uint32_t length, bool unstable, bool filling)
+{
+    if (unstable && (config->policy != DAVAR_POLICY_FIXED)) {
+        return law_shorter(config, length);
+    }
+    return law_longer(config, length, filling);
+}
 
-/* Half of window_max in centred mode, 0 in trailing: how far the newest sample is ahead of the epoch. */
-uint32_t davar_law_latency(const davar_config_t *config);
-
-/* Moves the window to its next epoch: head and tail for a window of `length` samples (4.2). */
-void davar_law_place(const davar_config_t *config, davar_window_t *window, uint32_t length);
+/* Leading edge of the window of `length` samples whose epoch is complete when `due` samples are in (4.2): centred, the
+ * newest sample is half of window_max ahead of the epoch, the edge half of the window. */
+static inline uint32_t davar_law_head(const davar_config_t *config, uint32_t due, uint32_t length)
+{
+    if (config->mode == DAVAR_MODE_CENTRED) {
+        return due - ((config->window_max - length) >> 1U);
+    }
+    return due;
+}
 
 #endif

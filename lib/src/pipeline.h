@@ -82,6 +82,7 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     allan->starting = true;
     allan->mirrored = centred;
     allan->warming = centred && (config->stride == 1U);
+    allan->plain = false;
     for (uint32_t t = 0U; t < allan->count; t++) {
         const tau_t zero = {0};
         allan->tau[t] = zero;
@@ -154,15 +155,15 @@ static bool window_unstable(const stages_t *stages, const davar_t *davar)
 static void window_move(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    davar_window_t placed = *window;
-    davar_law_place(davar->config, &placed, window->length);
+    const uint32_t head = davar_law_head(davar->config, window->due, window->length);
+    const uint32_t tail = head - window->length;
     if (stages->grid != NULL) {
-        window->head = placed.head;
-        window->tail = placed.tail;
+        window->head = head;
+        window->tail = tail;
     } else if (stages->allan.warming) {
         sliding_end_warm(stages, davar);
     } else {
-        sliding_move(stages, davar, placed.head, placed.tail);
+        sliding_move(stages, davar, head, tail);
     }
     window->at_start = window->at_start && ((int32_t)window->tail < 0);
 }
@@ -173,17 +174,20 @@ static bool epoch_complete(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     const davar_config_t *const config = davar->config;
     window_move(stages, davar);
+    window->due += config->stride;
+    window->epoch += config->stride;
     const uint32_t length = window->length;
     const bool reported = (length >= config->window_min) || (length == config->window_max);
     if (reported && (stages->grid != NULL)) {
         grid_place(stages, davar);
     }
     const bool adapts = (config->policy != DAVAR_POLICY_FIXED);
+    if (!adapts && (length == config->window_max)) {
+        return true;
+    }
     const bool unstable = reported && adapts && window_unstable(stages, davar);
     window->filling = window->filling && !unstable && (length < config->window_max);
     window->length = davar_law_next(config, length, unstable, window->filling);
-    window->due += config->stride;
-    window->epoch += config->stride;
     return reported;
 }
 
@@ -253,6 +257,7 @@ static void pipeline_gap(davar_t *davar)
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
     allan_t *const allan = &stages->allan;
+    allan->plain = false;
     if (!davar_gaps_push(&davar->gaps, window)) {
         pipeline_restart(davar);
         return;
@@ -278,6 +283,7 @@ static void finish(stages_t *stages, davar_t *davar)
     const uint32_t after = davar_gaps_after(&davar->gaps, window, head - 1U);
     stages->allan.to_gap = (after == DAVAR_NO_GAP) ? DAVAR_NO_GAP : (after - 1U);
     stages->allan.room = davar_gaps_after(&davar->gaps, window, window->tail);
+    stages->allan.plain = false;
 }
 
 /* Pushes the mirror image of the record until an epoch is complete. False: none is left. */

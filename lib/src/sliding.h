@@ -92,13 +92,15 @@ static void sliding_both(stages_t *stages, davar_t *davar)
     const uint32_t head_index = ring_index(ring, window->received - window->head);
     const uint32_t tail_index = ring_index(ring, window->received - window->tail);
     const uint32_t length = window->head - window->tail;
-    allan_slide(&stages->allan, ring, head_index, tail_index);
+    allan_slide(&stages->allan, *ring, head_index, tail_index);
     sliding_head_moments(&stages->moments, ring, head_index, length + 1U);
     sliding_tail_moments(&stages->moments, ring, tail_index);
     window->head++;
     window->tail++;
 }
 
+/* No gap near either edge, no span that reaches beyond the window or the start: kept as a flag, since only the careful
+ * steps and a new gap can change it. */
 static bool sliding_is_plain(const allan_t *allan, const davar_window_t *window)
 {
     return (allan->run >= allan->span_max) && (allan->to_gap == DAVAR_NO_GAP) && (allan->room == DAVAR_NO_GAP) &&
@@ -106,17 +108,29 @@ static bool sliding_is_plain(const allan_t *allan, const davar_window_t *window)
 }
 
 /* Moves the window to [tail, head), the leading edge first so that it never gets shorter than it will be. */
-static void sliding_move(stages_t *stages, davar_t *davar, uint32_t head, uint32_t tail)
+static void sliding_move_carefully(stages_t *stages, davar_t *davar, uint32_t head, uint32_t tail)
 {
     davar_window_t *const window = &davar->window;
     while ((window->head != head) || (window->tail != tail)) {
-        if ((window->head != head) && (window->tail != tail) && sliding_is_plain(&stages->allan, window)) {
+        const bool both = (window->head != head) && (window->tail != tail);
+        if (both && sliding_is_plain(&stages->allan, window)) {
             sliding_both(stages, davar);
         } else if (window->head != head) {
             sliding_head(stages, davar);
         } else {
             sliding_tail(stages, davar);
         }
+    }
+    stages->allan.plain = sliding_is_plain(&stages->allan, window);
+}
+
+static void sliding_move(stages_t *stages, davar_t *davar, uint32_t head, uint32_t tail)
+{
+    const davar_window_t *const window = &davar->window;
+    if (stages->allan.plain && ((head - window->head) == 1U) && ((tail - window->tail) == 1U)) {
+        sliding_both(stages, davar);
+    } else {
+        sliding_move_carefully(stages, davar, head, tail);
     }
 }
 

@@ -1,27 +1,29 @@
 /* davar tests - rate records with a known Allan variance. */
 #include "gyro_noise.h"
 
-/* Gauss-Markov processes of equal variance, a factor of four apart in time constant, add up to flicker: with s^2 each,
- * the plateau of avar is s^2 * integral of GM's avar over ln(Tc), divided by ln 4. The integral is 1/2 * 2 ln 2. */
+/* Gauss-Markov processes of equal variance s^2, a factor of four apart in time constant, add up to flicker with the
+ * plateau s^2 (the avar of one, integrated over ln Tc, is s^2 ln 4). The shortest one gets a fifth: it stands for
+ * all that are shorter still, which look white. The plateau is then flat within 2 % from m = 2 on. */
 #define MARKOV_COUNT 12
 #define MARKOV_RATIO 4.0
 #define MARKOV_FIRST 0.25
+#define MARKOV_FIRST_SHARE 0.2
 
 static double markov_memory(int index) /* exp(-1 / Tc) */
 {
     return exp(-1.0 / (MARKOV_FIRST * pow(MARKOV_RATIO, index)));
 }
 
-static double markov_variance(const gyro_noise_t *noise)
+static double markov_variance(const gyro_noise_t *noise, int index)
 {
     const double plateau = noise->flicker * noise->flicker * 2.0 * log(2.0) / acos(-1.0);
-    return plateau * log(MARKOV_RATIO) / log(4.0);
+    return plateau * ((index == 0) ? MARKOV_FIRST_SHARE : 1.0);
 }
 
 static void add_flicker(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
 {
-    const double sigma = sqrt(markov_variance(noise));
     for (int k = 0; k < MARKOV_COUNT; k++) {
+        const double sigma = sqrt(markov_variance(noise, k));
         const double memory = markov_memory(k);
         const double drive = sigma * sqrt(1.0 - memory * memory);
         double state = sigma * random_gauss(random);
@@ -42,12 +44,15 @@ static void add_white(const gyro_noise_t *noise, random_t *random, double *rate,
     }
 }
 
+/* The walk goes on between the samples, and a sample is its mean: half the step, and the bridge's own area. */
 static void add_drift(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
 {
     double walk = 0.0;
     for (size_t i = 0; i < count; i++) {
-        rate[i] += walk + noise->ramp * (double)i;
-        walk += (noise->walk > 0.0) ? noise->walk * random_gauss(random) : 0.0;
+        const double step = (noise->walk > 0.0) ? noise->walk * random_gauss(random) : 0.0;
+        const double area = (noise->walk > 0.0) ? noise->walk * sqrt(1.0 / 12.0) * random_gauss(random) : 0.0;
+        rate[i] += walk + 0.5 * step + area + noise->ramp * (double)i;
+        walk += step;
     }
 }
 
@@ -101,10 +106,10 @@ double gyro_noise_avar(const gyro_noise_t *noise, unsigned m)
     const double tau = (double)m;
     double sum = white_avar(noise, m);
     sum += 3.0 * noise->quantization * noise->quantization / (tau * tau);
-    sum += noise->walk * noise->walk * (tau / 3.0 + 1.0 / (6.0 * tau));
+    sum += noise->walk * noise->walk * tau / 3.0;
     sum += 0.5 * noise->ramp * noise->ramp * tau * tau;
     for (int k = 0; k < MARKOV_COUNT; k++) {
-        sum += markov_variance(noise) * markov_avar(markov_memory(k), m);
+        sum += markov_variance(noise, k) * markov_avar(markov_memory(k), m);
     }
     return sum;
 }

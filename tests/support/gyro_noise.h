@@ -6,9 +6,9 @@
 
 #include <stddef.h>
 
-/* avar(m) = 3 Q^2 / m^2 + N^2 / m + (2 ln2 / pi) B^2 + K^2 m / 3 + R^2 m^2 / 2, nearly: a discrete random walk has K^2 (m / 3
- * + 1 / (6 m)), and flicker is a sum of Gauss-Markov processes whose plateau ripples by a few percent.
- * gyro_noise_avar() is the truth of what gyro_noise_fill() makes, those details included. */
+/* avar(m) = 3 Q^2 / m^2 + N^2 / m + (2 ln2 / pi) B^2 + K^2 m / 3 + R^2 m^2 / 2. Exact but for flicker, a sum of Gauss-Markov
+ * processes whose plateau is flat within 2 % from m = 2 on; gyro_noise_avar() is the truth of what gyro_noise_fill()
+ * makes, that detail included. */
 typedef struct {
     double quantization;
     double white;

@@ -1,0 +1,201 @@
+/* davar-bench - what one sample costs on this machine, side by side with what a user would write instead. Prints one
+ * `key value` line per figure (ns per sample unless the key says otherwise), the median of REPEATS runs each. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "davar/davar.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define REPEATS 9
+#define SAMPLES 400000
+
+typedef double (*run_t)(const davar_config_t *config);
+
+static int16_t narrow[SAMPLES];
+static float rates[SAMPLES];
+static double sink; /* keeps the compiler from dropping work */
+
+static const uint32_t octaves[8] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
+
+/* White noise of 20 counts on a bias, from a linear congruential generator and the sum of 12 uniforms. */
+static void make_samples(void)
+{
+    uint64_t state = 1U;
+    for (size_t i = 0U; i < SAMPLES; i++) {
+        double sum = -6.0;
+        for (unsigned k = 0U; k < 12U; k++) {
+            state = (state * UINT64_C(6364136223846793005)) + UINT64_C(1442695040888963407);
+            sum += (double)(state >> 40U) / 16777216.0;
+        }
+        narrow[i] = (int16_t)lrint(20.0 * sum + 37.0);
+        rates[i] = (float)narrow[i] * 0.01F;
+    }
+}
+
+static double now_ns(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (1e9 * (double)time.tv_sec) + (double)time.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double difference = *(const double *)a - *(const double *)b;
+    return (difference > 0.0) - (difference < 0.0);
+}
+
+static double median_of_runs(run_t run, const davar_config_t *config)
+{
+    double figure[REPEATS];
+    for (unsigned i = 0U; i < REPEATS; i++) {
+        figure[i] = run(config);
+    }
+    qsort(figure, REPEATS, sizeof figure[0], ascending);
+    return figure[REPEATS / 2];
+}
+
+static void *memory_of(size_t bytes)
+{
+    void *const memory = malloc(bytes);
+    if ((memory == NULL) || (bytes == 0U)) {
+        fprintf(stderr, "davar-bench: no memory, or a configuration was refused\n");
+        exit(1);
+    }
+    return memory;
+}
+
+/* Pushes everything, sample by sample, and leaves the results where they are: the cost of having a value at each. */
+static double run_q15(const davar_config_t *config)
+{
+    davar_t davar;
+    const size_t bytes = davar_memory_size_q15(config);
+    void *const memory = memory_of(bytes);
+    (void)davar_init_q15(&davar, config, memory, bytes);
+    const double start = now_ns();
+    for (size_t i = 0U; i < SAMPLES;) {
+        i += davar_push_q15(&davar, &narrow[i], SAMPLES - i);
+    }
+    const double spent = now_ns() - start;
+    sink += (double)davar.produced;
+    free(memory);
+    return spent / SAMPLES;
+}
+
+static double run_f32(const davar_config_t *config)
+{
+    davar_t davar;
+    const size_t bytes = davar_memory_size_f32(config);
+    void *const memory = memory_of(bytes);
+    (void)davar_init_f32(&davar, config, memory, bytes);
+    const double start = now_ns();
+    for (size_t i = 0U; i < SAMPLES;) {
+        i += davar_push_f32(&davar, &rates[i], SAMPLES - i);
+    }
+    const double spent = now_ns() - start;
+    sink += (double)davar.produced;
+    free(memory);
+    return spent / SAMPLES;
+}
+
+/* Everything, and every result taken: kurtosis, contribution, window law, ADEV, fit and intervals at every epoch. */
+static double run_chain(const davar_config_t *config)
+{
+    davar_t davar;
+    davar_result_t result;
+    const size_t bytes = davar_memory_size_q15(config);
+    void *const memory = memory_of(bytes);
+    (void)davar_init_q15(&davar, config, memory, bytes);
+    const double start = now_ns();
+    for (size_t i = 0U; i < SAMPLES;) {
+        i += davar_push_q15(&davar, &narrow[i], SAMPLES - i);
+        if (davar_take(&davar, &result)) {
+            sink += result.tau[0].adev;
+        }
+    }
+    const double spent = now_ns() - start;
+    free(memory);
+    return spent / SAMPLES;
+}
+
+/* What a user writes first: the whole window again at every sample, with a cumulative sum to be fair. */
+static double run_brute_force(const davar_config_t *config)
+{
+    const size_t window = config->window_max;
+    const size_t epochs = 400U;
+    double *const phase = memory_of((window + epochs + 1U) * sizeof(double));
+    phase[0] = 0.0;
+    for (size_t i = 0U; i < (window + epochs); i++) {
+        phase[i + 1U] = phase[i] + (double)narrow[i];
+    }
+    const double start = now_ns();
+    for (size_t epoch = 0U; epoch < epochs; epoch++) {
+        for (unsigned t = 0U; t < config->tau_count; t++) {
+            const size_t m = config->taus[t];
+            double sum = 0.0;
+            for (size_t i = epoch; (i + (2U * m)) <= (epoch + window); i++) {
+                const double difference = phase[i + (2U * m)] - (2.0 * phase[i + m]) + phase[i];
+                sum += difference * difference;
+            }
+            sink += sqrt(sum);
+        }
+    }
+    const double spent = now_ns() - start;
+    free(phase);
+    return spent / (double)epochs;
+}
+
+static davar_config_t plain(uint32_t window, uint8_t tau_count)
+{
+    davar_config_t config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    config.full_scale = 300.0;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.window_max = window;
+    config.window_min = window;
+    config.segment = 0U;
+    config.taus = octaves;
+    config.tau_count = tau_count;
+    return config;
+}
+
+static davar_config_t adaptive(uint32_t stride)
+{
+    davar_config_t config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    config.taus = octaves;
+    config.tau_count = 8U;
+    config.stride = stride;
+    return config;
+}
+
+static void figure(const char *key, double value)
+{
+    printf("%s %.4g\n", key, value);
+    fflush(stdout);
+}
+
+int main(void)
+{
+    make_samples();
+    const davar_config_t every_sample = plain(600U, 8U);
+    const davar_config_t chain = adaptive(1U);
+    const davar_config_t grid = adaptive(60U);
+    const davar_config_t short_window = plain(64U, 6U);
+    const davar_config_t long_window = plain(65536U, 6U);
+    figure("fixed_every_sample_8_taus_ns_per_sample", median_of_runs(run_q15, &every_sample));
+    figure("float_every_sample_8_taus_ns_per_sample", median_of_runs(run_f32, &every_sample));
+    figure("grid_8_taus_ns_per_sample", median_of_runs(run_chain, &grid));
+    figure("full_chain_every_sample_ns_per_sample", median_of_runs(run_chain, &chain));
+    figure("full_chain_push_only_ns_per_sample", median_of_runs(run_q15, &chain));
+    figure("brute_force_ns_per_sample", median_of_runs(run_brute_force, &every_sample));
+    figure("flatness_65536_over_64",
+           median_of_runs(run_q15, &long_window) / median_of_runs(run_q15, &short_window));
+    return (sink > 0.0) ? 0 : 1;
+}
