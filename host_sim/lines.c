@@ -46,7 +46,7 @@ static bool attach(lines_t *lines, int descriptor, sim_error_t *error)
 
 bool lines_open(lines_t *lines, const char *name, sim_error_t *error)
 {
-    *lines = (lines_t){ .name = name };
+    *lines = (lines_t){.name = name};
     const int descriptor = open_descriptor(name);
     if (descriptor < 0) {
         return sim_fail(error, "%s: %s", name, strerror(errno));
@@ -173,5 +173,5 @@ void lines_close(lines_t *lines)
         (void)gzclose(lines->file);
     }
     free(lines->buffer);
-    *lines = (lines_t){ 0 };
+    *lines = (lines_t){0};
 }

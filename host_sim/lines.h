@@ -15,9 +15,9 @@ typedef struct {
     uint64_t number;  /* of the newest line, from 1 */
     gzFile file;
     char *buffer;
-    size_t begin; /* first byte not handed out yet */
-    size_t end;   /* behind the last byte read */
-    bool drained; /* the file has no more bytes */
+    size_t begin;        /* first byte not handed out yet */
+    size_t end;          /* behind the last byte read */
+    bool drained;        /* the file has no more bytes */
     uint64_t file_bytes; /* as stored (compressed); 0: unknown */
 } lines_t;
 

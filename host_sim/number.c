@@ -14,7 +14,7 @@
 /* What the characters say: (-1)^negative * mantissa * 10^exponent. */
 typedef struct {
     uint64_t mantissa;
-    int digits;   /* significant digits seen, leading zeros not counted */
+    int digits; /* significant digits seen, leading zeros not counted */
     int exponent;
     bool negative;
     bool any_digit;
@@ -87,9 +87,9 @@ static bool is_exact_case(const decimal_t *decimal)
 
 static double exact_value(const decimal_t *decimal)
 {
-    static const double POWER[POWERS_EXACT + 1] = { 1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                    1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                                    1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22 };
+    static const double POWER[POWERS_EXACT + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                   1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                   1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
     const double magnitude = (decimal->exponent < 0) ? (double)decimal->mantissa / POWER[-decimal->exponent]
                                                      : (double)decimal->mantissa * POWER[decimal->exponent];
     return decimal->negative ? -magnitude : magnitude;
@@ -97,7 +97,7 @@ static double exact_value(const decimal_t *decimal)
 
 number_status_t number_parse(const char **cursor, double *value)
 {
-    decimal_t decimal = { 0 };
+    decimal_t decimal = {0};
     const char *end = scan_sign(*cursor, &decimal.negative);
     end = scan_fraction(scan_digits(end, &decimal), &decimal);
     if (!decimal.any_digit) {

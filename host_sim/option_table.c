@@ -57,7 +57,7 @@ static bool apply_gap(options_t *options, const char *text, sim_error_t *error)
 
 static bool apply_arith(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = { "fixed", "float" };
+    static const char *const WORDS[] = {"fixed", "float"};
     size_t choice = 0;
     const bool good = value_choice("arith", text, WORDS, 2, &choice, error);
     options->arith = (arith_t)choice;
@@ -71,7 +71,7 @@ static bool apply_lsb(options_t *options, const char *text, sim_error_t *error)
 
 static bool apply_bits(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = { "16", "24", "32" };
+    static const char *const WORDS[] = {"16", "24", "32"};
     size_t choice = 0;
     const bool good = value_choice("bits", text, WORDS, 3, &choice, error);
     options->bits = 16U + 8U * (uint32_t)choice;
@@ -85,7 +85,7 @@ static bool apply_full_scale(options_t *options, const char *text, sim_error_t *
 
 static bool apply_policy(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = { "fixed", "kurtosis", "or", "and" };
+    static const char *const WORDS[] = {"fixed", "kurtosis", "or", "and"};
     size_t choice = 0;
     const bool good = value_choice("policy", text, WORDS, 4, &choice, error);
     options->policy = (davar_policy_t)choice;
@@ -94,7 +94,7 @@ static bool apply_policy(options_t *options, const char *text, sim_error_t *erro
 
 static bool apply_mode(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = { "centred", "trailing" };
+    static const char *const WORDS[] = {"centred", "trailing"};
     size_t choice = 0;
     const bool good = value_choice("mode", text, WORDS, 2, &choice, error);
     options->mode = (davar_mode_t)choice;
@@ -182,7 +182,7 @@ static bool apply_taus(options_t *options, const char *text, sim_error_t *error)
 
 static bool apply_out(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = { "csv", "jsonl" };
+    static const char *const WORDS[] = {"csv", "jsonl"};
     if ((strncmp(text, "can:", 4) == 0) || (strncmp(text, "slcan:", 6) == 0)) {
         return sim_fail(error, "--out: CAN output is not part of this version, found '%s'; use csv or jsonl", text);
     }
@@ -210,7 +210,7 @@ static bool apply_pace(options_t *options, const char *text, sim_error_t *error)
 
 static bool apply_progress(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = { "auto", "always", "never" };
+    static const char *const WORDS[] = {"auto", "always", "never"};
     size_t choice = 0;
     const bool good = value_choice("progress", text, WORDS, 3, &choice, error);
     options->progress = (show_t)choice;
@@ -218,29 +218,29 @@ static bool apply_progress(options_t *options, const char *text, sim_error_t *er
 }
 
 const option_entry_t OPTION_TABLE[] = {
-    { "column", option_add_columns },
-    { "rate", apply_rate },
-    { "gap", apply_gap },
-    { "arith", apply_arith },
-    { "lsb", apply_lsb },
-    { "bits", apply_bits },
-    { "full-scale", apply_full_scale },
-    { "policy", apply_policy },
-    { "mode", apply_mode },
-    { "window-max", apply_window_max },
-    { "window-min", apply_window_min },
-    { "segment", apply_segment },
-    { "kurtosis", apply_kurtosis },
-    { "contribution", apply_contribution },
-    { "grow", apply_grow },
-    { "shrink", apply_shrink },
-    { "taus", apply_taus },
-    { "stride", apply_stride },
-    { "out", apply_out },
-    { "details", NULL },
-    { "pace", apply_pace },
-    { "progress", apply_progress },
-    { "help", NULL },
-    { "version", NULL },
-    { NULL, NULL },
+    {"column", option_add_columns},
+    {"rate", apply_rate},
+    {"gap", apply_gap},
+    {"arith", apply_arith},
+    {"lsb", apply_lsb},
+    {"bits", apply_bits},
+    {"full-scale", apply_full_scale},
+    {"policy", apply_policy},
+    {"mode", apply_mode},
+    {"window-max", apply_window_max},
+    {"window-min", apply_window_min},
+    {"segment", apply_segment},
+    {"kurtosis", apply_kurtosis},
+    {"contribution", apply_contribution},
+    {"grow", apply_grow},
+    {"shrink", apply_shrink},
+    {"taus", apply_taus},
+    {"stride", apply_stride},
+    {"out", apply_out},
+    {"details", NULL},
+    {"pace", apply_pace},
+    {"progress", apply_progress},
+    {"help", NULL},
+    {"version", NULL},
+    {NULL, NULL},
 };

@@ -15,11 +15,11 @@ static void fill_long_options(struct option *long_options)
 {
     size_t i = 0;
     for (; (OPTION_TABLE[i].name != NULL) && (i < OPTIONS_MAX); i++) {
-        long_options[i] = (struct option){ .name = OPTION_TABLE[i].name,
-                                           .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
-                                           .val = CODE_FIRST + (int)i };
+        long_options[i] = (struct option){.name = OPTION_TABLE[i].name,
+                                          .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
+                                          .val = CODE_FIRST + (int)i};
     }
-    long_options[i] = (struct option){ 0 };
+    long_options[i] = (struct option){0};
 }
 
 static options_status_t apply_flag(options_t *options, const char *name)
@@ -112,7 +112,7 @@ static options_status_t take_rest(options_t *options, int argc, char **argv, sim
 
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
 {
-    *options = (options_t){ .policy = DAVAR_POLICY_OR };
+    *options = (options_t){.policy = DAVAR_POLICY_OR};
     const options_status_t status = walk(options, argc, argv, error);
     return (status == OPTIONS_RUN) ? take_rest(options, argc, argv, error) : status;
 }

@@ -24,7 +24,7 @@ typedef enum {
 } out_t;
 
 typedef enum {
-    SHOW_AUTO = 0, /* when standard error is a terminal */
+    SHOW_AUTO = 0, /* when standard error is a terminal and standard output is not */
     SHOW_ALWAYS,
     SHOW_NEVER
 } show_t;
@@ -43,14 +43,14 @@ typedef struct {
 } optional_range_t;
 
 typedef struct {
-    const char *recording;                    /* "-": standard input */
-    char *columns[OPTIONS_COLUMNS_MAX];       /* names in order; allocated */
-    size_t column_count;                      /* 0: choose by name */
-    double rate_hz;                           /* 0: from the time stamps */
-    double lsb;                               /* unit per count; 0: not given */
-    double full_scale;                        /* 0: not given */
-    double gap_factor;                        /* 0: not given */
-    uint32_t bits;                            /* 0: not given */
+    const char *recording;              /* "-": standard input */
+    char *columns[OPTIONS_COLUMNS_MAX]; /* names in order; allocated */
+    size_t column_count;                /* 0: choose by name */
+    double rate_hz;                     /* 0: from the time stamps */
+    double lsb;                         /* unit per count; 0: not given */
+    double full_scale;                  /* 0: not given */
+    double gap_factor;                  /* 0: not given */
+    uint32_t bits;                      /* 0: not given */
     arith_t arith;
     davar_policy_t policy;
     davar_mode_t mode;
@@ -63,11 +63,11 @@ typedef struct {
     optional_range_t kurtosis;
     optional_range_t contribution;
     taus_kind_t taus_kind;
-    uint32_t taus_wanted;                     /* geometric: how many */
-    uint32_t taus[DAVAR_TAUS_MAX];            /* list */
+    uint32_t taus_wanted;          /* geometric: how many */
+    uint32_t taus[DAVAR_TAUS_MAX]; /* list */
     size_t tau_count;
     out_t out;
-    double pace;                              /* times real time; 0: as fast as it goes */
+    double pace; /* times real time; 0: as fast as it goes */
     show_t progress;
     bool details;
 } options_t;

@@ -6,6 +6,7 @@
 
 #define BITS_DEFAULT 24U
 #define BITS_WIDE 32
+#define FULL_SCALE_MIN 0x1p-66      /* the library refuses a full scale below 1e-20 */
 #define COUNT_WIDE_MAX 2147483646.0 /* 2^31 - 1 is the rail, which counts as saturated */
 
 static const char *admit_count(const options_t *options, unit_t unit, double value, double *admitted)
@@ -66,11 +67,11 @@ static quantisation_t plan_counts(const options_t *options, const extent_t *exte
 {
     const uint32_t bits = (options->bits > 0U) ? options->bits : BITS_DEFAULT;
     const bool narrow = fits_q15(bits, extent);
-    return (quantisation_t){ .number = narrow ? DAVAR_PORT_Q15 : DAVAR_PORT_Q31,
-                             .unit_per_count = options->lsb,
-                             .full_scale = 1.0,
-                             .sample_bits = (uint8_t)(narrow ? 16U : bits),
-                             .step = 1.0 };
+    return (quantisation_t){.number = narrow ? DAVAR_PORT_Q15 : DAVAR_PORT_Q31,
+                            .unit_per_count = options->lsb,
+                            .full_scale = 1.0,
+                            .sample_bits = (uint8_t)(narrow ? 16U : bits),
+                            .step = 1.0};
 }
 
 static quantisation_t plan_finest(const extent_t *extent)
@@ -79,20 +80,17 @@ static quantisation_t plan_finest(const extent_t *extent)
     if (round(largest(extent) / step) > COUNT_WIDE_MAX) {
         step *= 2.0;
     }
-    return (quantisation_t){ .number = DAVAR_PORT_Q31,
-                             .unit_per_count = step,
-                             .full_scale = 1.0,
-                             .sample_bits = BITS_WIDE,
-                             .step = step };
+    return (quantisation_t){
+        .number = DAVAR_PORT_Q31, .unit_per_count = step, .full_scale = 1.0, .sample_bits = BITS_WIDE, .step = step};
 }
 
 static quantisation_t plan_float(const options_t *options, const extent_t *extent)
 {
-    const double found = ldexp(1.0, exponent_above(largest(extent)));
-    return (quantisation_t){ .number = DAVAR_PORT_F32,
-                             .unit_per_count = 1.0,
-                             .full_scale = (options->full_scale > 0.0) ? options->full_scale : found,
-                             .step = 1.0 };
+    const double found = fmax(ldexp(1.0, exponent_above(largest(extent))), FULL_SCALE_MIN);
+    return (quantisation_t){.number = DAVAR_PORT_F32,
+                            .unit_per_count = 1.0,
+                            .full_scale = (options->full_scale > 0.0) ? options->full_scale : found,
+                            .step = 1.0};
 }
 
 quantisation_t quantise_plan(const options_t *options, const extent_t *extent)

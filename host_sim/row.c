@@ -12,7 +12,8 @@
 
 static bool is_not_finite(const char *field, size_t length)
 {
-    static const char *const WORDS[] = { "nan", "inf", "infinity", "-nan", "-inf", "-infinity", "+nan", "+inf", "+infinity" };
+    static const char *const WORDS[] = {"nan",       "inf",  "infinity", "-nan",     "-inf",
+                                        "-infinity", "+nan", "+inf",     "+infinity"};
     for (size_t w = 0; w < sizeof WORDS / sizeof WORDS[0]; w++) {
         if ((length == strlen(WORDS[w])) && (strncasecmp(field, WORDS[w], length) == 0)) {
             return true;
@@ -47,8 +48,8 @@ static bool fail_field(const lines_t *lines, const char *column, const char *fie
 
 static bool fail_short(const lines_t *lines, const header_t *header, size_t found, sim_error_t *error)
 {
-    return sim_fail(error, "%s:%" PRIu64 ": column %s: row too short: %zu columns in the header, found %zu", lines->name,
-                    lines->number, header->name[found], header->count, found);
+    return sim_fail(error, "%s:%" PRIu64 ": column %s: row too short: %zu columns in the header, found %zu",
+                    lines->name, lines->number, header->name[found], header->count, found);
 }
 
 static bool fail_long(const lines_t *lines, const header_t *header, const char *rest, sim_error_t *error)
@@ -57,12 +58,13 @@ static bool fail_long(const lines_t *lines, const header_t *header, const char *
     for (const char *comma = strchr(rest, ','); comma != NULL; comma = strchr(comma + 1, ',')) {
         found++;
     }
-    return sim_fail(error, "%s:%" PRIu64 ": column %zu: row too long: %zu columns in the header, found %zu", lines->name,
-                    lines->number, header->count + 1U, header->count, found);
+    return sim_fail(error, "%s:%" PRIu64 ": column %zu: row too long: %zu columns in the header, found %zu",
+                    lines->name, lines->number, header->count + 1U, header->count, found);
 }
 
 /* Reads the field at *cursor and moves behind its spaces, onto a comma or the end. */
-static bool parse_field(const lines_t *lines, const char **cursor, const char *column, double *value, sim_error_t *error)
+static bool parse_field(const lines_t *lines, const char **cursor, const char *column, double *value,
+                        sim_error_t *error)
 {
     const char *field = text_skip_blanks(*cursor);
     const char *end = field;

@@ -66,7 +66,7 @@ static bool add_default(selection_t *selection, const header_t *header, const op
 
 bool selection_make(selection_t *selection, const header_t *header, const options_t *options, sim_error_t *error)
 {
-    *selection = (selection_t){ .time = header_find(header, "time_s") };
+    *selection = (selection_t){.time = header_find(header, "time_s")};
     if (options->column_count == 0U) {
         if (!add_default(selection, header, options, error)) {
             return false;

@@ -76,8 +76,8 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     davar_config_t *config = &settings->config;
     *config = davar_default_config;
     config->rate_hz = (options->rate_hz > 0.0) ? options->rate_hz : 1.0;
-    config->unit_per_count = 1.0;
-    config->full_scale = 1.0;
+    config->unit_per_count = (options->lsb > 0.0) ? options->lsb : 1.0;
+    config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
     config->mode = options->mode;
     config->policy = options->policy;
     set_window(config, options);
@@ -102,11 +102,11 @@ static uint8_t widest_count(const options_t *options)
 bool settings_check(const settings_t *settings, const options_t *options, sim_error_t *error)
 {
     davar_t probe;
-    uint64_t no_memory[1] = { 0 };
+    uint64_t no_memory[1] = {0};
     davar_config_t config = settings->config;
     config.sample_bits = widest_count(options);
     const davar_status_t status = (options->arith == ARITH_FLOAT) ? davar_init_f32(&probe, &config, no_memory, 0)
-                                                                 : davar_init_q31(&probe, &config, no_memory, 0);
+                                                                  : davar_init_q31(&probe, &config, no_memory, 0);
     const bool accepted = (status == DAVAR_OK) || (status == DAVAR_ERR_MEMORY_SIZE);
     return accepted || settings_fail(status, options, error);
 }

@@ -37,7 +37,7 @@ static bool open_unnamed(spool_t *spool, sim_error_t *error)
 bool spool_open(spool_t *spool, size_t width, sim_error_t *error)
 {
     const size_t capacity = (width < BUFFER_DOUBLES) ? BUFFER_DOUBLES / width : 1U;
-    *spool = (spool_t){ .descriptor = -1, .width = width, .capacity = capacity };
+    *spool = (spool_t){.descriptor = -1, .width = width, .capacity = capacity};
     spool->buffer = malloc(capacity * width * sizeof(double));
     if (spool->buffer == NULL) {
         return sim_fail(error, "out of memory");
@@ -103,5 +103,5 @@ void spool_close(spool_t *spool)
         (void)close(spool->descriptor);
     }
     free(spool->buffer);
-    *spool = (spool_t){ .descriptor = -1 };
+    *spool = (spool_t){.descriptor = -1};
 }

@@ -313,38 +313,85 @@ static void write_white_intervals(const davar_fit_plan_t *plan, davar_result_t *
     }
 }
 
+/* A term that may be there but is not resolved leaves N smaller: its interval reaches down to the fit with it. */
+static void doubt_white(davar_coefficient_t *coefficient, double square, double variance, double unit)
+{
+    double low;
+    double high;
+    if (square > 0.0) {
+        deviation_interval(2.0 * square * square / variance, &low, &high);
+        low *= sqrt(square * unit);
+        coefficient->low = (low < coefficient->low) ? low : coefficient->low;
+    } else {
+        coefficient->low = 0.0;
+    }
+}
+
+static bool doubtful(double a, double sigma)
+{
+    return a > DAVAR_FIT_DOUBT * sigma;
+}
+
 static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
 {
-    write_white_intervals(plan, result);
+    const double white = amplitude[WHITE];
+    const double unit_white = square_unit(WHITE, tau0_s);
+    davar_coefficient_t *arw = &result->coefficient[WHITE];
+    write_present(arw, white * unit_white, plan->white_low, plan->white_high);
     for (int k = 0; k < TERMS; k++) {
         const double unit = square_unit(k, tau0_s) * amplitude_unit(plan, k);
-        if (k == WHITE) {
-            write_present(&result->coefficient[k], amplitude[k] * unit, plan->white_low, plan->white_high);
-        } else {
-            write_absent(&result->coefficient[k], bound(amplitude[k], plan->sigma[k] * amplitude[WHITE]) * unit);
+        const double sigma = plan->sigma[k] * white;
+        if (k != WHITE) {
+            write_absent(&result->coefficient[k], bound(amplitude[k], sigma) * unit);
+            if (doubtful(amplitude[k], sigma)) {
+                const double of_white = plan->sigma[WHITE] * white;
+                const double of_term = plan->centre[k] * sigma;
+                doubt_white(arw, white - plan->centre[k] * amplitude[k], of_white * of_white + of_term * of_term, unit_white);
+            }
         }
     }
 }
 
-static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
+static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
 {
-    double low;
-    double high;
     for (int t = 0; t < model->count; t++) {
         davar_adev_t *tau = &result->tau[t];
+        double low;
+        double high;
         tau->edf = davar_mixture_edf(model, tau);
         deviation_interval(tau->edf, &low, &high);
         tau->low = tau->adev * low;
         tau->high = tau->adev * high;
     }
+}
+
+static bool in_model(const davar_mixture_t *model, int term)
+{
+    return ((model->terms >> (unsigned)term) & 1U) != 0U;
+}
+
+static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
+{
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
         const double unit = square_unit(k, tau0_s);
-        if (((model->terms >> (unsigned)k) & 1U) != 0U) {
+        if (in_model(model, k)) {
+            double low;
+            double high;
             deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
             write_present(&result->coefficient[k], a * unit, low, high);
         } else {
             write_absent(&result->coefficient[k], bound(a, sqrt(model->variance[k])) * unit);
+        }
+    }
+}
+
+static void write_mixture_doubts(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
+{
+    for (int k = 0; k < TERMS; k++) {
+        if (in_model(model, WHITE) && !in_model(model, k) && doubtful(model->a[k], sqrt(model->variance[k]))) {
+            doubt_white(&result->coefficient[WHITE], model->white[k], model->white_variance[k],
+                        square_unit(WHITE, tau0_s));
         }
     }
 }
@@ -370,7 +417,9 @@ static void fit_mixture(const davar_fit_plan_t *plan, double tau0_s, davar_resul
     davar_mixture_t model = {.data = result, 
         .weight = plan->weight, .count = plan->count, .misfit_spread = plan->misfit_spread};
     davar_mixture_fit(&model);
+    write_mixture_intervals(&model, result);
     write_mixture(&model, tau0_s, result);
+    write_mixture_doubts(&model, tau0_s, result);
 }
 
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
@@ -384,8 +433,8 @@ void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
     double amplitude[DAVAR_COEFFICIENT_COUNT];
     bring_up_to_date(plan, result, count);
     fit_white(plan, result, amplitude);
+    write_white_intervals(plan, result);
     if (!(amplitude[WHITE] > 0.0)) { /* a constant input: nothing there, and nothing could hide */
-        write_white_intervals(plan, result);
         write_nothing(result, 0.0);
     } else if (is_white(plan, result, amplitude)) {
         write_white(plan, amplitude, tau0_s, result);

@@ -260,6 +260,14 @@ static double sandwich(const matrix_t *inverse, const matrix_t *h, int term)
     return sum;
 }
 
+/* N^2 and its variance in the fit with the absent term k. */
+static void judge_white(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h, int k)
+{
+    const int n = (int)DAVAR_ANGLE_RANDOM_WALK;
+    model->white[k] = solution(normal, inverse, n) * normal->scale[n];
+    model->white_variance[k] = sandwich(inverse, h, n) * normal->scale[n] * normal->scale[n];
+}
+
 /* Fills a and variance of the terms in `which`, each fitted together with the model's own terms; the model's noise gives
  * weights and scatter, so for an absent term this is a test of the model without it (a score test). */
 static void judge(davar_mixture_t *model, unsigned which)
@@ -275,6 +283,7 @@ static void judge(davar_mixture_t *model, unsigned which)
             model->variance[k] = resolved ? sandwich(&inverse, &h, k) * normal.scale[k] * normal.scale[k] : (double)INFINITY;
             if (!has(model->terms, k)) {
                 model->a[k] = resolved ? solution(&normal, &inverse, k) * normal.scale[k] : 0.0;
+                judge_white(model, &normal, &inverse, &h, k);
             }
         }
     }
@@ -349,6 +358,7 @@ static void inflate(davar_mixture_t *model)
     if (left > freedom + DAVAR_FIT_MISFIT * model->misfit_spread) {
         for (int k = 0; k < TERMS; k++) {
             model->variance[k] *= left / ((freedom > 1.0) ? freedom : 1.0);
+            model->white_variance[k] *= left / ((freedom > 1.0) ? freedom : 1.0);
         }
     }
 }

@@ -3,6 +3,9 @@
 
 #include "pipeline.h"
 
+_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES, "DAVAR_STAGES_BYTES is too small");
+_Static_assert(sizeof(tau_t) <= 24U, "DAVAR_MEMORY_Q15 counts too little per tau");
+
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER;
 
 size_t davar_q15_push(davar_t *davar, const sample_t *samples, size_t count)

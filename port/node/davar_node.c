@@ -60,7 +60,7 @@ static davar_node_state_t begin_flush(davar_node_t *node)
 static davar_node_state_t read_block(davar_node_t *node)
 {
     davar_node_state_t state = DAVAR_NODE_IDLE;
-    davar_port_block_t block = { 0 };
+    davar_port_block_t block = {0};
     switch (node->port->read(node->port->context, &block)) {
     case DAVAR_PORT_READ_BLOCK:
         state = begin_block(node, &block);
@@ -171,7 +171,7 @@ void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t 
 {
     assert((node != NULL) && (channels != NULL) && (count > 0U));
     assert((port != NULL) && (port->read != NULL) && (port->send != NULL));
-    *node = (davar_node_t){ .port = port, .channels = channels, .channel_count = count };
+    *node = (davar_node_t){.port = port, .channels = channels, .channel_count = count};
     rewind_channels(node, 0);
 }
 

@@ -2,36 +2,68 @@
 #include "gyro_noise.h"
 
 /* Gauss-Markov processes of equal variance s^2, a factor of four apart in time constant, add up to flicker with the
- * plateau s^2 (the avar of one, integrated over ln Tc, is s^2 ln 4). The shortest one gets a fifth: it stands for
- * all that are shorter still, which look white. The plateau is then flat within 2 % from m = 2 on. */
-#define MARKOV_COUNT 12
+ * plateau s^2 (the avar of one, integrated over ln Tc, is s^2 ln 4): flat within 1 % far inside the range. */
+#define MARKOV_COUNT 16
+#define MARKOV_FIRST 0.001
 #define MARKOV_RATIO 4.0
-#define MARKOV_FIRST 0.25
-#define MARKOV_FIRST_SHARE 0.2
 
-static double markov_memory(int index) /* exp(-1 / Tc) */
+typedef struct {
+    double sigma; /* of the state */
+    double time;  /* Tc, samples */
+    double memory; /* exp(-1 / Tc) */
+    double mean;  /* of the next sample, given the state 1 */
+} markov_t;
+
+static markov_t markov_process(const gyro_noise_t *noise, int index)
 {
-    return exp(-1.0 / (MARKOV_FIRST * pow(MARKOV_RATIO, index)));
+    markov_t markov;
+    markov.sigma = noise->flicker * sqrt(2.0 * log(2.0) / acos(-1.0));
+    markov.time = MARKOV_FIRST * pow(MARKOV_RATIO, index);
+    markov.memory = exp(-1.0 / markov.time);
+    markov.mean = -expm1(-1.0 / markov.time) * markov.time;
+    return markov;
 }
 
-static double markov_variance(const gyro_noise_t *noise, int index)
+/* Variance of a sample (the mean of the process over it) given the state at its start; the series where it cancels. */
+static double markov_sample_variance(const markov_t *markov)
 {
-    const double plateau = noise->flicker * noise->flicker * 2.0 * log(2.0) / acos(-1.0);
-    return plateau * ((index == 0) ? MARKOV_FIRST_SHARE : 1.0);
+    const double a = 1.0 / markov->time;
+    const double e = markov->memory;
+    const double bracket = (a < 1e-3) ? a * a * a * (2.0 / 3.0) : 2.0 * a - 3.0 + 4.0 * e - e * e;
+    return markov->sigma * markov->sigma * bracket / (a * a);
+}
+
+/* State and sample advance together: their noise is correlated. */
+static void add_markov(const markov_t *markov, random_t *random, double *rate, size_t count)
+{
+    const double step = markov->sigma * sqrt(1.0 - markov->memory * markov->memory);
+    const double covariance = markov->sigma * markov->sigma * markov->mean * markov->mean / markov->time;
+    const double shared = covariance / step;
+    const double rest = markov_sample_variance(markov) - shared * shared;
+    const double own = (rest > 0.0) ? sqrt(rest) : 0.0;
+    double state = markov->sigma * random_gauss(random);
+    for (size_t i = 0; i < count; i++) {
+        const double drive = random_gauss(random);
+        rate[i] += markov->mean * state + shared * drive + own * random_gauss(random);
+        state = markov->memory * state + step * drive;
+    }
 }
 
 static void add_flicker(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
 {
     for (int k = 0; k < MARKOV_COUNT; k++) {
-        const double sigma = sqrt(markov_variance(noise, k));
-        const double memory = markov_memory(k);
-        const double drive = sigma * sqrt(1.0 - memory * memory);
-        double state = sigma * random_gauss(random);
-        for (size_t i = 0; i < count; i++) {
-            rate[i] += state;
-            state = memory * state + drive * random_gauss(random);
-        }
+        const markov_t markov = markov_process(noise, k);
+        add_markov(&markov, random, rate, count);
     }
+}
+
+/* The Allan variance of a Gauss-Markov process (IEEE Std 952) with (q Tc)^2 = 2 s^2 Tc; the series where it cancels. */
+static double markov_avar(const markov_t *markov, double tau)
+{
+    const double x = tau / markov->time;
+    const double e = exp(-x);
+    const double bracket = (x < 1e-3) ? x * x / 3.0 : 1.0 - (3.0 - 4.0 * e + e * e) / (2.0 * x);
+    return 2.0 * markov->sigma * markov->sigma * bracket / x;
 }
 
 static void add_white(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
@@ -81,8 +113,8 @@ void gyro_noise_fill(const gyro_noise_t *noise, random_t *random, double *rate, 
     }
 }
 
-/* avar(m) of a stationary process with autocovariance memory^k. */
-static double markov_avar(double memory, unsigned m)
+/* avar(m) of a process of variance 1 with autocovariance memory^k. */
+static double filtered_avar(double memory, unsigned m)
 {
     double sum = 2.0 * (double)m;
     double power = 1.0;
@@ -98,7 +130,7 @@ static double white_avar(const gyro_noise_t *noise, unsigned m)
 {
     const double square = noise->white * noise->white;
     const double gain = noise->low_pass;
-    return (gain > 0.0) ? square * gain / (2.0 - gain) * markov_avar(1.0 - gain, m) : square / (double)m;
+    return (gain > 0.0) ? square * gain / (2.0 - gain) * filtered_avar(1.0 - gain, m) : square / (double)m;
 }
 
 double gyro_noise_avar(const gyro_noise_t *noise, unsigned m)
@@ -109,7 +141,8 @@ double gyro_noise_avar(const gyro_noise_t *noise, unsigned m)
     sum += noise->walk * noise->walk * tau / 3.0;
     sum += 0.5 * noise->ramp * noise->ramp * tau * tau;
     for (int k = 0; k < MARKOV_COUNT; k++) {
-        sum += markov_variance(noise, k) * markov_avar(markov_memory(k), m);
+        const markov_t markov = markov_process(noise, k);
+        sum += (noise->flicker > 0.0) ? markov_avar(&markov, tau) : 0.0;
     }
     return sum;
 }

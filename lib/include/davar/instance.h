@@ -54,6 +54,20 @@ typedef struct davar {
     bool in_gap;                /* f32: inside a run of NaN or inf */
 } davar_t;
 
+/* Bytes for static memory of a value at every sample (stride 1), when every span fits the shortest window
+ * (2 m_max <= window_min); otherwise, and on a grid, ask davar_memory_size_*. Declare it aligned:
+ *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 8, 4) / 8];
+ * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
+#define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
+#define DAVAR_STAGES_BYTES 192U
+#define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
+    (DAVAR_STAGES_BYTES + (24U * (taus)) + DAVAR_ROUND8(2U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)) +        \
+     DAVAR_ROUND8(sizeof(davar_fit_plan_t)))
+#define DAVAR_MEMORY_Q31(window_max, taus, gaps)                                                                       \
+    (DAVAR_STAGES_BYTES + (40U * (taus)) + DAVAR_ROUND8(4U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)) +        \
+     DAVAR_ROUND8(sizeof(davar_fit_plan_t)))
+#define DAVAR_MEMORY_F32(window_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, taus, gaps)
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,0 +1,30 @@
+/* davar-sim - one library instance per channel, all of one configuration. */
+#ifndef ENGINE_H
+#define ENGINE_H
+
+#include "davar_node.h"
+#include "quantise.h"
+#include "settings.h"
+
+typedef struct {
+    davar_config_t config;
+    davar_port_number_t number;
+    size_t count;
+    davar_t *instances;
+    uint64_t *memory;
+    davar_node_channel_t *channels;
+} engine_t;
+
+/* Allocates and starts `count` instances. A recording of 16-bit counts runs as q15 unless the library finds its windows
+ * too large for that, then as q31 with the same results. `settings` must outlive the engine; do not move the engine.
+ * False: refused by the library (the message names the option), or no memory. */
+bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz,
+                  size_t count, const options_t *options, sim_error_t *error);
+
+/* The weather of all channels: gaps and missing of one (they are the same in all), the rest summed. */
+davar_health_t engine_health(const engine_t *engine);
+
+/* Allowed after a failed start. */
+void engine_free(engine_t *engine);
+
+#endif

@@ -1,0 +1,47 @@
+/* davar-sim - the columns of the output: their names and what they show. One list for every format. */
+#ifndef FIELDS_H
+#define FIELDS_H
+
+#include "davar/types.h"
+
+#define FIELDS_MAX (20U + 4U * DAVAR_TAUS_MAX)
+#define FIELD_NAME_BYTES 48U
+
+typedef enum {
+    CELL_ABSENT = 0, /* the window cannot support this value */
+    CELL_INTEGER,
+    CELL_TIME, /* seconds, all digits */
+    CELL_NUMBER
+} cell_kind_t;
+
+typedef struct {
+    cell_kind_t kind;
+    uint64_t integer;
+    double number;
+} cell_t;
+
+/* What one row is made of. */
+typedef struct {
+    const davar_result_t *result;
+    double time_s;
+} epoch_row_t;
+
+typedef struct {
+    char name[FIELD_NAME_BYTES];
+    cell_t (*show)(const epoch_row_t *row, uint32_t index);
+    uint32_t index; /* which tau or coefficient */
+} field_t;
+
+typedef struct {
+    size_t count;
+    field_t field[FIELDS_MAX];
+} fields_t;
+
+/* The columns for these cluster sizes; `details` appends intervals, difference counts, gaps and upper bounds. */
+void fields_make(fields_t *fields, const uint32_t *taus, uint8_t tau_count, bool details);
+
+/* Text of a cell, `%.9g` for numbers; an absent one gives `absent`. `text` holds CELL_TEXT_BYTES. */
+#define CELL_TEXT_BYTES 32U
+const char *cell_text(const cell_t *cell, const char *absent, char *text);
+
+#endif

@@ -1,0 +1,57 @@
+/* davar-sim - output stream. */
+#include "output.h"
+
+#include "csv_out.h"
+#include "jsonl_out.h"
+
+#include <errno.h>
+#include <string.h>
+
+void output_open(output_t *output, FILE *file, const options_t *options, const davar_config_t *config,
+                 const selection_t *selection)
+{
+    output->file = file;
+    output->format = options->out;
+    output->selection = selection;
+    output->flush_rows = (options->pace > 0.0);
+    output->rows = 0;
+    fields_make(&output->fields, config->taus, config->tau_count, options->details);
+}
+
+static void write_csv(const output_t *output, size_t channel, const epoch_row_t *row)
+{
+    const bool named = (output->selection->count > 1U);
+    if (output->rows == 0U) {
+        csv_out_header(output->file, &output->fields, named);
+    }
+    csv_out_row(output->file, &output->fields, named ? output->selection->name[channel] : NULL, row);
+}
+
+static bool check(const output_t *output, bool flush, sim_error_t *error)
+{
+    const bool flushed = !flush || (fflush(output->file) == 0);
+    if (!flushed || (ferror(output->file) != 0)) {
+        return sim_fail(error, "standard output: %s", strerror(errno));
+    }
+    return true;
+}
+
+bool output_row(output_t *output, size_t channel, const epoch_row_t *row, sim_error_t *error)
+{
+    switch (output->format) {
+    case OUT_JSONL:
+        jsonl_out_row(output->file, &output->fields, output->selection->name[channel], row);
+        break;
+    case OUT_CSV:
+    default:
+        write_csv(output, channel, row);
+        break;
+    }
+    output->rows++;
+    return check(output, output->flush_rows, error);
+}
+
+bool output_finish(output_t *output, sim_error_t *error)
+{
+    return check(output, true, error);
+}

@@ -1,0 +1,115 @@
+/* davar-sim - the stages in the order of the data: settings, recording (pass 1), rate, counts, instances, replay (pass 2).
+ * Nothing is printed before all of them have accepted the recording. */
+#include "simulate.h"
+
+#include "davar_node.h"
+#include "engine.h"
+#include "replay.h"
+#include "report.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+
+/* What lives as long as the run. Large and self-referring: allocated once, never moved. */
+typedef struct {
+    const options_t *options;
+    settings_t settings;
+    recording_t recording;
+    timing_t timing;
+    quantisation_t quantisation;
+    engine_t engine;
+    output_t output;
+    replay_t replay;
+    davar_node_t node;
+    progress_t progress;
+} run_t;
+
+static bool fail_short(const run_t *run, sim_error_t *error)
+{
+    return sim_fail(error, "%s: too short: %" PRIu64 " samples, one epoch needs at least %" PRIu64,
+                    run->options->recording, run->recording.rows, settings_samples_needed(&run->settings.config));
+}
+
+static bool load(run_t *run, sim_error_t *error)
+{
+    const options_t *options = run->options;
+    if (!settings_make(&run->settings, options, error) ||
+        !recording_load(&run->recording, options, &run->progress, error)) {
+        return false;
+    }
+    if (run->recording.rows < settings_samples_needed(&run->settings.config)) {
+        return fail_short(run, error);
+    }
+    run->quantisation = quantise_plan(options, &run->recording.extent);
+    return timing_find(&run->timing, &run->recording, options, error) &&
+           engine_start(&run->engine, &run->settings, &run->quantisation, run->timing.rate_hz,
+                        run->recording.selection.count, options, error);
+}
+
+static bool step_to_the_end(run_t *run)
+{
+    davar_node_state_t state = DAVAR_NODE_RUNNING;
+    while ((state == DAVAR_NODE_RUNNING) || (state == DAVAR_NODE_IDLE)) {
+        state = davar_node_step(&run->node);
+        if (state == DAVAR_NODE_IDLE) {
+            replay_wait(&run->replay);
+        }
+    }
+    return state == DAVAR_NODE_DONE;
+}
+
+static bool replay(run_t *run, sim_error_t *error)
+{
+    const replay_setup_t setup = {.recording = &run->recording,
+                                  .timing = &run->timing,
+                                  .quantisation = &run->quantisation,
+                                  .number = run->engine.number,
+                                  .output = &run->output,
+                                  .progress = &run->progress,
+                                  .times_real_time = run->options->pace};
+    output_open(&run->output, stdout, run->options, &run->engine.config, &run->recording.selection);
+    if (!replay_open(&run->replay, &setup, error)) {
+        return false;
+    }
+    const davar_port_t port = replay_port(&run->replay);
+    davar_node_init(&run->node, run->engine.channels, run->engine.count, &port);
+    return step_to_the_end(run);
+}
+
+static bool finish(run_t *run, sim_error_t *error)
+{
+    progress_clear(&run->progress);
+    if (run->output.rows == 0U) {
+        return fail_short(run, error);
+    }
+    const davar_health_t health = engine_health(&run->engine);
+    report_weather(&health);
+    return output_finish(&run->output, error);
+}
+
+static bool work(run_t *run, sim_error_t *error)
+{
+    progress_start(&run->progress, run->options->progress);
+    if (!load(run, error)) {
+        return false;
+    }
+    progress_clear(&run->progress);
+    report_notes(run->options, &run->recording, &run->timing, &run->quantisation);
+    return replay(run, error) && finish(run, error);
+}
+
+bool simulate(const options_t *options, sim_error_t *error)
+{
+    run_t *run = calloc(1U, sizeof *run);
+    if (run == NULL) {
+        return sim_fail(error, "out of memory");
+    }
+    run->options = options;
+    const bool good = work(run, error);
+    progress_clear(&run->progress);
+    replay_close(&run->replay);
+    engine_free(&run->engine);
+    recording_free(&run->recording);
+    free(run);
+    return good;
+}

@@ -1,0 +1,174 @@
+/* davar tests - the float door: its error bound for ever, its weather, and the same decisions as fixed point. */
+#include "davar/davar.h"
+#include "random.h"
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define TAUS 6U
+
+static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U};
+static uint64_t memory[2][4096];
+static davar_config_t config;
+static davar_result_t result;
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 1.0;
+    config.full_scale = 2000.0;
+    config.taus = taus;
+    config.tau_count = TAUS;
+}
+
+void tearDown(void) {}
+
+/* Overlapping Allan deviation of the newest `window` of n double samples. */
+static double brute_force(const double *sample, uint32_t n, uint32_t window, uint32_t m)
+{
+    double sum = 0.0;
+    for (uint32_t i = n - window; (i + (2U * m)) <= n; i++) {
+        double difference = 0.0;
+        for (uint32_t k = 0U; k < m; k++) {
+            difference += sample[i + m + k] - sample[i + k];
+        }
+        sum += difference * difference;
+    }
+    return sqrt(sum / (2.0 * (double)m * (double)m * (double)(window - (2U * m) + 1U)));
+}
+
+/* DESIGN (2.3): |adev - exact| <= q / sqrt 2 with q <= full_scale / 2^29, whatever the stream held before. */
+static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
+{
+    static double sample[40000];
+    davar_t davar;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.window_max = 200U;
+    config.window_min = 200U;
+    const double bound = config.full_scale / 536870912.0 / sqrt(2.0);
+    random_t random = random_seeded(7U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
+    for (uint32_t n = 0U; n < 40000U; n++) {
+        const bool burst = ((n / 1000U) % 3U) == 1U;
+        const float rate = (float)((burst ? 1999.0 : 0.02) * (2.0 * random_uniform(&random) - 1.0) + 0.5);
+        sample[n] = (double)rate;
+        (void)davar_push_f32(&davar, &rate, 1U);
+        if (davar_take(&davar, &result) && ((n % 37U) == 0U)) {
+            for (uint32_t t = 0U; t < TAUS; t++) {
+                const double exact = brute_force(sample, n + 1U, 200U, taus[t]);
+                TEST_ASSERT_DOUBLE_WITHIN(bound + (1e-14 * exact), exact, result.tau[t].adev);
+            }
+        }
+    }
+}
+
+/* The same counts through both doors: the same windows, decisions and deviations, though the mean is 10^4 sigma. */
+static void test_float_and_fixed_decide_alike(void)
+{
+    davar_t fixed;
+    davar_t floating;
+    davar_result_t other;
+    random_t random = random_seeded(11U);
+    config.full_scale = 8388608.0;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&fixed, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&floating, &config, memory[1], sizeof memory[1]));
+    uint32_t shrunk = 0U;
+    for (uint32_t n = 0U; n < 30000U; n++) {
+        const double sigma = (((n / 3000U) % 2U) == 1U) ? 900.0 : 300.0;
+        const int32_t count = 3000000 + (int32_t)lrint(sigma * random_gauss(&random));
+        const float rate = (float)count;
+        (void)davar_push_q31(&fixed, &count, 1U);
+        (void)davar_push_f32(&floating, &rate, 1U);
+        const bool ready = davar_take(&fixed, &result);
+        TEST_ASSERT_EQUAL(ready, davar_take(&floating, &other));
+        if (ready) {
+            TEST_ASSERT_EQUAL_UINT32(result.window_samples, other.window_samples);
+            TEST_ASSERT_EQUAL(result.unstable, other.unstable);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * result.tau[3].adev, result.tau[3].adev, other.tau[3].adev);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12, result.kurtosis, other.kurtosis);
+            shrunk += (result.window_samples < 600U) ? 1U : 0U;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1000U, shrunk);
+}
+
+static void test_not_a_number_and_infinity_are_left_out_as_gaps(void)
+{
+    davar_t davar;
+    config.policy = DAVAR_POLICY_FIXED;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
+    float block[700];
+    for (uint32_t i = 0U; i < 700U; i++) {
+        block[i] = (float)((i * 7919U) % 101U);
+    }
+    block[100] = (float)NAN;
+    block[101] = (float)INFINITY;
+    block[102] = -(float)INFINITY;
+    block[300] = (float)NAN;
+    uint32_t results = 0U;
+    for (size_t i = 0U; i < 700U;) {
+        i += davar_push_f32(&davar, &block[i], 700U - i);
+        results += davar_take(&davar, &result) ? 1U : 0U;
+    }
+    const davar_health_t health = davar_health(&davar);
+    TEST_ASSERT_EQUAL_UINT32(4U, health.not_finite);
+    TEST_ASSERT_EQUAL_UINT32(2U, health.gaps);
+    TEST_ASSERT_EQUAL_UINT32(4U, health.missing);
+    TEST_ASSERT_EQUAL_UINT32(696U - 299U, results);
+    TEST_ASSERT_EQUAL_UINT32(2U, result.gaps_in_window);
+}
+
+static void test_beyond_full_scale_saturates_and_counts(void)
+{
+    davar_t davar;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
+    const float rates[5] = {2000.0F, -2000.0F, 2000.5F, -FLT_MAX, 1e-30F};
+    (void)davar_push_f32(&davar, rates, 5U);
+    TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&davar).saturated);
+}
+
+/* Every full scale: one count of the door is the rounding, halves away from zero. */
+static void test_rounding_at_the_door(void)
+{
+    static const double scales[] = {1e-20, 1e-11, 0.3, 1.0, 4.0, 2000.0, 1e20};
+    static const double expected[] = {0.0, 1.0, 1.0, 2.0};
+    static const double quanta[] = {0.4, 0.5, 1.4, 1.5};
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.window_max = 4U;
+    config.window_min = 4U;
+    config.segment = 0U;
+    config.tau_count = 1U;
+    for (unsigned s = 0U; s < (sizeof scales / sizeof scales[0]); s++) {
+        int exponent;
+        const double fraction = frexp(scales[s], &exponent);
+        const double quantum = ldexp(1.0, exponent - 30 - ((fraction > 0.5) ? 0 : 1));
+        config.full_scale = scales[s];
+        for (unsigned i = 0U; i < 8U; i++) {
+            davar_t davar;
+            const double sign = (i < 4U) ? 1.0 : -1.0;
+            TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
+            const float block[4] = {0.0F, 0.0F, 0.0F, (float)(sign * quanta[i % 4U] * quantum)};
+            (void)davar_push_f32(&davar, block, 4U);
+            TEST_ASSERT_TRUE(davar_take(&davar, &result));
+            /* three differences, the last one of `expected` quanta: adev = quantum * expected / sqrt 6 */
+            const double adev = quantum * expected[i % 4U] / sqrt(6.0);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * quantum, adev, result.tau[0].adev);
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_error_stays_in_its_bound_after_full_scale_bursts);
+    RUN_TEST(test_float_and_fixed_decide_alike);
+    RUN_TEST(test_not_a_number_and_infinity_are_left_out_as_gaps);
+    RUN_TEST(test_beyond_full_scale_saturates_and_counts);
+    RUN_TEST(test_rounding_at_the_door);
+    return UNITY_END();
+}

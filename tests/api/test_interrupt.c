@@ -1,0 +1,104 @@
+/* davar tests - push from a real asynchronous interrupt (a POSIX timer signal), take from the main loop: every result
+ * that comes out is a whole one. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "davar/davar.h"
+#include "unity.h"
+
+#include <math.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/time.h>
+
+#define WINDOW 64U
+#define RESULTS 3000U
+
+static const uint32_t taus[3] = {1U, 2U, 4U};
+static uint64_t memory[1024];
+static davar_t davar;
+static volatile uint32_t pushed;
+
+void setUp(void) {}
+void tearDown(void) {}
+
+/* A staircase: in a whole window of a line x = n, D is m^2 for every span, so adev(m) = m / sqrt 2 exactly. The slope
+ * changes with time, so sums torn between two samples would show. */
+static int16_t sample_at(uint32_t n)
+{
+    return (int16_t)((n / 1000U % 2U != 0U) ? (int16_t)(n % 1000U) : (int16_t)(3U * (n % 1000U)));
+}
+
+static void interrupt(int signal_number)
+{
+    (void)signal_number;
+    for (uint32_t i = 0U; i < 7U; i++) {
+        const int16_t sample = sample_at(pushed);
+        (void)davar_push_q15(&davar, &sample, 1U);
+        pushed = pushed + 1U;
+    }
+}
+
+static double expected_adev(uint64_t newest, uint32_t m)
+{
+    double sum = 0.0;
+    for (uint32_t start = 0U; (start + (2U * m)) <= WINDOW; start++) {
+        double difference = 0.0;
+        for (uint32_t k = 0U; k < m; k++) {
+            const uint32_t first = (uint32_t)newest + 1U - WINDOW + start + k;
+            difference += (double)sample_at(first + m) - (double)sample_at(first);
+        }
+        sum += difference * difference;
+    }
+    return sqrt(sum / (2.0 * (double)m * (double)m * (double)(WINDOW - (2U * m) + 1U)));
+}
+
+static void start_timer(long microseconds)
+{
+    const struct itimerval timer = {{0, microseconds}, {0, microseconds}};
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &timer, NULL));
+}
+
+static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
+{
+    davar_config_t config = davar_default_config;
+    config.rate_hz = 1000.0;
+    config.unit_per_count = 1.0;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.window_max = WINDOW;
+    config.window_min = WINDOW;
+    config.segment = 8U;
+    config.taus = taus;
+    config.tau_count = 3U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = interrupt;
+    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
+    start_timer(50);
+    uint64_t last = 0U;
+    uint32_t results = 0U;
+    while (results < RESULTS) {
+        davar_result_t result;
+        if (!davar_take(&davar, &result)) {
+            continue;
+        }
+        results++;
+        TEST_ASSERT_TRUE(result.epoch > last);
+        last = result.epoch;
+        for (uint32_t t = 0U; t < 3U; t++) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, expected_adev(result.epoch, taus[t]), result.tau[t].adev);
+        }
+    }
+    start_timer(0);
+    const davar_health_t health = davar_health(&davar);
+    const uint32_t whole_windows = pushed - WINDOW + 1U;
+    TEST_ASSERT_UINT32_WITHIN(1U, whole_windows, results + health.missed); /* one may still wait */
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_whole);
+    return UNITY_END();
+}
