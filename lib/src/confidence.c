@@ -100,22 +100,26 @@ static double wilson_hilferty(const double *c, int degree, double s)
     return sum;
 }
 
-static double factor(const double *c, int degree, double edf)
+static double factor(double root)
 {
-    const double root = wilson_hilferty(c, degree, sqrt(1.0 / at_least(1.0, edf)));
     return 1.0 / (root * root * root);
+}
+
+static double deviation_of_edf(double edf)
+{
+    return sqrt(1.0 / at_least(1.0, edf));
+}
+
+double davar_chi_square_low(double s)
+{
+    static const double upper[] = {1.0, 0.924108, -0.225576, 0.00741269, 0.0089802, -0.00223456};
+    return factor(wilson_hilferty(upper, 5, s));
 }
 
 void davar_chi_square_interval(double edf, double *low, double *high)
 {
-    static const double upper[] = {1.0, 0.924108, -0.225576, 0.00741269, 0.0089802, -0.00223456};
     static const double lower[] = {1.0, -0.919928, -0.305956, 0.606937, -1.85701, 3.23066, -2.13078, 0.475463};
-    *low = factor(upper, 5, edf);
-    *high = factor(lower, 7, edf);
-}
-
-double davar_chi_square_bound(double edf)
-{
-    static const double lower[] = {1.0, -0.775519, -0.233284, 0.120851, -0.436332, 0.824214, -0.342099};
-    return factor(lower, 6, edf);
+    const double s = deviation_of_edf(edf);
+    *low = davar_chi_square_low(s);
+    *high = factor(wilson_hilferty(lower, 7, s));
 }

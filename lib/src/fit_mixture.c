@@ -260,31 +260,35 @@ static double sandwich(const matrix_t *inverse, const matrix_t *h, int term)
     return sum;
 }
 
-/* N^2 and its variance in the fit with the absent term k. */
-static void judge_white(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h, int k)
+static double variance_of(const normal_t *normal, const matrix_t *inverse, const matrix_t *h, int term)
 {
-    const int n = (int)DAVAR_ANGLE_RANDOM_WALK;
-    model->white[k] = solution(normal, inverse, n) * normal->scale[n];
-    model->white_variance[k] = sandwich(inverse, h, n) * normal->scale[n] * normal->scale[n];
+    return sandwich(inverse, h, term) * normal->scale[term] * normal->scale[term];
 }
 
-/* Fills a and variance of the terms in `which`, each fitted together with the model's own terms; the model's noise gives
- * weights and scatter, so for an absent term this is a test of the model without it (a score test). */
-static void judge(davar_mixture_t *model, unsigned which)
+/* Fits one term together with the model; the model's noise gives weights and scatter, so for an absent term this is a
+ * test of the model without it (a score test). False: the cluster sizes cannot tell it apart. */
+static bool judge(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term, matrix_t *inverse)
+{
+    if (!invert(&normal->matrix, model->terms | (1U << (unsigned)term), inverse)) {
+        model->a[term] = 0.0;
+        model->variance[term] = (double)INFINITY;
+        return false;
+    }
+    model->a[term] = has(model->terms, term) ? model->a[term] : solution(normal, inverse, term) * normal->scale[term];
+    model->variance[term] = variance_of(normal, inverse, h, term);
+    return true;
+}
+
+static void judge_absent(davar_mixture_t *model)
 {
     normal_t normal;
     matrix_t h;
+    matrix_t inverse;
     normal_equations(model, 1.0, &normal);
     scatter(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
-        if (has(which, k)) {
-            matrix_t inverse;
-            const bool resolved = invert(&normal.matrix, model->terms | (1U << (unsigned)k), &inverse);
-            model->variance[k] = resolved ? sandwich(&inverse, &h, k) * normal.scale[k] * normal.scale[k] : (double)INFINITY;
-            if (!has(model->terms, k)) {
-                model->a[k] = resolved ? solution(&normal, &inverse, k) * normal.scale[k] : 0.0;
-                judge_white(model, &normal, &inverse, &h, k);
-            }
+        if (!has(model->terms, k)) {
+            (void)judge(model, &normal, &h, k, &inverse);
         }
     }
 }
@@ -311,7 +315,7 @@ static bool add_term(davar_mixture_t *model)
 {
     davar_mixture_t best = *model;
     double least = (double)INFINITY;
-    judge(model, ~model->terms);
+    judge_absent(model);
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = *model;
         if (!has(model->terms, k) && significant(model, k) && converge(&trial, model->terms | (1U << (unsigned)k))) {
@@ -333,7 +337,7 @@ static void prune(davar_mixture_t *model)
         const unsigned others = model->terms & ~(1U << (unsigned)k);
         davar_mixture_t trial = *model;
         if (has(model->terms, k) && (others != 0U) && converge(&trial, others)) {
-            judge(&trial, 1U << (unsigned)k);
+            judge_absent(&trial);
             if (!significant(&trial, k)) {
                 *model = trial;
             }
@@ -351,14 +355,48 @@ static unsigned term_count(unsigned terms)
 }
 
 /* A model that does not fit (a filtered sensor, a sinusoid) must not boast: its variances grow by the misfit. */
-static void inflate(davar_mixture_t *model)
+static double inflation(const davar_mixture_t *model)
 {
     const double freedom = (double)model->count - (double)term_count(model->terms);
     const double left = misfit(model);
-    if (left > freedom + DAVAR_FIT_MISFIT * model->misfit_spread) {
-        for (int k = 0; k < TERMS; k++) {
-            model->variance[k] *= left / ((freedom > 1.0) ? freedom : 1.0);
-            model->white_variance[k] *= left / ((freedom > 1.0) ? freedom : 1.0);
+    const bool real = left > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
+    return real ? left / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
+}
+
+static double lower_limit(double a, double variance)
+{
+    const double s = sqrt(0.5 * variance) / a;
+    return a * davar_chi_square_low((s < 1.0) ? s : 1.0);
+}
+
+/* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
+static void doubt(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h, double grow)
+{
+    for (int k = 0; k < TERMS; k++) {
+        if (has(model->terms, k)) {
+            const double a = solution(normal, inverse, k) * normal->scale[k];
+            const double variance = variance_of(normal, inverse, h, k) * grow;
+            const bool nothing = sqrt(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
+            const double low = nothing ? 0.0 : lower_limit(a, variance);
+            model->least[k] = (low < model->least[k]) ? low : model->least[k];
+        }
+    }
+}
+
+static void conclude(davar_mixture_t *model)
+{
+    const double grow = inflation(model);
+    normal_t normal;
+    matrix_t h;
+    matrix_t inverse;
+    normal_equations(model, 1.0, &normal);
+    scatter(model, &normal, &h);
+    for (int k = 0; k < TERMS; k++) {
+        const bool resolved = judge(model, &normal, &h, k, &inverse);
+        model->variance[k] *= grow;
+        model->least[k] = has(model->terms, k) ? lower_limit(model->a[k], model->variance[k]) : 0.0;
+        if (resolved && !has(model->terms, k) && (model->a[k] > DAVAR_FIT_DOUBT * sqrt(model->variance[k]))) {
+            doubt(model, &normal, &inverse, &h, grow);
         }
     }
 }
@@ -381,6 +419,5 @@ void davar_mixture_fit(davar_mixture_t *model)
     for (int k = 1; (k < TERMS) && add_term(model); k++) {
         prune(model);
     }
-    judge(model, ~0U);
-    inflate(model);
+    conclude(model);
 }

@@ -5,14 +5,13 @@
 #include "davar/types.h"
 
 /* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
-#ifndef DAVAR_FIT_THRESHOLD
 #define DAVAR_FIT_THRESHOLD 2.5
-#endif
 
-/* An absent term above this many standard errors is a doubt that the interval of N must hold (5.10). */
-#ifndef DAVAR_FIT_DOUBT
-#define DAVAR_FIT_DOUBT 1.0
-#endif
+/* An absent term above this many standard errors is a doubt that the intervals of the others must hold (5.10). */
+#define DAVAR_FIT_DOUBT 0.25
+
+/* Beside a doubt, an estimate with s = edf^-1/2 above this (two standard errors) may be nothing at all (5.10). */
+#define DAVAR_FIT_NOTHING 0.36
 
 /* A misfit counts as real when it exceeds its mean by this many times its spread under white noise (5.9). */
 #define DAVAR_FIT_MISFIT 4.0
@@ -26,8 +25,7 @@ typedef struct {
     unsigned terms;                           /* bit k: term k is in the model */
     double a[DAVAR_COEFFICIENT_COUNT];        /* an absent term's is its fit beside the model, of either sign */
     double variance[DAVAR_COEFFICIENT_COUNT]; /* of a[]; INFINITY: the cluster sizes cannot tell this term apart */
-    double white[DAVAR_COEFFICIENT_COUNT];    /* N^2 beside an absent term k, and its variance (5.10) */
-    double white_variance[DAVAR_COEFFICIENT_COUNT];
+    double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a[], doubts included; of terms in the model */
 } davar_mixture_t;
 
 /* Fills terms, a and variance; not every Allan variance may be zero. O(T^2). */

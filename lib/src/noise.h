@@ -8,7 +8,7 @@
 /* Equivalent degrees of freedom of `differences` overlapping differences at cluster size m, never below 1 (5.1). */
 double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences);
 
-/* (white-noise edf at m) / (differences + m / 2): the large-window shape of (5.1), and the weight of a white fit. */
+/* (white-noise edf at m) / (differences + m / 2), see (5.1). */
 double davar_noise_white_weight(double m);
 
 /* Sum over all lags of the squared cross-correlation of the kernels of two cluster sizes (short <= long), exact (5.3). */
@@ -16,5 +16,8 @@ double davar_noise_white_overlap(double m_short, double m_long);
 
 /* Correlation of the Allan variances at two cluster sizes of one long window for a noise kind (5.8). */
 double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long);
+
+/* The lower factor of davar_chi_square_interval for s = edf^-1/2, 0 < s <= 1 (5.2). */
+double davar_chi_square_low(double s);
 
 #endif

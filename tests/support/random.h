@@ -9,12 +9,6 @@ typedef struct {
     uint64_t state;
 } random_t;
 
-static inline random_t random_seeded(uint64_t seed)
-{
-    const random_t random = {seed * UINT64_C(0x9E3779B97F4A7C15)};
-    return random;
-}
-
 /* splitmix64 (Steele, Lea, Flood 2014). */
 static inline uint64_t random_next(random_t *random)
 {
@@ -23,6 +17,14 @@ static inline uint64_t random_next(random_t *random)
     z = (z ^ (z >> 30U)) * UINT64_C(0xBF58476D1CE4E5B9);
     z = (z ^ (z >> 27U)) * UINT64_C(0x94D049BB133111EB);
     return z ^ (z >> 31U);
+}
+
+/* The seed is scrambled first: streams of neighbouring seeds would otherwise be one stream, shifted. */
+static inline random_t random_seeded(uint64_t seed)
+{
+    random_t random = {seed};
+    random.state = random_next(&random);
+    return random;
 }
 
 /* In (0, 1). */

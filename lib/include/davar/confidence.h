@@ -19,9 +19,6 @@ double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
  * edf >= 1 (smaller is taken as 1). Relative error below 1e-3 of the exact quantiles (5.2). O(1). */
 void davar_chi_square_interval(double edf, double *low, double *high);
 
-/* One-sided 95 % upper limit of a variance with edf degrees of freedom, as a factor; as above (5.2). O(1). */
-double davar_chi_square_bound(double edf);
-
 #ifdef __cplusplus
 }
 #endif

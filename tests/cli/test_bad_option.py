@@ -1,0 +1,98 @@
+"""Bad options: exit status 2, one line that names the option, nothing on standard output."""
+
+import unittest
+
+from sim_case import SimCase
+
+REFUSED = {
+    "--window-max": ["0", "2", "601", "-4", "abc", "", "600.0", "6e2", " 600", "99999999999", "4294967296", "4294967294"],
+    "--window-min": ["0", "602", "401", "x", "18446744073709551617"],
+    "--segment": ["0", "400", "500", "-1", "1.5"],
+    "--stride": ["0", "601", "-1", "x", "4294967296"],
+    "--grow": ["1", "3", "600", "x"],
+    "--shrink": ["1", "3", "600", "x"],
+    "--kurtosis": ["3.3:2.5", "2.5", "2.5:", ":3.3", "-1:3", "nan:3", "2:inf", "a:b", "2.5:3.3:4", "2.5,3.3"],
+    "--contribution": ["1:0", "-1:0", "0", "0:x", "0:1e999"],
+    "--taus": ["0", "0,1", "1,301", "301", "2,1", "1,1", "1,,2", "1,2,", ",1", "a", "1,b", "-1", "1,99999999999", "fourier",
+               "geometric:", "geometric:0", "geometric:33", "geometric:x", "geometrical", "octaves",
+               ",".join(str(m) for m in range(1, 34))],
+    "--rate": ["0", "-100", "nan", "inf", "x", "", "1e999", "100Hz", "1e301"],
+    "--lsb": ["0", "-0.05", "nan", "x", "1e-999", "1e999"],
+    "--gap": ["0", "1", "0.5", "-2", "x"],
+    "--bits": ["0", "8", "17", "33", "x"],
+    "--policy": ["none", "OR", "", "kurtosi"],
+    "--mode": ["center", "", "Trailing"],
+    "--arith": ["double", "", "q15"],
+    "--out": ["xml", "", "CSV", "can:", "can:vcan0", "slcan:/dev/ttyACM0"],
+    "--pace": ["0", "-1", "x", "", "nan", "inf", "fast"],
+    "--progress": ["yes", ""],
+    "--column": ["", ",", "gyro_x_dps,", "gyro_x_dps,gyro_x_dps", "gyro_z_dps"],
+}
+
+
+class BadOption(SimCase):
+    def test_a_bad_value_is_refused_and_the_option_named(self):
+        path = self.recording()
+        for option, values in REFUSED.items():
+            for value in values:
+                with self.subTest(option=option, value=value):
+                    self.assert_refused(self.sim(path, option, value), option)
+
+    def test_full_scale_is_checked_where_it_counts(self):
+        path = self.recording()
+        for value in ("0", "-1", "x", "1e30"):
+            with self.subTest(value=value):
+                self.assert_refused(self.sim(path, "--arith", "float", "--full-scale", value), "--full-scale")
+
+    def test_options_are_checked_before_the_recording(self):
+        self.assert_refused(self.sim(self.folder / "nothing.csv", "--window-max", "0"), "--window-max")
+
+    def test_bounds_that_depend_on_each_other(self):
+        path = self.recording()
+        self.assert_refused(self.sim(path, "--window-max", "100", "--window-min", "200"), "--window-min")
+        self.assert_refused(self.sim(path, "--window-max", "100", "--segment", "80"), "--segment")
+        self.assert_refused(self.sim(path, "--window-max", "100", "--taus", "1,51"), "--taus")
+        self.assert_refused(self.sim(path, "--window-max", "100", "--stride", "101"), "--stride")
+
+    def test_trailing_windows_may_be_odd_and_grow_by_one(self):
+        path = self.recording(count=700)
+        rows = self.results(path, "--mode", "trailing", "--window-max", "601", "--window-min", "401", "--stride", "100")
+        self.assertGreater(len(rows), 1)
+
+    def test_unknown_options(self):
+        path = self.recording()
+        self.assert_refused(self.sim(path, "--windowmax", "600"), "--windowmax")
+        self.assert_refused(self.sim(path, "--window", "600"), "--window")
+        self.assert_refused(self.sim(path, "-q"), "-q")
+        self.assert_refused(self.sim("--frobnicate"), "--frobnicate")
+
+    def test_missing_and_superfluous_values(self):
+        path = self.recording()
+        self.assert_refused(self.sim(path, "--rate"), "--rate", "needs a value")
+        self.assert_refused(self.sim(path, "--details=yes"), "--details", "takes no value")
+
+    def test_missing_and_superfluous_arguments(self):
+        path = self.recording()
+        self.assert_refused(self.sim(), "no recording")
+        self.assert_refused(self.sim("--rate", "5"), "no recording")
+        self.assert_refused(self.sim(path, path), "unexpected argument")
+        self.assert_refused(self.sim(path, "--column", "gyro_x_dps", "--rate", "100", "gyro_y_dps"), "unexpected argument")
+
+    def test_control_characters_in_an_argument_do_not_break_the_line(self):
+        self.assert_refused(self.sim("no\nsuch\rfile"), "no?such?file")
+
+    def test_help_and_version_need_no_recording(self):
+        for option, start in (("--help", "usage: davar-sim REC"), ("--version", "davar-sim ")):
+            done = self.sim(option)
+            self.assertEqual(0, done.returncode)
+            self.assertTrue(done.stdout.startswith(start))
+            self.assertEqual("", done.stderr)
+
+    def test_help_names_every_option(self):
+        text = self.sim("--help").stdout
+        for option in [*REFUSED, "--details", "--full-scale", "--version"]:
+            self.assertIn(option, text)
+
+
+if __name__ == "__main__":
+    unittest.main()
