@@ -1,9 +1,12 @@
 /* davar-sim - notes and weather. */
 #include "report.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+
+#define COARSE_LEVELS 1024.0
 
 static void note_units(const selection_t *selection)
 {
@@ -21,6 +24,21 @@ static void note_scale(const options_t *options, const quantisation_t *quantisat
     if ((options->arith == ARITH_FIXED) && !(options->lsb > 0.0)) {
         (void)fprintf(stderr, "davar-sim: note: no --lsb: counts of 2^%d = %.9g are used\n",
                       (int)lround(log2(quantisation->unit_per_count)), quantisation->unit_per_count);
+    }
+}
+
+/* A large constant offset eats the bits that the noise needs. */
+static void note_coarse(const extent_t *extent, const quantisation_t *quantisation)
+{
+    const double largest = fmax(fabs(extent->low), fabs(extent->high));
+    const double resolution =
+        (quantisation->number == DAVAR_PORT_F32) ? largest * (double)FLT_EPSILON : quantisation->step;
+    const double span = extent->high - extent->low;
+    if ((span > 0.0) && (span < COARSE_LEVELS * resolution) && (span < 0.5 * largest)) {
+        (void)fprintf(stderr,
+                      "davar-sim: note: the values differ by %.3g only and the arithmetic resolves %.3g: subtract a"
+                      " constant from the column first\n",
+                      span, resolution);
     }
 }
 
@@ -79,6 +97,9 @@ void report_notes(const options_t *options, const recording_t *recording, const 
 {
     note_units(&recording->selection);
     note_scale(options, quantisation);
+    if (!(options->lsb > 0.0)) {
+        note_coarse(&recording->extent, quantisation);
+    }
     note_unused_options(options, &recording->selection);
     note_timing(options, timing);
 }

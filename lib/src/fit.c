@@ -206,9 +206,13 @@ static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
     for (int t = 0; t < plan->count; t++) {
         plan_entry(plan, result, t);
     }
-    deviation_interval(2.0 / plan->sigma[WHITE], &plan->white_low, &plan->white_high);
+    const double of_white = plan->sigma[WHITE];
+    davar_chi_square_interval(2.0 / of_white, &plan->white_low, &plan->white_high);
+    plan->white_high = sqrt(plan->white_high);
     for (int k = 0; k < TERMS; k++) {
-        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? sqrt(plan->sigma[k]) : (double)INFINITY;
+        const double of_term = plan->sigma[k];
+        plan->doubt[k] = sqrt(0.5 * (of_white + plan->centre[k] * plan->centre[k] * of_term));
+        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? sqrt(of_term) : (double)INFINITY;
     }
 }
 
@@ -287,10 +291,11 @@ static double square_unit(int term, double tau0_s)
     }
 }
 
-static void write_present(davar_coefficient_t *coefficient, double square, double low, double high)
+/* From squares, a lower limit among them, to the coefficient. */
+static void write_present(davar_coefficient_t *coefficient, double square, double low_square, double high)
 {
     const double value = sqrt(square);
-    *coefficient = (davar_coefficient_t){true, value, value * low, value * high};
+    *coefficient = (davar_coefficient_t){true, value, sqrt(low_square), value * high};
 }
 
 static void write_absent(davar_coefficient_t *coefficient, double bound_square)
@@ -298,9 +303,12 @@ static void write_absent(davar_coefficient_t *coefficient, double bound_square)
     *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, sqrt(bound_square)};
 }
 
-static double bound(double a, double sigma)
+/* Upper limit of an absent term. Were the term there, it would scatter too: sigma is raised by what the limit would add
+ * to the model's Allan variance where the term is strongest (5.11). `model` is that variance in units of a. */
+static double bound(double a, double sigma, double model)
 {
-    return ((a > 0.0) ? a : 0.0) + BOUND * sigma;
+    const double small = ((a > 0.0) ? a : 0.0) + BOUND * sigma;
+    return small + BOUND * sigma * (small / model);
 }
 
 static void write_white_intervals(const davar_fit_plan_t *plan, davar_result_t *result)
@@ -313,41 +321,35 @@ static void write_white_intervals(const davar_fit_plan_t *plan, davar_result_t *
     }
 }
 
-/* A term that may be there but is not resolved leaves N smaller: its interval reaches down to the fit with it. */
-static void doubt_white(davar_coefficient_t *coefficient, double square, double variance, double unit)
+/* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). */
+static double doubted_white(const davar_fit_plan_t *plan, const double amplitude[], int term)
 {
-    double low;
-    double high;
-    if (square > 0.0) {
-        deviation_interval(2.0 * square * square / variance, &low, &high);
-        low *= sqrt(square * unit);
-        coefficient->low = (low < coefficient->low) ? low : coefficient->low;
-    } else {
-        coefficient->low = 0.0;
-    }
+    const double left = amplitude[WHITE] - plan->centre[term] * amplitude[term];
+    const double uncertain = plan->doubt[term] * amplitude[WHITE];
+    return (uncertain >= DAVAR_FIT_NOTHING * left) ? 0.0 : left * davar_chi_square_low(uncertain / left);
 }
 
-static bool doubtful(double a, double sigma)
+static double least_white(const davar_fit_plan_t *plan, const double amplitude[])
 {
-    return a > DAVAR_FIT_DOUBT * sigma;
+    double least = amplitude[WHITE] * plan->white_low;
+    for (int k = 0; k < TERMS; k++) {
+        if ((k != WHITE) && (amplitude[k] > DAVAR_FIT_DOUBT * plan->sigma[k] * amplitude[WHITE])) {
+            const double low = doubted_white(plan, amplitude, k);
+            least = (low < least) ? low : least;
+        }
+    }
+    return least;
 }
 
 static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
 {
-    const double white = amplitude[WHITE];
-    const double unit_white = square_unit(WHITE, tau0_s);
-    davar_coefficient_t *arw = &result->coefficient[WHITE];
-    write_present(arw, white * unit_white, plan->white_low, plan->white_high);
     for (int k = 0; k < TERMS; k++) {
         const double unit = square_unit(k, tau0_s) * amplitude_unit(plan, k);
-        const double sigma = plan->sigma[k] * white;
-        if (k != WHITE) {
-            write_absent(&result->coefficient[k], bound(amplitude[k], sigma) * unit);
-            if (doubtful(amplitude[k], sigma)) {
-                const double of_white = plan->sigma[WHITE] * white;
-                const double of_term = plan->centre[k] * sigma;
-                doubt_white(arw, white - plan->centre[k] * amplitude[k], of_white * of_white + of_term * of_term, unit_white);
-            }
+        if (k == WHITE) {
+            write_present(&result->coefficient[k], amplitude[k] * unit, least_white(plan, amplitude) * unit,
+                          plan->white_high);
+        } else {
+            write_absent(&result->coefficient[k], bound(amplitude[k], plan->sigma[k] * amplitude[WHITE], amplitude[WHITE]) * unit);
         }
     }
 }
@@ -365,33 +367,18 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
     }
 }
 
-static bool in_model(const davar_mixture_t *model, int term)
-{
-    return ((model->terms >> (unsigned)term) & 1U) != 0U;
-}
-
 static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
 {
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
         const double unit = square_unit(k, tau0_s);
-        if (in_model(model, k)) {
+        if (((model->terms >> (unsigned)k) & 1U) != 0U) {
             double low;
             double high;
             deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
-            write_present(&result->coefficient[k], a * unit, low, high);
+            write_present(&result->coefficient[k], a * unit, model->least[k] * unit, high);
         } else {
-            write_absent(&result->coefficient[k], bound(a, sqrt(model->variance[k])) * unit);
-        }
-    }
-}
-
-static void write_mixture_doubts(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
-{
-    for (int k = 0; k < TERMS; k++) {
-        if (in_model(model, WHITE) && !in_model(model, k) && doubtful(model->a[k], sqrt(model->variance[k]))) {
-            doubt_white(&result->coefficient[WHITE], model->white[k], model->white_variance[k],
-                        square_unit(WHITE, tau0_s));
+            write_absent(&result->coefficient[k], bound(a, sqrt(model->variance[k]), davar_mixture_room(model, k)) * unit);
         }
     }
 }
@@ -419,7 +406,6 @@ static void fit_mixture(const davar_fit_plan_t *plan, double tau0_s, davar_resul
     davar_mixture_fit(&model);
     write_mixture_intervals(&model, result);
     write_mixture(&model, tau0_s, result);
-    write_mixture_doubts(&model, tau0_s, result);
 }
 
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)

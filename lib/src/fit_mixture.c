@@ -53,6 +53,15 @@ static double avar_of(const davar_mixture_t *model, double m)
     return sum;
 }
 
+double davar_mixture_room(const davar_mixture_t *model, int term)
+{
+    const int end = ((term == (int)DAVAR_QUANTIZATION) || (term == (int)DAVAR_ANGLE_RANDOM_WALK)) ? 0 : model->count - 1;
+    const double m = (double)model->data->tau[end].m;
+    double x[DAVAR_COEFFICIENT_COUNT];
+    shapes(m, x);
+    return avar_of(model, m) / x[term];
+}
+
 double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
 {
     const double m = (double)tau->m;
@@ -369,6 +378,11 @@ static double lower_limit(double a, double variance)
     return a * davar_chi_square_low((s < 1.0) ? s : 1.0);
 }
 
+static void lower(double *least, double value)
+{
+    *least = (value < *least) ? value : *least;
+}
+
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
 static void doubt(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h, double grow)
 {
@@ -377,25 +391,29 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const matrix_t
             const double a = solution(normal, inverse, k) * normal->scale[k];
             const double variance = variance_of(normal, inverse, h, k) * grow;
             const bool nothing = sqrt(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
-            const double low = nothing ? 0.0 : lower_limit(a, variance);
-            model->least[k] = (low < model->least[k]) ? low : model->least[k];
+            lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
         }
     }
 }
 
+/* Variances, lower limits, and the fits of the absent terms beside the model. */
 static void conclude(davar_mixture_t *model)
 {
     const double grow = inflation(model);
     normal_t normal;
     matrix_t h;
-    matrix_t inverse;
     normal_equations(model, 1.0, &normal);
     scatter(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
+        model->least[k] = (double)INFINITY;
+    }
+    for (int k = 0; k < TERMS; k++) {
+        matrix_t inverse;
         const bool resolved = judge(model, &normal, &h, k, &inverse);
         model->variance[k] *= grow;
-        model->least[k] = has(model->terms, k) ? lower_limit(model->a[k], model->variance[k]) : 0.0;
-        if (resolved && !has(model->terms, k) && (model->a[k] > DAVAR_FIT_DOUBT * sqrt(model->variance[k]))) {
+        if (has(model->terms, k)) {
+            lower(&model->least[k], lower_limit(model->a[k], model->variance[k]));
+        } else if (resolved && (model->a[k] > DAVAR_FIT_DOUBT * sqrt(model->variance[k]))) {
             doubt(model, &normal, &inverse, &h, grow);
         }
     }

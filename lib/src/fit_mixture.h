@@ -34,4 +34,7 @@ void davar_mixture_fit(davar_mixture_t *model);
 /* Degrees of freedom of an Allan variance of this mix (5.6). */
 double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau);
 
+/* Allan variance of the model where term k is strongest, in units of a[k]. */
+double davar_mixture_room(const davar_mixture_t *model, int term);
+
 #endif

@@ -21,6 +21,7 @@ typedef struct {
     float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];
     uint32_t window;                        /* window length without gaps that the rest is made for (5.5); 0: none */
     double sigma[DAVAR_COEFFICIENT_COUNT];
+    double doubt[DAVAR_COEFFICIENT_COUNT];
     double white_low;
     double white_high;
     float edf[DAVAR_TAUS_MAX];

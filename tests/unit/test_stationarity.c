@@ -1,0 +1,137 @@
+/* davar tests - decisions on the bounds themselves, where only exact arithmetic knows the side. */
+#include "number_q15.h"
+#include "davar/davar.h"
+#include "moments.h"
+#include "unity.h"
+
+#include <math.h>
+
+static davar_config_t config;
+
+void setUp(void)
+{
+    config = davar_default_config;
+}
+
+void tearDown(void) {}
+
+static davar_central_t central_of(const int16_t *sample, uint32_t n)
+{
+    powers_t sums = {0};
+    for (uint32_t i = 0U; i < n; i++) {
+        const powers_t powers = powers_of(sample[i], 0U);
+        powers_add(&sums, &powers);
+    }
+    return moments_central(&sums, n);
+}
+
+/* Two values, p of n samples the upper one: K = (1 - 3 p q) / (p q) exactly, q = n - p as fractions of n. */
+static void test_kurtosis_of_two_values_whatever_their_mean_and_size(void)
+{
+    static const int16_t lower[3] = {-32768, 0, 32766};
+    int16_t sample[64];
+    for (unsigned v = 0U; v < 3U; v++) {
+        for (uint32_t upper = 1U; upper < 64U; upper++) {
+            for (uint32_t i = 0U; i < 64U; i++) {
+                sample[i] = (i < upper) ? 32767 : lower[v];
+            }
+            const davar_central_t central = central_of(sample, 64U);
+            const double p = (double)upper / 64.0;
+            const double expected = (1.0 / (p * (1.0 - p))) - 3.0;
+            TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected, davar_stationarity_kurtosis(&central));
+        }
+    }
+}
+
+/* Half and half: K = 1 exactly. On a bound is inside it. */
+static void test_a_value_on_its_bound_is_inside(void)
+{
+    const int16_t halves[4] = {-7, 7, -7, 7};
+    const davar_central_t whole = central_of(halves, 4U);
+    config.policy = DAVAR_POLICY_KURTOSIS;
+    config.kurtosis_low = 1.0;
+    config.kurtosis_high = 1.0;
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole));
+    config.kurtosis_low = nextafter(1.0, 2.0);
+    config.kurtosis_high = 2.0;
+    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+    config.kurtosis_low = 0.0;
+    config.kurtosis_high = nextafter(1.0, 0.0);
+    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+}
+
+/* K = 1 against Km = 7/3 (one in four of three): S = 4/3. Also subnormal and zero bounds. */
+static void test_contribution_on_both_sides_of_its_bounds(void)
+{
+    const int16_t quarter[8] = {9, 0, 0, 0, 9, 0, 0, 0};
+    const int16_t halves[4] = {-7, 7, -7, 7};
+    const davar_central_t first = central_of(quarter, 8U);
+    const davar_central_t whole = central_of(halves, 4U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 4.0 / 3.0, davar_stationarity_contribution(&whole, &first));
+    config.kurtosis_low = 0.0;
+    config.contribution_high = 1.34;
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &first));
+    config.contribution_high = 1.33;
+    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
+    config.contribution_low = 1.34;
+    config.contribution_high = 2.0;
+    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
+    config.contribution_low = 0.0;
+    config.contribution_high = 0.0;
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole)); /* S = 0 */
+    config.contribution_high = 5e-324;
+    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
+}
+
+static void test_each_policy_reads_its_own_flags(void)
+{
+    const int16_t spike[8] = {90, 0, 0, 0, 0, 0, 0, 0};
+    const int16_t halves[4] = {-7, 7, -7, 7};
+    const davar_central_t peaked = central_of(spike, 8U); /* K = 6.14 */
+    const davar_central_t flat = central_of(halves, 4U);
+    config.kurtosis_low = 0.0;
+    const struct {
+        davar_policy_t policy;
+        bool kurtosis_only;
+        bool contribution_only;
+        bool both;
+    } expected[] = {
+        {DAVAR_POLICY_FIXED, true, true, true},
+        {DAVAR_POLICY_KURTOSIS, true, false, true},
+        {DAVAR_POLICY_OR, true, true, true},
+        {DAVAR_POLICY_AND, false, false, true},
+    };
+    for (unsigned i = 0U; i < 4U; i++) {
+        config.policy = expected[i].policy;
+        TEST_ASSERT_EQUAL(expected[i].kurtosis_only, davar_stationarity_unstable(&config, &peaked, &peaked));
+        TEST_ASSERT_EQUAL(expected[i].contribution_only, davar_stationarity_unstable(&config, &flat, &peaked));
+        TEST_ASSERT_EQUAL(expected[i].both, davar_stationarity_unstable(&config, &peaked, &flat));
+    }
+}
+
+static void test_without_variance_nothing_is_defined_and_nothing_unstable(void)
+{
+    const int16_t constant[4] = {5, 5, 5, 5};
+    const int16_t halves[4] = {-7, 7, -7, 7};
+    const davar_central_t none = central_of(constant, 4U);
+    const davar_central_t some = central_of(halves, 4U);
+    config.kurtosis_low = 0.0;
+    config.contribution_low = 1.0;
+    config.contribution_high = 1.0;
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &none, &none));
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &some, &none));
+    TEST_ASSERT_TRUE(isnan(davar_stationarity_kurtosis(&none)));
+    TEST_ASSERT_TRUE(isnan(davar_stationarity_contribution(&some, &none)));
+    TEST_ASSERT_TRUE(isnan(davar_stationarity_contribution(&none, &some)));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_kurtosis_of_two_values_whatever_their_mean_and_size);
+    RUN_TEST(test_a_value_on_its_bound_is_inside);
+    RUN_TEST(test_contribution_on_both_sides_of_its_bounds);
+    RUN_TEST(test_each_policy_reads_its_own_flags);
+    RUN_TEST(test_without_variance_nothing_is_defined_and_nothing_unstable);
+    return UNITY_END();
+}
