@@ -1,7 +1,7 @@
 /* davar-sim - the header row. */
 #include "header.h"
 
-#include "number.h"
+#include "decimal.h"
 #include "text.h"
 
 #include <inttypes.h>
@@ -38,7 +38,7 @@ static bool check_name(const header_t *header, const lines_t *lines, const char 
     }
     const char *cursor = name;
     double value = 0.0;
-    if ((number_parse(&cursor, &value) == NUMBER_OK) && (*cursor == '\0')) {
+    if ((decimal_parse(&cursor, &value) == DECIMAL_OK) && (*cursor == '\0')) {
         return sim_fail(error, "%s:%" PRIu64 ": column %zu: no header row: a column name expected, found '%s'",
                         lines->name, lines->number, number, name);
     }

@@ -1,7 +1,7 @@
 /* davar-sim - rows: every field is checked, also those nobody asked for. */
 #include "row.h"
 
-#include "number.h"
+#include "decimal.h"
 #include "text.h"
 
 #include <inttypes.h>
@@ -22,7 +22,7 @@ static bool is_not_finite(const char *field, size_t length)
     return false;
 }
 
-static const char *describe(const char *field, size_t length, number_status_t status)
+static const char *describe(const char *field, size_t length, decimal_status_t status)
 {
     if (length == 0U) {
         return "empty field";
@@ -30,10 +30,10 @@ static const char *describe(const char *field, size_t length, number_status_t st
     if (is_not_finite(field, length)) {
         return "not a finite number";
     }
-    return (status == NUMBER_RANGE) ? "number too large" : "not a number";
+    return (status == DECIMAL_RANGE) ? "number too large" : "not a number";
 }
 
-static bool fail_field(const lines_t *lines, const char *column, const char *field, number_status_t status,
+static bool fail_field(const lines_t *lines, const char *column, const char *field, decimal_status_t status,
                        sim_error_t *error)
 {
     size_t length = strcspn(field, ",");
@@ -68,9 +68,9 @@ static bool parse_field(const lines_t *lines, const char **cursor, const char *c
 {
     const char *field = text_skip_blanks(*cursor);
     const char *end = field;
-    const number_status_t status = number_parse(&end, value);
+    const decimal_status_t status = decimal_parse(&end, value);
     end = text_skip_blanks(end);
-    if ((status != NUMBER_OK) || ((*end != ',') && (*end != '\0'))) {
+    if ((status != DECIMAL_OK) || ((*end != ',') && (*end != '\0'))) {
         return fail_field(lines, column, field, status, error);
     }
     *cursor = end;

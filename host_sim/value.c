@@ -1,7 +1,7 @@
 /* davar-sim - option values. */
 #include "value.h"
 
-#include "number.h"
+#include "decimal.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -61,7 +61,7 @@ bool value_u32_list(const char *option, const char *text, uint32_t *values, size
 bool value_positive(const char *option, const char *text, double *value, sim_error_t *error)
 {
     const char *cursor = text;
-    if ((number_parse(&cursor, value) != NUMBER_OK) || (*cursor != '\0')) {
+    if ((decimal_parse(&cursor, value) != DECIMAL_OK) || (*cursor != '\0')) {
         return sim_fail(error, "--%s: not a finite number, found '%s'", option, text);
     }
     if (!(*value > 0.0)) {
@@ -73,10 +73,10 @@ bool value_positive(const char *option, const char *text, double *value, sim_err
 bool value_range(const char *option, const char *text, double *low, double *high, sim_error_t *error)
 {
     const char *cursor = text;
-    bool good = (number_parse(&cursor, low) == NUMBER_OK) && (*cursor == ':');
+    bool good = (decimal_parse(&cursor, low) == DECIMAL_OK) && (*cursor == ':');
     if (good) {
         cursor++;
-        good = (number_parse(&cursor, high) == NUMBER_OK) && (*cursor == '\0');
+        good = (decimal_parse(&cursor, high) == DECIMAL_OK) && (*cursor == '\0');
     }
     if (!good) {
         return sim_fail(error, "--%s: two numbers LOW:HIGH expected, found '%s'", option, text);

@@ -1,4 +1,4 @@
-"""What every test of the davar-sim command needs: the program (environment variable DAVAR_SIM), a folder, recordings."""
+"""What every test of davar-sim needs: the program (environment variable DAVAR_SIM), a folder, recordings."""
 
 import csv
 import gzip

@@ -2,6 +2,8 @@
 
 import gzip
 import os
+import resource
+import signal
 import subprocess
 import unittest
 
@@ -22,7 +24,6 @@ BAD_FIELDS = {
     "1" * 400: "too large",
     "0x10": "not a number",
     "1.2.3": "not a number",
-    "1,5e": "not a number",
     "1e+": "not a number",
     "--1": "not a number",
     ".": "not a number",
@@ -51,8 +52,6 @@ class BadRecording(SimCase):
 
     def test_a_field_that_is_no_finite_number_is_named_with_line_and_column(self):
         for field, what in BAD_FIELDS.items():
-            if "," in field:
-                continue
             with self.subTest(field=field):
                 self.refuse(self.text_with(99, 1, field), ":101: column gyro_x_dps: ", what, "found '")
 
@@ -172,8 +171,8 @@ class BadRecording(SimCase):
         rows = self.rows(200)
         counts = [[row[0], str(i)] for i, row in enumerate(rows)]
         counts[77][1] = "12.5"
-        self.refuse(as_text("time_s,gyro_x_counts", counts), ":79: column gyro_x_counts: not a whole count, found '12.5'",
-                    options=("--lsb", "0.1", *SMALL_WINDOW))
+        self.refuse(as_text("time_s,gyro_x_counts", counts), ":79: column gyro_x_counts: not a whole count",
+                    "found '12.5'", options=("--lsb", "0.1", *SMALL_WINDOW))
 
     def test_a_value_beyond_float32(self):
         self.refuse(self.text_with(99, 1, "1e39"), ":101: column gyro_x_dps",
@@ -246,11 +245,8 @@ class BadSurroundings(SimCase):
         self.assert_refused(self.sim(self.recording(), env=environment), "nowhere", "TMPDIR", "No such file")
 
     def test_a_full_temporary_folder(self):
-        import resource
-
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-            import signal
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
         path = self.recording(count=60000)

@@ -70,7 +70,8 @@ class Forms(SimCase):
 
     def test_counts_and_their_size(self):
         rows = [line.split(",") for line in self.text.splitlines()[1:]]
-        self.assert_same(as_text("time_s,gyro_x_counts", [[time, str(round(100 * float(rate)))] for time, rate in rows]))
+        counts = [[time, str(round(100 * float(rate)))] for time, rate in rows]
+        self.assert_same(as_text("time_s,gyro_x_counts", counts))
 
     def test_no_time_but_a_rate(self):
         rows = [[line.split(",")[1]] for line in self.text.splitlines()[1:]]
@@ -87,9 +88,6 @@ class Columns(SimCase):
     def three_axes(self):
         header = "time_s,accel_x_g,gyro_x_dps,gyro_y_dps,gyro_z_dps"
         return self.write("axes.csv", as_text(header, noise_rows(200, columns=4)))
-
-    def channels(self, *arguments):
-        return [row["channel"] for row in self.results(*arguments, *FIXED_WINDOW)]
 
     def test_the_first_gyro_column_is_the_default(self):
         path = self.three_axes()
@@ -125,7 +123,8 @@ class Columns(SimCase):
         rows = noise_rows(200)
         degrees = self.results(self.write("a.csv", as_text("time_s,gyro_x_dps", rows)), *FIXED_WINDOW)
         radians = [[time, repr(float(rate) * 0.017453292519943295)] for time, rate in rows]
-        self.assertEqual(degrees, self.results(self.write("b.csv", as_text("time_s,gyro_x_rad_s", radians)), *FIXED_WINDOW))
+        path = self.write("b.csv", as_text("time_s,gyro_x_rad_s", radians))
+        self.assertEqual(degrees, self.results(path, *FIXED_WINDOW))
 
 
 class Rate(SimCase):

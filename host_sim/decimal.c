@@ -1,5 +1,5 @@
 /* davar-sim - decimal text to double: Clinger's exact case by hand, the rest by strtod. */
-#include "number.h"
+#include "decimal.h"
 
 #include <float.h>
 #include <math.h>
@@ -18,7 +18,7 @@ typedef struct {
     int exponent;
     bool negative;
     bool any_digit;
-} decimal_t;
+} parts_t;
 
 static bool is_digit(char c)
 {
@@ -32,33 +32,33 @@ static const char *scan_sign(const char *text, bool *negative)
 }
 
 /* Digits beyond DIGITS_EXACT are counted, not kept: such a number goes to strtod. */
-static const char *scan_digits(const char *text, decimal_t *decimal)
+static const char *scan_digits(const char *text, parts_t *parts)
 {
     for (; is_digit(*text); text++) {
-        decimal->any_digit = true;
-        if (decimal->digits < DIGITS_EXACT) {
-            decimal->mantissa = 10U * decimal->mantissa + (uint64_t)(*text - '0');
+        parts->any_digit = true;
+        if (parts->digits < DIGITS_EXACT) {
+            parts->mantissa = 10U * parts->mantissa + (uint64_t)(*text - '0');
         }
-        if (decimal->mantissa != 0U) {
-            decimal->digits++;
+        if (parts->mantissa != 0U) {
+            parts->digits++;
         }
     }
     return text;
 }
 
-static const char *scan_fraction(const char *text, decimal_t *decimal)
+static const char *scan_fraction(const char *text, parts_t *parts)
 {
     if (*text != '.') {
         return text;
     }
     const char *first = text + 1;
-    const char *end = scan_digits(first, decimal);
-    decimal->exponent -= (end - first > EXPONENT_MAX) ? EXPONENT_MAX : (int)(end - first);
+    const char *end = scan_digits(first, parts);
+    parts->exponent -= (end - first > EXPONENT_MAX) ? EXPONENT_MAX : (int)(end - first);
     return end;
 }
 
 /* An 'e' without digits behind it does not belong to the number: the cursor stays on it. */
-static const char *scan_exponent(const char *text, decimal_t *decimal)
+static const char *scan_exponent(const char *text, parts_t *parts)
 {
     if ((*text != 'e') && (*text != 'E')) {
         return text;
@@ -74,41 +74,41 @@ static const char *scan_exponent(const char *text, decimal_t *decimal)
             exponent = 10 * exponent + (*digit - '0');
         }
     }
-    decimal->exponent += negative ? -exponent : exponent;
+    parts->exponent += negative ? -exponent : exponent;
     return digit;
 }
 
 /* Mantissa and power of ten both exact: one rounding, hence the correct one. Not so where doubles are computed wider. */
-static bool is_exact_case(const decimal_t *decimal)
+static bool is_exact_case(const parts_t *parts)
 {
-    return (FLT_EVAL_METHOD == 0) && (decimal->digits <= DIGITS_EXACT) && (decimal->mantissa <= (UINT64_C(1) << 53)) &&
-           (decimal->exponent >= -POWERS_EXACT) && (decimal->exponent <= POWERS_EXACT);
+    return (FLT_EVAL_METHOD == 0) && (parts->digits <= DIGITS_EXACT) && (parts->mantissa <= (UINT64_C(1) << 53)) &&
+           (parts->exponent >= -POWERS_EXACT) && (parts->exponent <= POWERS_EXACT);
 }
 
-static double exact_value(const decimal_t *decimal)
+static double exact_value(const parts_t *parts)
 {
     static const double POWER[POWERS_EXACT + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                                    1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
                                                    1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-    const double magnitude = (decimal->exponent < 0) ? (double)decimal->mantissa / POWER[-decimal->exponent]
-                                                     : (double)decimal->mantissa * POWER[decimal->exponent];
-    return decimal->negative ? -magnitude : magnitude;
+    const double magnitude = (parts->exponent < 0) ? (double)parts->mantissa / POWER[-parts->exponent]
+                                                   : (double)parts->mantissa * POWER[parts->exponent];
+    return parts->negative ? -magnitude : magnitude;
 }
 
-number_status_t number_parse(const char **cursor, double *value)
+decimal_status_t decimal_parse(const char **cursor, double *value)
 {
-    decimal_t decimal = {0};
-    const char *end = scan_sign(*cursor, &decimal.negative);
-    end = scan_fraction(scan_digits(end, &decimal), &decimal);
-    if (!decimal.any_digit) {
-        return NUMBER_SYNTAX;
+    parts_t parts = {0};
+    const char *end = scan_sign(*cursor, &parts.negative);
+    end = scan_fraction(scan_digits(end, &parts), &parts);
+    if (!parts.any_digit) {
+        return DECIMAL_SYNTAX;
     }
-    end = scan_exponent(end, &decimal);
-    const double parsed = is_exact_case(&decimal) ? exact_value(&decimal) : strtod(*cursor, NULL);
+    end = scan_exponent(end, &parts);
+    const double parsed = is_exact_case(&parts) ? exact_value(&parts) : strtod(*cursor, NULL);
     if (!isfinite(parsed)) {
-        return NUMBER_RANGE;
+        return DECIMAL_RANGE;
     }
     *value = parsed;
     *cursor = end;
-    return NUMBER_OK;
+    return DECIMAL_OK;
 }

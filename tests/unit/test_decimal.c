@@ -1,0 +1,205 @@
+/* davar tests - decimal_parse of the simulator: every result has the bits of strtod, whatever path it takes. */
+#include "decimal.h"
+#include "random.h"
+#include "unity.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RANDOM_TEXTS 300000U
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static uint64_t bits_of(double value)
+{
+    uint64_t bits = 0U;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static void assert_like_strtod(const char *text)
+{
+    char *expected_end = NULL;
+    const double expected = strtod(text, &expected_end);
+    const char *end = text;
+    double value = 0.0;
+    const decimal_status_t status = decimal_parse(&end, &value);
+    if (!isfinite(expected)) {
+        TEST_ASSERT_EQUAL_MESSAGE(DECIMAL_RANGE, status, text);
+        TEST_ASSERT_EQUAL_PTR_MESSAGE(text, end, text);
+        return;
+    }
+    TEST_ASSERT_EQUAL_MESSAGE(DECIMAL_OK, status, text);
+    TEST_ASSERT_EQUAL_PTR_MESSAGE(expected_end, end, text);
+    TEST_ASSERT_EQUAL_HEX64_MESSAGE(bits_of(expected), bits_of(value), text);
+}
+
+static void test_ordinary_numbers(void)
+{
+    static const char *const TEXTS[] = {"0",
+                                        "-0",
+                                        "+0.0",
+                                        "1",
+                                        "-1",
+                                        "12.5",
+                                        ".5",
+                                        "5.",
+                                        "-.25",
+                                        "0.1",
+                                        "1e3",
+                                        "1E-3",
+                                        "1e+3",
+                                        "00012.500",
+                                        "0.00763358778625954",
+                                        "123456789.987654321"};
+    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
+        assert_like_strtod(TEXTS[i]);
+    }
+}
+
+static void test_the_edges_of_the_exact_case(void)
+{
+    static const char *const TEXTS[] = {"9007199254740991",
+                                        "9007199254740992",
+                                        "9007199254740993",
+                                        "9007199254740992e22",
+                                        "9007199254740993e22",
+                                        "9007199254740992e-22",
+                                        "9007199254740992e23",
+                                        "1e22",
+                                        "1e23",
+                                        "1e-22",
+                                        "1e-23",
+                                        "9999999999999999999",
+                                        "18446744073709551615",
+                                        "99999999999999999999",
+                                        "0.1000000000000000055511",
+                                        "0.3000000000000000444",
+                                        "8.5e22",
+                                        "0.000000000000000000001",
+                                        "1.0000000000000000000000",
+                                        "123456789012345678901234567890"};
+    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
+        assert_like_strtod(TEXTS[i]);
+    }
+}
+
+static void test_the_ends_of_the_range(void)
+{
+    static const char *const TEXTS[] = {"1.7976931348623157e308",
+                                        "1.7976931348623159e308",
+                                        "-1e309",
+                                        "1e999",
+                                        "1e99999999999999999999",
+                                        "1e-99999999999999999999",
+                                        "0e99999999999999999999",
+                                        "2.2250738585072014e-308",
+                                        "4.9e-324",
+                                        "2e-324",
+                                        "-1e-400",
+                                        "0.0e-999999"};
+    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
+        assert_like_strtod(TEXTS[i]);
+    }
+}
+
+static void test_very_long_numbers(void)
+{
+    static char text[200003];
+    memset(text, '0', sizeof text - 1U);
+    text[0] = '1';
+    text[sizeof text - 1U] = '\0';
+    assert_like_strtod(text);
+    text[0] = '0';
+    text[1] = '.';
+    text[sizeof text - 2U] = '7';
+    assert_like_strtod(text);
+    memcpy(text + sizeof text - 8U, "1e20000", 8U);
+    assert_like_strtod(text);
+}
+
+static void test_the_cursor_stops_behind_the_number(void)
+{
+    static const char *const TEXTS[] = {"1,2", "1 ", "1.5\r", "1e", "1e+", "1.e", "1..2", "1-2", "1.5e3.7", "7dps"};
+    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
+        assert_like_strtod(TEXTS[i]);
+    }
+}
+
+static void test_what_is_no_decimal_number_is_refused_and_nothing_is_touched(void)
+{
+    static const char *const TEXTS[] = {"",    "-",   "+",    ".",  "-.", "e5", ".e5",
+                                        "nan", "inf", "-inf", " 1", "x",  ",",  "+-1"};
+    for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
+        const char *end = TEXTS[i];
+        double value = 42.0;
+        TEST_ASSERT_EQUAL_MESSAGE(DECIMAL_SYNTAX, decimal_parse(&end, &value), TEXTS[i]);
+        TEST_ASSERT_EQUAL_PTR(TEXTS[i], end);
+        TEST_ASSERT_EQUAL_HEX64(bits_of(42.0), bits_of(value));
+    }
+}
+
+static void test_hexadecimal_is_read_as_its_leading_zero(void)
+{
+    const char *text = "0x10";
+    const char *end = text;
+    double value = 1.0;
+    TEST_ASSERT_EQUAL(DECIMAL_OK, decimal_parse(&end, &value));
+    TEST_ASSERT_EQUAL_PTR(text + 1, end);
+}
+
+/* Texts of the kind that recordings hold, and some of no kind. */
+static void random_text(random_t *random, char *text, size_t size)
+{
+    const int digits = (int)(random_next(random) % 21U);
+    const int exponent = (int)(random_next(random) % 80U) - 40;
+    const double value = ldexp((double)(int64_t)random_next(random), (int)(random_next(random) % 160U) - 120);
+    switch (random_next(random) % 4U) {
+    case 0:
+        (void)snprintf(text, size, "%.*f", digits, fmod(value, 1e6));
+        break;
+    case 1:
+        (void)snprintf(text, size, "%.*e", digits, value);
+        break;
+    case 2:
+        (void)snprintf(text, size, "%.17g", value);
+        break;
+    default:
+        (void)snprintf(text, size, "%" PRIu64 "e%d", random_next(random) >> (random_next(random) % 64U), exponent);
+        break;
+    }
+}
+
+static void test_random_numbers(void)
+{
+    random_t random = random_seeded(1U);
+    char text[128];
+    for (uint32_t i = 0U; i < RANDOM_TEXTS; i++) {
+        random_text(&random, text, sizeof text);
+        assert_like_strtod(text);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_ordinary_numbers);
+    RUN_TEST(test_the_edges_of_the_exact_case);
+    RUN_TEST(test_the_ends_of_the_range);
+    RUN_TEST(test_very_long_numbers);
+    RUN_TEST(test_the_cursor_stops_behind_the_number);
+    RUN_TEST(test_what_is_no_decimal_number_is_refused_and_nothing_is_touched);
+    RUN_TEST(test_hexadecimal_is_read_as_its_leading_zero);
+    RUN_TEST(test_random_numbers);
+    return UNITY_END();
+}
