@@ -9,7 +9,7 @@
 
 #define DIGITS_EXACT 19     /* decimal digits that always fit 64 bits */
 #define POWERS_EXACT 22     /* 10^22 is the largest power of ten that is a double */
-#define EXPONENT_MAX 100000 /* beyond it strtod decides; keeps the sum below from overflowing */
+#define EXPONENT_MAX 100000 /* far beyond any double; keeps the sum below from overflowing */
 
 /* What the characters say: (-1)^negative * mantissa * 10^exponent. */
 typedef struct {
@@ -18,6 +18,7 @@ typedef struct {
     int exponent;
     bool negative;
     bool any_digit;
+    bool capped; /* an exponent was beyond EXPONENT_MAX: `exponent` says nothing */
 } parts_t;
 
 static bool is_digit(char c)
@@ -53,7 +54,8 @@ static const char *scan_fraction(const char *text, parts_t *parts)
     }
     const char *first = text + 1;
     const char *end = scan_digits(first, parts);
-    parts->exponent -= (end - first > EXPONENT_MAX) ? EXPONENT_MAX : (int)(end - first);
+    parts->capped = (end - first > EXPONENT_MAX);
+    parts->exponent -= parts->capped ? 0 : (int)(end - first);
     return end;
 }
 
@@ -74,6 +76,7 @@ static const char *scan_exponent(const char *text, parts_t *parts)
             exponent = 10 * exponent + (*digit - '0');
         }
     }
+    parts->capped = parts->capped || (exponent >= EXPONENT_MAX);
     parts->exponent += negative ? -exponent : exponent;
     return digit;
 }
@@ -81,8 +84,9 @@ static const char *scan_exponent(const char *text, parts_t *parts)
 /* Mantissa and power of ten both exact: one rounding, hence the correct one. Not so where doubles are computed wider. */
 static bool is_exact_case(const parts_t *parts)
 {
-    return (FLT_EVAL_METHOD == 0) && (parts->digits <= DIGITS_EXACT) && (parts->mantissa <= (UINT64_C(1) << 53)) &&
-           (parts->exponent >= -POWERS_EXACT) && (parts->exponent <= POWERS_EXACT);
+    return (FLT_EVAL_METHOD == 0) && !parts->capped && (parts->digits <= DIGITS_EXACT) &&
+           (parts->mantissa <= (UINT64_C(1) << 53)) && (parts->exponent >= -POWERS_EXACT) &&
+           (parts->exponent <= POWERS_EXACT);
 }
 
 static double exact_value(const parts_t *parts)

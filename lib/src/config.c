@@ -17,6 +17,9 @@ const davar_config_t davar_default_config = {
     .gaps_max = 4U,
 };
 
+/* Keeps every sum of a window length and a step inside 32 bits. */
+#define STRIDE_MAX 16777216U
+
 /* Also false for NaN. */
 static bool positive_finite(double value)
 {
@@ -89,11 +92,12 @@ static bool step_valid(const davar_config_t *config, uint32_t step)
 
 static davar_status_t check_motion(const davar_config_t *config)
 {
-    const bool too_far = (config->shrink > config->window_max) || (config->grow > config->window_max);
-    if (!step_valid(config, config->grow) || !step_valid(config, config->shrink) || too_far) {
-        return DAVAR_ERR_STEP;
+    if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
+        return DAVAR_ERR_STRIDE;
     }
-    return ((config->stride >= 1U) && (config->stride <= config->window_max)) ? DAVAR_OK : DAVAR_ERR_STRIDE;
+    const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
+    const bool valid = step_valid(config, config->grow) && step_valid(config, config->shrink) && !too_far;
+    return valid ? DAVAR_OK : DAVAR_ERR_STEP;
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */

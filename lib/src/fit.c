@@ -262,16 +262,22 @@ static double white_misfit(const davar_fit_plan_t *plan, const davar_result_t *r
     return sum;
 }
 
-/* White noise explains everything that this window can show. */
-static bool is_white(const davar_fit_plan_t *plan, const davar_result_t *result, const double amplitude[])
+/* The terms that are significant beside white noise, a bit each (5.7). */
+static unsigned suspected(const davar_fit_plan_t *plan, const double amplitude[])
 {
+    unsigned found = 0U;
     for (int k = 0; k < TERMS; k++) {
         if ((k != WHITE) && (amplitude[k] > DAVAR_FIT_THRESHOLD * plan->sigma[k] * amplitude[WHITE])) {
-            return false;
+            found |= 1U << (unsigned)k;
         }
     }
+    return found;
+}
+
+static bool fits_white(const davar_fit_plan_t *plan, const davar_result_t *result, double white)
+{
     const double limit = (double)plan->count - 1.0 + DAVAR_FIT_MISFIT * plan->misfit_spread;
-    return white_misfit(plan, result, amplitude[WHITE]) <= limit;
+    return white_misfit(plan, result, white) <= limit;
 }
 
 /* From a[k] of avar = sum a[k] m^(k - 2) to the square of the coefficient in its unit (1.2). */
@@ -378,7 +384,7 @@ static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_res
             deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
             write_present(&result->coefficient[k], a * unit, model->least[k] * unit, high);
         } else {
-            write_absent(&result->coefficient[k], bound(a, sqrt(model->variance[k]), davar_mixture_room(model, k)) * unit);
+            write_absent(&result->coefficient[k], bound(model->beside[k], sqrt(model->variance[k]), davar_mixture_room(model, k)) * unit);
         }
     }
 }
@@ -399,13 +405,30 @@ static void write_nothing(davar_result_t *result, double bound_square)
     }
 }
 
-static void fit_mixture(const davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
+static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double tau0_s, davar_result_t *result)
 {
-    davar_mixture_t model = {.data = result, 
-        .weight = plan->weight, .count = plan->count, .misfit_spread = plan->misfit_spread};
-    davar_mixture_fit(&model);
+    davar_mixture_t model = {
+        .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = plan->misfit_spread};
+    davar_mixture_fit(&model, white, suspects);
     write_mixture_intervals(&model, result);
     write_mixture(&model, tau0_s, result);
+}
+
+/* White noise explains all that most windows can show: then the fit ends here. */
+static void fit_usable(const davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
+{
+    double amplitude[DAVAR_COEFFICIENT_COUNT];
+    fit_white(plan, result, amplitude);
+    const unsigned suspects = suspected(plan, amplitude);
+    if (!(amplitude[WHITE] > 0.0)) { /* a constant input: nothing there, and nothing could hide */
+        write_white_intervals(plan, result);
+        write_nothing(result, 0.0);
+    } else if ((suspects == 0U) && fits_white(plan, result, amplitude[WHITE])) {
+        write_white_intervals(plan, result);
+        write_white(plan, amplitude, tau0_s, result);
+    } else {
+        fit_mixture(plan, amplitude[WHITE], suspects, tau0_s, result);
+    }
 }
 
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
@@ -416,15 +439,6 @@ void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
         write_nothing(result, (double)INFINITY);
         return;
     }
-    double amplitude[DAVAR_COEFFICIENT_COUNT];
     bring_up_to_date(plan, result, count);
-    fit_white(plan, result, amplitude);
-    write_white_intervals(plan, result);
-    if (!(amplitude[WHITE] > 0.0)) { /* a constant input: nothing there, and nothing could hide */
-        write_nothing(result, 0.0);
-    } else if (is_white(plan, result, amplitude)) {
-        write_white(plan, amplitude, tau0_s, result);
-    } else {
-        fit_mixture(plan, tau0_s, result);
-    }
+    fit_usable(plan, tau0_s, result);
 }

@@ -1,6 +1,6 @@
-/* davar - weighted least squares for a mix of noise terms, DESIGN (5.6) to (5.9). Weights come from the model, not from the
- * data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated; the weights ignore
- * that (a full inverse is ill-conditioned for dense ones) and the variance of the outcome does not. */
+/* davar - weighted least squares for a mix of noise terms, DESIGN (5.6) to (5.10). Weights come from the model, not from the
+ * data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated; the weights know
+ * that only as crowding (a full inverse is ill-conditioned), the variance of the outcome knows it in full. */
 #include "fit_mixture.h"
 
 #include "noise.h"
@@ -8,13 +8,16 @@
 #include <math.h>
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
-#define WHITE (1U << (unsigned)DAVAR_ANGLE_RANDOM_WALK)
+#define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
 
 /* Reweighting settles to a small fraction of a standard error in this many rounds. */
-#define ROUNDS 6
+#define ROUNDS 4
 
 /* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
 #define PIVOT_MIN 1e-10
+
+/* A term whose loss raises the misfit by this much needs no closer look. */
+#define INDISPENSABLE 40.0
 
 typedef struct {
     double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
@@ -26,11 +29,22 @@ typedef struct {
     double scale[DAVAR_COEFFICIENT_COUNT]; /* what made the diagonal 1: a = scale * solution */
 } normal_t;
 
-static bool has(unsigned terms, int term)
+static unsigned bit(int term)
 {
-    return ((terms >> (unsigned)term) & 1U) != 0U;
+    return 1U << (unsigned)term;
 }
 
+static bool has(unsigned terms, int term)
+{
+    return (terms & bit(term)) != 0U;
+}
+
+static double square(double x)
+{
+    return x * x;
+}
+
+/* x[k] = m^(k - 2) */
 static void shapes(double m, double x[])
 {
     const double inverse = 1.0 / m;
@@ -41,25 +55,11 @@ static void shapes(double m, double x[])
     x[DAVAR_RATE_RAMP] = m * m;
 }
 
-/* Terms outside the model hold a fit of their own in a[]; they are no part of it. */
 static double avar_of(const davar_mixture_t *model, double m)
 {
-    double x[DAVAR_COEFFICIENT_COUNT];
-    shapes(m, x);
-    double sum = 0.0;
-    for (int k = 0; k < TERMS; k++) {
-        sum += has(model->terms, k) ? model->a[k] * x[k] : 0.0;
-    }
-    return sum;
-}
-
-double davar_mixture_room(const davar_mixture_t *model, int term)
-{
-    const int end = ((term == (int)DAVAR_QUANTIZATION) || (term == (int)DAVAR_ANGLE_RANDOM_WALK)) ? 0 : model->count - 1;
-    const double m = (double)model->data->tau[end].m;
-    double x[DAVAR_COEFFICIENT_COUNT];
-    shapes(m, x);
-    return avar_of(model, m) / x[term];
+    const double *a = model->a;
+    const double inverse = 1.0 / m;
+    return (a[4] * m + a[3]) * m + a[2] + (a[0] * inverse + a[1]) * inverse;
 }
 
 double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
@@ -78,38 +78,53 @@ double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-static void equilibrate(normal_t *normal)
+double davar_mixture_room(const davar_mixture_t *model, int term)
+{
+    const int strongest = (term <= WHITE) ? 0 : model->count - 1;
+    const double m = (double)model->data->tau[strongest].m;
+    double x[DAVAR_COEFFICIENT_COUNT];
+    shapes(m, x);
+    return avar_of(model, m) / x[term];
+}
+
+/* ---- least squares ---- */
+
+/* X' W X holds only nine different sums, the moments of w from m^-4 to m^4. */
+static void scale_to_unit_diagonal(normal_t *normal, const double moment[])
 {
     for (int k = 0; k < TERMS; k++) {
-        normal->scale[k] = 1.0 / sqrt(normal->matrix.at[k][k]);
-    }
-    for (int k = 0; k < TERMS; k++) {
-        for (int l = 0; l < TERMS; l++) {
-            normal->matrix.at[k][l] *= normal->scale[k] * normal->scale[l];
-        }
+        normal->scale[k] = 1.0 / sqrt(moment[2 * k]);
         normal->right[k] *= normal->scale[k];
+        for (int l = 0; l <= k; l++) {
+            normal->matrix.at[k][l] = moment[k + l] * normal->scale[k] * normal->scale[l];
+            normal->matrix.at[l][k] = normal->matrix.at[k][l];
+        }
     }
 }
 
 /* trust: 1 takes the weights from the model; less mixes in the data, for a model that may still be far off. */
 static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
+    double moment[2 * DAVAR_COEFFICIENT_COUNT - 1] = {0};
     *normal = (normal_t){0};
     for (int t = 0; t < model->count; t++) {
         const davar_adev_t *tau = &model->data->tau[t];
+        const double m = (double)tau->m;
         const double avar = tau->adev * tau->adev;
-        double x[DAVAR_COEFFICIENT_COUNT];
-        shapes((double)tau->m, x);
-        const double expected = trust * avar_of(model, (double)tau->m) + (1.0 - trust) * avar;
-        const double weight = (double)model->weight[t] / (expected * expected);
+        const double expected = trust * avar_of(model, m) + (1.0 - trust) * avar;
+        const double per_m2 = (double)model->weight[t] / square(expected * m);
+        double power = per_m2 / (m * m);
+        double product = per_m2 * avar;
         for (int k = 0; k < TERMS; k++) {
-            for (int l = 0; l < TERMS; l++) {
-                normal->matrix.at[k][l] += weight * x[k] * x[l];
-            }
-            normal->right[k] += weight * x[k] * avar;
+            normal->right[k] += product;
+            product *= m;
+        }
+        for (int p = 0; p < 2 * TERMS - 1; p++) {
+            moment[p] += power;
+            power *= m;
         }
     }
-    equilibrate(normal);
+    scale_to_unit_diagonal(normal, moment);
 }
 
 static void eliminate(matrix_t *a, int pivot)
@@ -161,19 +176,20 @@ static double solution(const normal_t *normal, const matrix_t *inverse, int term
     for (int l = 0; l < TERMS; l++) {
         sum += inverse->at[term][l] * normal->right[l];
     }
-    return sum;
+    return sum * normal->scale[term];
 }
 
-/* The most negative term of the solution, which is stored; -1: none. */
+/* Stores the solution over `terms`; returns its most negative term, -1 if there is none. */
 static int solve(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse)
 {
     int worst = -1;
     double lowest = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        const double value = solution(normal, inverse, k);
-        model->a[k] = value * normal->scale[k];
-        worst = (value < lowest) ? k : worst;
-        lowest = (value < lowest) ? value : lowest;
+        model->a[k] = solution(normal, inverse, k);
+        if (model->a[k] < lowest * normal->scale[k]) {
+            worst = k;
+            lowest = model->a[k] / normal->scale[k];
+        }
     }
     return worst;
 }
@@ -181,17 +197,18 @@ static int solve(davar_mixture_t *model, const normal_t *normal, const matrix_t 
 /* Least squares over `terms`, without those that come out negative. One term alone is positive: this ends. */
 static bool solve_non_negative(davar_mixture_t *model, const normal_t *normal, unsigned terms)
 {
-    int worst;
-    do {
+    for (;;) {
         matrix_t inverse;
         if (!invert(&normal->matrix, terms, &inverse)) {
             return false;
         }
-        worst = solve(model, normal, &inverse);
-        model->terms = terms;
-        terms &= (worst < 0) ? terms : ~(1U << (unsigned)worst);
-    } while (worst >= 0);
-    return true;
+        const int worst = solve(model, normal, &inverse);
+        if (worst < 0) {
+            model->terms = terms;
+            return true;
+        }
+        terms &= ~bit(worst);
+    }
 }
 
 /* Iteratively reweighted least squares from wherever *model stands. */
@@ -207,9 +224,11 @@ static bool converge(davar_mixture_t *model, unsigned terms)
     return true;
 }
 
-/* Covariance of two Allan variances of the model over the product of their standard deviations. Each term gives its own
- * correlation, weighted with its share of both, a power of the geometric mean of the two cluster sizes (5.8). */
-static double correlation(const davar_mixture_t *model, double m_short, double m_long, double scale)
+/* ---- variances ---- */
+
+/* Covariance of two Allan variances of the model, over the product of sqrt(variance / avar). Each term brings its own
+ * correlation, weighted with a power of the geometric mean of the two cluster sizes (5.8). */
+static double covariance(const davar_mixture_t *model, double m_short, double m_long)
 {
     double x[DAVAR_COEFFICIENT_COUNT];
     shapes(sqrt(m_short * m_long), x);
@@ -219,146 +238,80 @@ static double correlation(const davar_mixture_t *model, double m_short, double m
             sum += model->a[k] * x[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
         }
     }
-    return sum * scale;
-}
-
-/* Adds weight * weight * covariance of two entries to X' W C W X. */
-static void add_pair(matrix_t *h, double m_short, double m_long, double covariance)
-{
-    double x[DAVAR_COEFFICIENT_COUNT];
-    double y[DAVAR_COEFFICIENT_COUNT];
-    shapes(m_short, x);
-    shapes(m_long, y);
-    for (int k = 0; k < TERMS; k++) {
-        for (int l = 0; l < TERMS; l++) {
-            h->at[k][l] += covariance * (x[k] * y[l] + ((m_short < m_long) ? x[l] * y[k] : 0.0));
-        }
-    }
-}
-
-/* X' W C W X, scaled as the normal equations: the middle of the sandwich. */
-static void scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
-{
-    double root[DAVAR_TAUS_MAX]; /* W * standard deviation / sqrt(avar) */
-    *h = (matrix_t){0};
-    for (int j = 0; j < model->count; j++) {
-        const davar_adev_t *tau = &model->data->tau[j];
-        const double avar = avar_of(model, (double)tau->m);
-        root[j] = (double)model->weight[j] / avar * sqrt(2.0 / (davar_mixture_edf(model, tau) * avar));
-        for (int i = 0; i <= j; i++) {
-            const double m_short = (double)model->data->tau[i].m;
-            const double m_long = (double)tau->m;
-            add_pair(h, m_short, m_long, correlation(model, m_short, m_long, root[i] * root[j]));
-        }
-    }
-    for (int k = 0; k < TERMS; k++) {
-        for (int l = 0; l < TERMS; l++) {
-            h->at[k][l] *= normal->scale[k] * normal->scale[l];
-        }
-    }
-}
-
-static double sandwich(const matrix_t *inverse, const matrix_t *h, int term)
-{
-    double sum = 0.0;
-    for (int k = 0; k < TERMS; k++) {
-        for (int l = 0; l < TERMS; l++) {
-            sum += inverse->at[term][k] * h->at[k][l] * inverse->at[term][l];
-        }
-    }
     return sum;
 }
 
-static double variance_of(const normal_t *normal, const matrix_t *inverse, const matrix_t *h, int term)
+static void add_symmetric(matrix_t *h, const double x[], const double y[])
 {
-    return sandwich(inverse, h, term) * normal->scale[term] * normal->scale[term];
-}
-
-/* Fits one term together with the model; the model's noise gives weights and scatter, so for an absent term this is a
- * test of the model without it (a score test). False: the cluster sizes cannot tell it apart. */
-static bool judge(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term, matrix_t *inverse)
-{
-    if (!invert(&normal->matrix, model->terms | (1U << (unsigned)term), inverse)) {
-        model->a[term] = 0.0;
-        model->variance[term] = (double)INFINITY;
-        return false;
-    }
-    model->a[term] = has(model->terms, term) ? model->a[term] : solution(normal, inverse, term) * normal->scale[term];
-    model->variance[term] = variance_of(normal, inverse, h, term);
-    return true;
-}
-
-static void judge_absent(davar_mixture_t *model)
-{
-    normal_t normal;
-    matrix_t h;
-    matrix_t inverse;
-    normal_equations(model, 1.0, &normal);
-    scatter(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
-        if (!has(model->terms, k)) {
-            (void)judge(model, &normal, &h, k, &inverse);
+        for (int l = 0; l < TERMS; l++) {
+            h->at[k][l] += x[k] * y[l] + y[k] * x[l];
         }
     }
 }
 
-static bool significant(const davar_mixture_t *model, int term)
+/* Twice the log-likelihood that one estimate loses against a perfect model: r - 1 - ln r, without the logarithm. */
+static double loss(double edf, double ratio)
 {
-    return model->a[term] > DAVAR_FIT_THRESHOLD * sqrt(model->variance[term]);
+    return 1.5 * edf * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
 
-/* Twice the log-likelihood that the data lose against a perfect model, r - 1 - ln r without the logarithm. */
 static double misfit(const davar_mixture_t *model)
 {
     double sum = 0.0;
     for (int t = 0; t < model->count; t++) {
         const davar_adev_t *tau = &model->data->tau[t];
-        const double ratio = tau->adev * tau->adev / avar_of(model, (double)tau->m);
-        sum += davar_mixture_edf(model, tau) * 1.5 * (ratio - 1.0) * (ratio - 1.0) / (1.0 + 2.0 * ratio);
+        sum += loss(davar_mixture_edf(model, tau), square(tau->adev) / avar_of(model, (double)tau->m));
     }
     return sum;
 }
 
-/* Adds the significant term that explains most. False: none. */
-static bool add_term(davar_mixture_t *model)
+/* X' W C W X, the middle of the sandwich, scaled as the normal equations. */
+static void scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
 {
-    davar_mixture_t best = *model;
-    double least = (double)INFINITY;
-    judge_absent(model);
-    for (int k = 0; k < TERMS; k++) {
-        davar_mixture_t trial = *model;
-        if (!has(model->terms, k) && significant(model, k) && converge(&trial, model->terms | (1U << (unsigned)k))) {
-            const double left = misfit(&trial);
-            if (left < least) {
-                least = left;
-                best = trial;
+    double factor[DAVAR_TAUS_MAX]; /* W * sqrt(variance / avar) */
+    *h = (matrix_t){0};
+    for (int j = 0; j < model->count; j++) {
+        const double m_long = (double)model->data->tau[j].m;
+        const double avar = avar_of(model, m_long);
+        const double edf = davar_mixture_edf(model, &model->data->tau[j]);
+        double row[DAVAR_COEFFICIENT_COUNT] = {0};
+        double x[DAVAR_COEFFICIENT_COUNT];
+        factor[j] = (double)model->weight[j] / avar * sqrt(2.0 / (edf * avar));
+        for (int i = 0; i <= j; i++) {
+            const double m_short = (double)model->data->tau[i].m;
+            const double c = ((i < j) ? covariance(model, m_short, m_long) : 0.5 * avar) * factor[i];
+            shapes(m_short, x);
+            for (int k = 0; k < TERMS; k++) {
+                row[k] += c * x[k];
             }
         }
-    }
-    *model = best;
-    return least < (double)INFINITY;
-}
-
-/* Takes out the terms that are not significant beside the others. */
-static void prune(davar_mixture_t *model)
-{
-    for (int k = 0; k < TERMS; k++) {
-        const unsigned others = model->terms & ~(1U << (unsigned)k);
-        davar_mixture_t trial = *model;
-        if (has(model->terms, k) && (others != 0U) && converge(&trial, others)) {
-            judge_absent(&trial);
-            if (!significant(&trial, k)) {
-                *model = trial;
-            }
+        for (int k = 0; k < TERMS; k++) {
+            row[k] *= factor[j] * normal->scale[k];
+            x[k] *= normal->scale[k];
         }
+        add_symmetric(h, row, x);
     }
 }
 
-static unsigned term_count(unsigned terms)
+static double sandwich(const normal_t *normal, const matrix_t *inverse, const matrix_t *h, int term)
 {
-    unsigned count = 0;
+    double sum = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        count += (terms >> (unsigned)k) & 1U;
+        double row = 0.0;
+        for (int l = 0; l < TERMS; l++) {
+            row += h->at[k][l] * inverse->at[term][l];
+        }
+        sum += inverse->at[term][k] * row;
+    }
+    return sum * square(normal->scale[term]);
+}
+
+static int term_count(unsigned terms)
+{
+    int count = 0;
+    for (int k = 0; k < TERMS; k++) {
+        count += has(terms, k) ? 1 : 0;
     }
     return count;
 }
@@ -366,10 +319,15 @@ static unsigned term_count(unsigned terms)
 /* A model that does not fit (a filtered sensor, a sinusoid) must not boast: its variances grow by the misfit. */
 static double inflation(const davar_mixture_t *model)
 {
-    const double freedom = (double)model->count - (double)term_count(model->terms);
+    const double freedom = (double)(model->count - term_count(model->terms));
     const double left = misfit(model);
     const bool real = left > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
     return real ? left / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
+}
+
+static void lower(double *least, double value)
+{
+    *least = (value < *least) ? value : *least;
 }
 
 static double lower_limit(double a, double variance)
@@ -378,64 +336,125 @@ static double lower_limit(double a, double variance)
     return a * davar_chi_square_low((s < 1.0) ? s : 1.0);
 }
 
-static void lower(double *least, double value)
-{
-    *least = (value < *least) ? value : *least;
-}
-
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
-static void doubt(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h, double grow)
+static void doubt(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h)
 {
     for (int k = 0; k < TERMS; k++) {
         if (has(model->terms, k)) {
-            const double a = solution(normal, inverse, k) * normal->scale[k];
-            const double variance = variance_of(normal, inverse, h, k) * grow;
+            const double a = solution(normal, inverse, k);
+            const double variance = sandwich(normal, inverse, h, k) * model->grow;
             const bool nothing = sqrt(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
             lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
         }
     }
 }
 
-/* Variances, lower limits, and the fits of the absent terms beside the model. */
-static void conclude(davar_mixture_t *model)
+/* One term, fitted together with the model; the model's noise gives weights and scatter, so for an absent term this is a
+ * test of the model without it (a score test). */
+static void judge_term(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term)
 {
-    const double grow = inflation(model);
+    matrix_t inverse;
+    model->beside[term] = 0.0;
+    model->variance[term] = (double)INFINITY;
+    if (!invert(&normal->matrix, model->terms | bit(term), &inverse)) {
+        return;
+    }
+    model->variance[term] = sandwich(normal, &inverse, h, term) * model->grow;
+    if (has(model->terms, term)) {
+        lower(&model->least[term], lower_limit(model->a[term], model->variance[term]));
+        return;
+    }
+    model->beside[term] = solution(normal, &inverse, term);
+    if (model->beside[term] > DAVAR_FIT_DOUBT * sqrt(model->variance[term])) {
+        doubt(model, normal, &inverse, h);
+    }
+}
+
+/* Fills beside, variance, least and grow. */
+static void judge(davar_mixture_t *model)
+{
     normal_t normal;
     matrix_t h;
     normal_equations(model, 1.0, &normal);
     scatter(model, &normal, &h);
+    model->grow = inflation(model);
     for (int k = 0; k < TERMS; k++) {
         model->least[k] = (double)INFINITY;
     }
     for (int k = 0; k < TERMS; k++) {
-        matrix_t inverse;
-        const bool resolved = judge(model, &normal, &h, k, &inverse);
-        model->variance[k] *= grow;
-        if (has(model->terms, k)) {
-            lower(&model->least[k], lower_limit(model->a[k], model->variance[k]));
-        } else if (resolved && (model->a[k] > DAVAR_FIT_DOUBT * sqrt(model->variance[k]))) {
-            doubt(model, &normal, &inverse, &h, grow);
+        judge_term(model, &normal, &h, k);
+    }
+}
+
+/* ---- selection ---- */
+
+/* A misfit is no excuse: the test of a further term is against the noise as modelled. */
+static double significance(const davar_mixture_t *model, int term)
+{
+    return model->beside[term] / sqrt(model->variance[term] / model->grow);
+}
+
+static unsigned missing_terms(const davar_mixture_t *model)
+{
+    unsigned found = 0U;
+    for (int k = 0; k < TERMS; k++) {
+        found |= (!has(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD)) ? bit(k) : 0U;
+    }
+    return found;
+}
+
+/* Takes `term` out if it is not significant beside the others. */
+static void reconsider(davar_mixture_t *model, int term)
+{
+    davar_mixture_t trial = *model;
+    if (converge(&trial, model->terms & ~bit(term)) && (misfit(&trial) < misfit(model) + INDISPENSABLE)) {
+        judge(&trial);
+        if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
+            *model = trial;
         }
     }
 }
 
-static double mean_white(const davar_mixture_t *model)
+/* Adds the one of `suspects` that explains most: drifts look alike, and the most significant one need not be the right one.
+ * -1: the cluster sizes cannot tell any of them apart after all. */
+static int add_best(davar_mixture_t *model, unsigned suspects)
 {
-    double sum = 0.0;
-    for (int t = 0; t < model->count; t++) {
-        const davar_adev_t *tau = &model->data->tau[t];
-        sum += tau->adev * tau->adev * (double)tau->m;
+    const davar_mixture_t before = *model;
+    int best = -1;
+    double least = (double)INFINITY;
+    for (int k = 0; k < TERMS; k++) {
+        davar_mixture_t trial = before;
+        if (has(suspects, k) && converge(&trial, before.terms | bit(k))) {
+            const double left = misfit(&trial);
+            if (left < least) {
+                least = left;
+                best = k;
+                *model = trial;
+            }
+        }
     }
-    return sum / (double)model->count;
+    return best;
 }
 
-void davar_mixture_fit(davar_mixture_t *model)
+/* False: nothing to add. */
+static bool grow(davar_mixture_t *model, unsigned suspects)
 {
-    model->terms = WHITE;
-    model->a[DAVAR_ANGLE_RANDOM_WALK] = mean_white(model);
-    (void)converge(model, WHITE);
-    for (int k = 1; (k < TERMS) && add_term(model); k++) {
-        prune(model);
+    const int added = add_best(model, suspects);
+    for (int k = 0; k < TERMS; k++) {
+        if ((added >= 0) && has(model->terms, k) && (k != added) && (model->terms != bit(k))) {
+            reconsider(model, k);
+        }
     }
-    conclude(model);
+    return added >= 0;
+}
+
+void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
+{
+    model->terms = bit(WHITE);
+    model->a[WHITE] = white;
+    (void)grow(model, suspects);
+    judge(model);
+    for (int round = 1; (round < TERMS) && grow(model, missing_terms(model)); round++) {
+        judge(model);
+    }
 }

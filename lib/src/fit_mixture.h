@@ -5,7 +5,9 @@
 #include "davar/types.h"
 
 /* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
+#ifndef DAVAR_FIT_THRESHOLD
 #define DAVAR_FIT_THRESHOLD 2.5
+#endif
 
 /* An absent term above this many standard errors is a doubt that the intervals of the others must hold (5.10). */
 #define DAVAR_FIT_DOUBT 0.25
@@ -18,18 +20,22 @@
 
 /* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
 typedef struct {
-    const davar_result_t *data;               /* the Allan variances to fit; entries 0 .. count - 1 are usable */
-    const float *weight;                      /* of a relative error at each of them (5.4) */
-    uint8_t count;                            /* at least 1 */
-    double misfit_spread;                     /* standard deviation of the misfit under white noise (5.9) */
+    const davar_result_t *data; /* the Allan variances to fit; entries 0 .. count - 1 are usable */
+    const float *weight;        /* of a relative error at each of them (5.4) */
+    uint8_t count;              /* at least 1 */
+    double misfit_spread;       /* standard deviation of the misfit under white noise (5.9) */
+
     unsigned terms;                           /* bit k: term k is in the model */
-    double a[DAVAR_COEFFICIENT_COUNT];        /* an absent term's is its fit beside the model, of either sign */
-    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a[]; INFINITY: the cluster sizes cannot tell this term apart */
-    double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a[], doubts included; of terms in the model */
+    double a[DAVAR_COEFFICIENT_COUNT];        /* 0 for an absent term */
+    double beside[DAVAR_COEFFICIENT_COUNT];   /* of an absent term: its fit, of either sign, beside the model's terms */
+    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: the cluster sizes cannot tell it apart */
+    double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a[], doubts included */
+    double grow;                             /* misfit in the variances; 1: the model fits */
 } davar_mixture_t;
 
-/* Fills terms, a and variance; not every Allan variance may be zero. O(T^2). */
-void davar_mixture_fit(davar_mixture_t *model);
+/* Fills all from `terms` on, starting from white noise of variance `white` (> 0) per sample and the terms in `suspects` (bit
+ * k: term k) that seem to be missing, if any. O(T^2). */
+void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects);
 
 /* Degrees of freedom of an Allan variance of this mix (5.6). */
 double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau);

@@ -93,9 +93,10 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
 static void start_window(davar_window_t *window, const davar_config_t *config)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    const bool longest = centred || (config->stride > config->window_max);
     const davar_window_t start = {
         .epoch = (uint64_t)config->stride - 1U,
-        .length = centred ? config->window_max : config->stride,
+        .length = longest ? config->window_max : config->stride,
         .due = centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride,
         .filling = !centred,
         .at_start = centred,

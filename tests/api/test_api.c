@@ -95,9 +95,9 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.contribution_high = (double)INFINITY, refused(DAVAR_ERR_CONTRIBUTION);
     config.grow = 4U, refused(DAVAR_ERR_STEP);
     config.shrink = 1U, refused(DAVAR_ERR_STEP);
-    config.mode = DAVAR_MODE_TRAILING, config.shrink = 41U, refused(DAVAR_ERR_STEP);
+    config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_STEP);
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
-    config.stride = 41U, refused(DAVAR_ERR_STRIDE);
+    config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
     config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
     config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
     config.taus = unsorted, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ORDER);

@@ -35,7 +35,8 @@ void reference_start(reference_t *reference, const davar_config_t *config, refer
     reference->config = config;
     reference->record = record;
     reference->due_epoch = (int64_t)config->stride - 1;
-    reference->length = centred ? (int64_t)config->window_max : (int64_t)config->stride;
+    const bool longest = centred || (config->stride > config->window_max);
+    reference->length = longest ? (int64_t)config->window_max : (int64_t)config->stride;
     reference->filling = !centred;
 }
 

@@ -128,6 +128,18 @@ static void test_very_long_numbers(void)
     assert_like_strtod(text);
 }
 
+/* 0.000...1e100010: neither half means anything without the other. */
+static void test_a_long_fraction_and_a_large_exponent_together(void)
+{
+    static char text[100100];
+    memset(text, '0', sizeof text);
+    text[1] = '.';
+    (void)snprintf(text + 100006, sizeof text - 100006U, "1e100010");
+    assert_like_strtod(text);
+    (void)snprintf(text + 90006, sizeof text - 90006U, "1e90010");
+    assert_like_strtod(text);
+}
+
 static void test_the_cursor_stops_behind_the_number(void)
 {
     static const char *const TEXTS[] = {"1,2", "1 ", "1.5\r", "1e", "1e+", "1.e", "1..2", "1-2", "1.5e3.7", "7dps"};
@@ -197,6 +209,7 @@ int main(void)
     RUN_TEST(test_the_edges_of_the_exact_case);
     RUN_TEST(test_the_ends_of_the_range);
     RUN_TEST(test_very_long_numbers);
+    RUN_TEST(test_a_long_fraction_and_a_large_exponent_together);
     RUN_TEST(test_the_cursor_stops_behind_the_number);
     RUN_TEST(test_what_is_no_decimal_number_is_refused_and_nothing_is_touched);
     RUN_TEST(test_hexadecimal_is_read_as_its_leading_zero);

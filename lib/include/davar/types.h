@@ -32,8 +32,8 @@ typedef enum {
     DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
     DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP,         /* grow or shrink would move an edge backwards (centred: only 0 or 2) */
-    DAVAR_ERR_STRIDE,       /* stride 0 or above window_max */
+    DAVAR_ERR_STEP,         /* grow or shrink would move an edge backwards (centred: only 0 or 2), or shrink * stride > 2^31 */
+    DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
     DAVAR_ERR_TAU_COUNT,    /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,    /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_RANGE,    /* cluster size 0, or two clusters longer than window_max */

@@ -1,0 +1,382 @@
+/* davar tests - the node loop against a port that stutters: results come complete, in order, whatever the port does. */
+#include "davar_node.h"
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define TAUS 2U
+#define CHANNELS 3U
+#define SAMPLES 90U
+#define RESULTS_MAX (CHANNELS * SAMPLES)
+#define STEPS_MAX 100000U
+
+/* What the port does next time; 0 everywhere is a port that always works. */
+typedef struct {
+    size_t block;        /* longest block */
+    uint32_t read_again; /* every so many reads there is nothing now; 0: never */
+    uint32_t read_fault; /* every so many reads fail */
+    uint32_t send_again; /* every so many sends find no room */
+    uint32_t send_fault; /* this send (from 1) fails */
+    size_t gap_at;       /* samples are missing before this one; 0: none */
+} script_t;
+
+typedef struct {
+    size_t channel;
+    davar_result_t result;
+} sent_t;
+
+/* A port in memory. */
+typedef struct {
+    script_t script;
+    size_t position;
+    uint32_t reads;
+    uint32_t sends;
+    uint32_t time_us;
+    uint32_t faults[2];
+    uint32_t reads_after_end;
+    bool ended;
+    davar_port_samples_t samples[CHANNELS];
+    sent_t sent[RESULTS_MAX];
+    size_t sent_count;
+} fake_t;
+
+static const uint32_t taus[TAUS] = {1U, 2U};
+static int16_t first[SAMPLES];
+static int32_t second[SAMPLES];
+static float third[SAMPLES];
+static uint64_t memory[CHANNELS][1024];
+static davar_t instance[CHANNELS];
+static davar_node_channel_t channel[CHANNELS];
+static davar_config_t config;
+static davar_node_t node;
+static fake_t fake;
+static fake_t plain; /* the run that everything is compared with */
+static davar_port_t port;
+
+static bool every(uint32_t period, uint32_t count)
+{
+    return (period > 0U) && ((count % period) == 0U);
+}
+
+static size_t block_length(const fake_t *self)
+{
+    size_t count = SAMPLES - self->position;
+    if ((self->script.block > 0U) && (count > self->script.block)) {
+        count = self->script.block;
+    }
+    const bool gap_inside = (self->position < self->script.gap_at) && (self->position + count > self->script.gap_at);
+    return gap_inside ? self->script.gap_at - self->position : count;
+}
+
+static davar_port_read_t fake_read(void *context, davar_port_block_t *block)
+{
+    fake_t *self = context;
+    self->reads++;
+    self->reads_after_end += self->ended ? 1U : 0U;
+    if (every(self->script.read_fault, self->reads)) {
+        return DAVAR_PORT_READ_FAULT;
+    }
+    if (every(self->script.read_again, self->reads)) {
+        return DAVAR_PORT_READ_AGAIN;
+    }
+    self->ended = (self->position == SAMPLES);
+    if (self->ended) {
+        return DAVAR_PORT_READ_END;
+    }
+    self->samples[0].q15 = first + self->position;
+    self->samples[1].q31 = second + self->position;
+    self->samples[2].f32 = third + self->position;
+    block->samples = self->samples;
+    block->count = block_length(self);
+    block->missing = ((self->script.gap_at > 0U) && (self->position == self->script.gap_at)) ? 7U : 0U;
+    self->position += block->count;
+    return DAVAR_PORT_READ_BLOCK;
+}
+
+static davar_port_send_t fake_send(void *context, size_t c, const davar_result_t *result)
+{
+    fake_t *self = context;
+    self->sends++;
+    if (self->sends == self->script.send_fault) {
+        return DAVAR_PORT_SEND_FAULT;
+    }
+    if (every(self->script.send_again, self->sends)) {
+        return DAVAR_PORT_SEND_AGAIN;
+    }
+    TEST_ASSERT_LESS_THAN_size_t(RESULTS_MAX, self->sent_count);
+    self->sent[self->sent_count].channel = c;
+    self->sent[self->sent_count].result = *result;
+    self->sent_count++;
+    return DAVAR_PORT_SEND_DONE;
+}
+
+/* Each look at the clock takes 3 us, and the counter wraps soon. */
+static uint32_t fake_now_us(void *context)
+{
+    fake_t *self = context;
+    self->time_us += 3U;
+    return self->time_us;
+}
+
+static void fake_fault(void *context, davar_port_fault_t what)
+{
+    fake_t *self = context;
+    self->faults[what]++;
+}
+
+static void start(size_t channels, script_t script)
+{
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&instance[0], &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&instance[1], &config, memory[1], sizeof memory[1]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&instance[2], &config, memory[2], sizeof memory[2]));
+    for (size_t c = 0; c < CHANNELS; c++) {
+        channel[c].davar = &instance[c];
+    }
+    channel[0].number = DAVAR_PORT_Q15;
+    channel[1].number = DAVAR_PORT_Q31;
+    channel[2].number = DAVAR_PORT_F32;
+    memset(&fake, 0, sizeof fake);
+    fake.script = script;
+    fake.time_us = UINT32_MAX - 10U;
+    davar_node_init(&node, channel, channels, &port);
+}
+
+/* Steps until the stream is done; faults are stepped over. */
+static void run(void)
+{
+    davar_node_state_t state = DAVAR_NODE_RUNNING;
+    for (uint32_t i = 0U; (state != DAVAR_NODE_DONE) && (i < STEPS_MAX); i++) {
+        state = davar_node_step(&node);
+    }
+    TEST_ASSERT_EQUAL(DAVAR_NODE_DONE, state);
+}
+
+static void run_script(script_t script)
+{
+    start(CHANNELS, script);
+    run();
+}
+
+static void run_plain(void)
+{
+    const script_t works = {0};
+    run_script(works);
+    plain = fake;
+}
+
+static void assert_same_results(const sent_t *expected, const sent_t *got, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        TEST_ASSERT_EQUAL_size_t(expected[i].channel, got[i].channel);
+        TEST_ASSERT_EQUAL_UINT64(expected[i].result.epoch, got[i].result.epoch);
+        TEST_ASSERT_EQUAL_UINT32(expected[i].result.window_samples, got[i].result.window_samples);
+        TEST_ASSERT_EQUAL_MEMORY(&expected[i].result.tau[0].adev, &got[i].result.tau[0].adev, sizeof(double));
+        TEST_ASSERT_EQUAL_MEMORY(&expected[i].result.kurtosis, &got[i].result.kurtosis, sizeof(double));
+    }
+}
+
+void setUp(void)
+{
+    random_t random = random_seeded(7U);
+    for (size_t i = 0; i < SAMPLES; i++) {
+        first[i] = (int16_t)(random_next(&random) % 201U);
+        second[i] = first[i];
+        third[i] = (float)first[i];
+    }
+    config = davar_default_config;
+    config.rate_hz = 10.0;
+    config.unit_per_count = 1.0;
+    config.full_scale = 1024.0;
+    config.window_max = 12U;
+    config.window_min = 8U;
+    config.segment = 2U;
+    config.taus = taus;
+    config.tau_count = TAUS;
+    config.mirrored_end = true;
+    const davar_port_t works = {&fake, fake_read, fake_send, fake_now_us, fake_fault};
+    port = works;
+}
+
+void tearDown(void) {}
+
+static void test_every_sample_gets_a_result_in_every_channel_epoch_by_epoch(void)
+{
+    run_plain();
+    TEST_ASSERT_EQUAL_size_t(CHANNELS * SAMPLES, fake.sent_count);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        TEST_ASSERT_EQUAL_size_t(i % CHANNELS, fake.sent[i].channel);
+        TEST_ASSERT_EQUAL_UINT64(i / CHANNELS, fake.sent[i].result.epoch);
+    }
+}
+
+static void test_the_number_types_agree(void)
+{
+    run_plain();
+    for (size_t i = 0; i < fake.sent_count; i += CHANNELS) {
+        TEST_ASSERT_EQUAL_MEMORY(&fake.sent[i].result.tau[1].adev, &fake.sent[i + 1U].result.tau[1].adev,
+                                 sizeof(double));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, fake.sent[i].result.tau[1].adev, fake.sent[i + 2U].result.tau[1].adev);
+    }
+}
+
+static void test_block_length_does_not_matter(void)
+{
+    run_plain();
+    for (size_t block = 1U; block <= SAMPLES; block += 1U + block / 8U) {
+        const script_t script = {.block = block};
+        run_script(script);
+        TEST_ASSERT_EQUAL_size_t(plain.sent_count, fake.sent_count);
+        assert_same_results(plain.sent, fake.sent, plain.sent_count);
+    }
+}
+
+static void test_nothing_now_is_idle_and_asked_again(void)
+{
+    run_plain();
+    const script_t script = {.block = 4U, .read_again = 2U, .send_again = 3U};
+    run_script(script);
+    TEST_ASSERT_EQUAL_size_t(plain.sent_count, fake.sent_count);
+    assert_same_results(plain.sent, fake.sent, plain.sent_count);
+    TEST_ASSERT_EQUAL_UINT32(fake.sends / 3U, node.counters.send_retries);
+    TEST_ASSERT_EQUAL_UINT32(0U, fake.faults[DAVAR_PORT_FAULT_READ] + fake.faults[DAVAR_PORT_FAULT_SEND]);
+}
+
+static void test_a_busy_bus_stops_reading_and_keeps_the_result(void)
+{
+    const script_t script = {.send_again = 1U};
+    start(1U, script);
+    TEST_ASSERT_EQUAL(DAVAR_NODE_RUNNING, davar_node_step(&node)); /* reads */
+    TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE, davar_node_step(&node));    /* pushes, offers the first result */
+    for (uint32_t i = 0U; i < 10U; i++) {
+        TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE, davar_node_step(&node));
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, fake.reads);
+    TEST_ASSERT_EQUAL_UINT32(11U, fake.sends);
+    fake.script.send_again = 0U;
+    run();
+    TEST_ASSERT_EQUAL_size_t(SAMPLES, fake.sent_count);
+    TEST_ASSERT_EQUAL_UINT64(0U, fake.sent[0].result.epoch);
+}
+
+static void test_a_read_fault_is_counted_reported_and_stepped_over(void)
+{
+    run_plain();
+    const script_t script = {.block = 4U, .read_fault = 5U};
+    run_script(script);
+    TEST_ASSERT_GREATER_THAN_UINT32(3U, node.counters.read_faults);
+    TEST_ASSERT_EQUAL_UINT32(node.counters.read_faults, fake.faults[DAVAR_PORT_FAULT_READ]);
+    TEST_ASSERT_EQUAL_size_t(plain.sent_count, fake.sent_count);
+}
+
+static void test_a_send_fault_loses_that_result_only(void)
+{
+    run_plain();
+    const script_t script = {.send_fault = 5U};
+    run_script(script);
+    TEST_ASSERT_EQUAL_UINT32(1U, node.counters.send_faults);
+    TEST_ASSERT_EQUAL_UINT32(1U, fake.faults[DAVAR_PORT_FAULT_SEND]);
+    TEST_ASSERT_EQUAL_size_t(plain.sent_count - 1U, fake.sent_count);
+    assert_same_results(plain.sent, fake.sent, 4U);
+    assert_same_results(plain.sent + 5U, fake.sent + 4U, plain.sent_count - 5U);
+}
+
+static void test_a_fault_is_a_state_of_its_own(void)
+{
+    const script_t script = {.read_fault = 1U};
+    start(1U, script);
+    TEST_ASSERT_EQUAL(DAVAR_NODE_FAULT, davar_node_step(&node));
+}
+
+static void test_a_gap_reaches_every_channel(void)
+{
+    const script_t script = {.block = 64U, .gap_at = 40U};
+    run_script(script);
+    for (size_t c = 0; c < CHANNELS; c++) {
+        TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&instance[c]).gaps);
+        TEST_ASSERT_EQUAL_UINT32(7U, davar_health(&instance[c]).missing);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1U, fake.sent[CHANNELS * 40U].result.gaps_in_window);
+    TEST_ASSERT_EQUAL_UINT32(0U, fake.sent[CHANNELS * 20U].result.gaps_in_window);
+}
+
+/* A float channel that loses samples of its own falls behind; each channel still has all its results in order. */
+static void test_a_channel_out_of_step_does_not_disturb_the_others(void)
+{
+    run_plain();
+    third[30] = INFINITY;
+    const script_t script = {.block = 16U};
+    run_script(script);
+    uint64_t next[CHANNELS] = {0U, 0U, 0U};
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        const size_t c = fake.sent[i].channel;
+        TEST_ASSERT_EQUAL_UINT64(next[c], fake.sent[i].result.epoch);
+        next[c]++;
+    }
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES, next[0]);
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES, next[1]);
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES - 1U, next[2]);
+}
+
+static void test_a_grid_and_a_trailing_window_end_properly(void)
+{
+    config.stride = 4U;
+    run_plain();
+    TEST_ASSERT_EQUAL_size_t(CHANNELS * (SAMPLES / 4U), fake.sent_count);
+    config.mode = DAVAR_MODE_TRAILING;
+    config.grow = 1U;
+    run_plain();
+    TEST_ASSERT_EQUAL_UINT64(7U, fake.sent[0].result.epoch);
+    TEST_ASSERT_EQUAL_UINT64(87U, fake.sent[fake.sent_count - 1U].result.epoch);
+}
+
+static void test_done_is_final_and_read_is_left_alone(void)
+{
+    run_plain();
+    const size_t sent = fake.sent_count;
+    TEST_ASSERT_EQUAL(DAVAR_NODE_DONE, davar_node_step(&node));
+    TEST_ASSERT_EQUAL(DAVAR_NODE_DONE, davar_node_step(&node));
+    TEST_ASSERT_EQUAL_size_t(sent, fake.sent_count);
+    TEST_ASSERT_EQUAL_UINT32(0U, fake.reads_after_end);
+}
+
+static void test_counters_and_the_longest_step(void)
+{
+    const script_t script = {.block = 40U};
+    run_script(script);
+    TEST_ASSERT_EQUAL_UINT32(3U, node.counters.blocks);
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES, node.counters.samples);
+    TEST_ASSERT_EQUAL_UINT64(CHANNELS * SAMPLES, node.counters.results);
+    TEST_ASSERT_EQUAL_UINT32(3U, node.counters.longest_step_us);
+}
+
+static void test_a_port_without_clock_and_fault_works(void)
+{
+    port.now_us = NULL;
+    port.fault = NULL;
+    const script_t script = {.read_fault = 2U, .send_fault = 2U};
+    run_script(script);
+    TEST_ASSERT_EQUAL_UINT32(0U, node.counters.longest_step_us);
+    TEST_ASSERT_EQUAL_UINT32(1U, node.counters.send_faults);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_sample_gets_a_result_in_every_channel_epoch_by_epoch);
+    RUN_TEST(test_the_number_types_agree);
+    RUN_TEST(test_block_length_does_not_matter);
+    RUN_TEST(test_nothing_now_is_idle_and_asked_again);
+    RUN_TEST(test_a_busy_bus_stops_reading_and_keeps_the_result);
+    RUN_TEST(test_a_read_fault_is_counted_reported_and_stepped_over);
+    RUN_TEST(test_a_send_fault_loses_that_result_only);
+    RUN_TEST(test_a_fault_is_a_state_of_its_own);
+    RUN_TEST(test_a_gap_reaches_every_channel);
+    RUN_TEST(test_a_channel_out_of_step_does_not_disturb_the_others);
+    RUN_TEST(test_a_grid_and_a_trailing_window_end_properly);
+    RUN_TEST(test_done_is_final_and_read_is_left_alone);
+    RUN_TEST(test_counters_and_the_longest_step);
+    RUN_TEST(test_a_port_without_clock_and_fault_works);
+    return UNITY_END();
+}
