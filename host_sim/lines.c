@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define ZLIB_BUFFER_BYTES (128U * 1024U)
+#define ZLIB_BUFFER_BYTES 131072U
 #define BYTE_ORDER_MARK "\xEF\xBB\xBF"
 
 static int open_descriptor(const char *name)
@@ -98,7 +98,7 @@ static bool fill(lines_t *lines, sim_error_t *error)
     lines->begin = 0;
     lines->end = kept;
     if (kept == LINES_LENGTH_MAX) {
-        return sim_fail(error, "%s:%" PRIu64 ": line longer than %u bytes; not a recording", lines->name,
+        return sim_fail(error, "%s:%" PRIu64 ": line longer than %zu bytes; not a recording", lines->name,
                         lines->number + 1U, LINES_LENGTH_MAX);
     }
     return read_more(lines, error);

@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <zlib.h>
 
-#define LINES_LENGTH_MAX (256U * 1024U)
+#define LINES_LENGTH_MAX ((size_t)256U * 1024U)
 
 /* Fields are private but for `name` and `number`. */
 typedef struct {
@@ -24,7 +24,7 @@ typedef struct {
 typedef enum {
     LINES_FAIL = -1,
     LINES_END = 0,
-    LINES_LINE = 1
+    LINES_LINE = 1,
 } lines_status_t;
 
 /* Opens `name`, which must outlive it. False: no such file, a directory, no memory. */

@@ -14,7 +14,7 @@
 static void fill_long_options(struct option *long_options)
 {
     size_t i = 0;
-    for (; (OPTION_TABLE[i].name != NULL) && (i < OPTIONS_MAX); i++) {
+    for (; (i < OPTIONS_MAX) && (OPTION_TABLE[i].name != NULL); i++) {
         long_options[i] = (struct option){.name = OPTION_TABLE[i].name,
                                           .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
                                           .val = CODE_FIRST + (int)i};

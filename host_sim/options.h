@@ -9,24 +9,24 @@
 
 typedef enum {
     ARITH_FIXED = 0,
-    ARITH_FLOAT
+    ARITH_FLOAT,
 } arith_t;
 
 typedef enum {
     TAUS_OCTAVE = 0,
     TAUS_GEOMETRIC,
-    TAUS_LIST
+    TAUS_LIST,
 } taus_kind_t;
 
 typedef enum {
     OUT_CSV = 0,
-    OUT_JSONL
+    OUT_JSONL,
 } out_t;
 
 typedef enum {
     SHOW_AUTO = 0, /* when standard error is a terminal and standard output is not */
     SHOW_ALWAYS,
-    SHOW_NEVER
+    SHOW_NEVER,
 } show_t;
 
 /* A whole number that may have been left out. */
@@ -76,7 +76,7 @@ typedef enum {
     OPTIONS_BAD = -1,
     OPTIONS_RUN = 0,
     OPTIONS_HELP,
-    OPTIONS_VERSION
+    OPTIONS_VERSION,
 } options_status_t;
 
 /* Reads the command line. OPTIONS_BAD: the message names the option. Pointers into argv are kept. */

@@ -113,6 +113,21 @@ static bool prepare(recording_t *recording, const options_t *options, lines_t *l
            (!recording->has_time || spool_open(&recording->times, 1U, error));
 }
 
+static bool load(recording_t *recording, const options_t *options, lines_t *lines, progress_t *progress,
+                 sim_error_t *error)
+{
+    if (!prepare(recording, options, lines, error)) {
+        return false;
+    }
+    row_buffer_t *row = calloc(1U, sizeof *row);
+    if (row == NULL) {
+        return sim_fail(error, "out of memory");
+    }
+    const bool good = read_rows(recording, options, lines, row, progress, error);
+    free(row);
+    return good;
+}
+
 bool recording_load(recording_t *recording, const options_t *options, progress_t *progress, sim_error_t *error)
 {
     *recording = (recording_t){0};
@@ -120,11 +135,7 @@ bool recording_load(recording_t *recording, const options_t *options, progress_t
     if (!lines_open(&lines, options->recording, error)) {
         return false;
     }
-    row_buffer_t *row = calloc(1U, sizeof *row);
-    const bool good = ((row != NULL) || sim_fail(error, "out of memory")) &&
-                      prepare(recording, options, &lines, error) &&
-                      read_rows(recording, options, &lines, row, progress, error);
-    free(row);
+    const bool good = load(recording, options, &lines, progress, error);
     lines_close(&lines);
     return good;
 }

@@ -24,8 +24,8 @@ static bool add_named(selection_t *selection, const header_t *header, const char
                       sim_error_t *error)
 {
     const size_t column = header_find(header, name);
-    char list[LIST_BYTES];
     if (column == HEADER_NONE) {
+        char list[LIST_BYTES];
         return sim_fail(error, "%s: no column '%s' (--column); it has: %s", options->recording, name,
                         header_list(header, list, sizeof list));
     }
@@ -56,8 +56,8 @@ static size_t find_default(const header_t *header, size_t time)
 static bool add_default(selection_t *selection, const header_t *header, const options_t *options, sim_error_t *error)
 {
     const size_t column = find_default(header, selection->time);
-    char list[LIST_BYTES];
     if (column == HEADER_NONE) {
+        char list[LIST_BYTES];
         return sim_fail(error, "%s: no gyro_* column; choose with --column from: %s", options->recording,
                         header_list(header, list, sizeof list));
     }

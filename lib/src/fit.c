@@ -33,23 +33,6 @@ static double shape(const davar_fit_plan_t *plan, int term, double m)
     }
 }
 
-/* From a shape's amplitude to the coefficient of m^(k - 2) in avar. */
-static double amplitude_unit(const davar_fit_plan_t *plan, int term)
-{
-    switch (term) {
-    case DAVAR_QUANTIZATION:
-        return plan->first;
-    case DAVAR_ANGLE_RANDOM_WALK:
-        return 1.0;
-    case DAVAR_BIAS_INSTABILITY:
-        return 1.0 / plan->last;
-    case DAVAR_RATE_RANDOM_WALK:
-        return 1.0 / (plan->last * plan->last);
-    default:
-        return 1.0 / (plan->last * plan->last * plan->last);
-    }
-}
-
 /* Regression of y on a constant and one shape: amplitude = gain * sum w (x - centre) y; the constant itself has
  * centre 0. One cluster size alone shows a constant and nothing else. */
 static void plan_regression(davar_fit_plan_t *plan, const uint32_t *m, int term)
@@ -131,6 +114,11 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
     }
     plan->first = (double)m[0];
     plan->last = (double)m[count - 1U];
+    plan->unit[DAVAR_QUANTIZATION] = plan->first;
+    plan->unit[WHITE] = 1.0;
+    plan->unit[DAVAR_BIAS_INSTABILITY] = 1.0 / plan->last;
+    plan->unit[DAVAR_RATE_RANDOM_WALK] = 1.0 / (plan->last * plan->last);
+    plan->unit[DAVAR_RATE_RAMP] = 1.0 / (plan->last * plan->last * plan->last);
     plan->misfit_spread = white_misfit_spread(m, count);
     plan_weights(plan, m);
     for (int k = 0; k < TERMS; k++) {
@@ -237,7 +225,7 @@ static void fit_white(const davar_fit_plan_t *plan, const davar_result_t *result
         const davar_adev_t *tau = &result->tau[t];
         const double m = (double)tau->m;
         const double u = m * inverse_last;
-        const double weighted = (double)plan->weight[t] * tau->adev * tau->adev;
+        const double weighted = (double)plan->weight[t] * (tau->adev * tau->adev);
         const double y = weighted * m;
         sum[DAVAR_QUANTIZATION] += weighted * plan->first;
         sum[WHITE] += y;
@@ -280,21 +268,15 @@ static bool fits_white(const davar_fit_plan_t *plan, const davar_result_t *resul
     return white_misfit(plan, result, white) <= limit;
 }
 
-/* From a[k] of avar = sum a[k] m^(k - 2) to the square of the coefficient in its unit (1.2). */
-static double square_unit(int term, double tau0_s)
+/* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
+static void square_units(double tau0_s, double unit[])
 {
-    switch (term) {
-    case DAVAR_QUANTIZATION:
-        return tau0_s * tau0_s / 3.0;
-    case DAVAR_ANGLE_RANDOM_WALK:
-        return 3600.0 * tau0_s;
-    case DAVAR_BIAS_INSTABILITY:
-        return 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
-    case DAVAR_RATE_RANDOM_WALK:
-        return 216000.0 * 216000.0 * 3.0 / tau0_s;
-    default:
-        return 12960000.0 * 12960000.0 * 2.0 / (tau0_s * tau0_s);
-    }
+    const double rate_hz = 1.0 / tau0_s;
+    unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
+    unit[WHITE] = 3600.0 * tau0_s;
+    unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
+    unit[DAVAR_RATE_RANDOM_WALK] = 216000.0 * 216000.0 * 3.0 * rate_hz;
+    unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
 }
 
 /* From squares, a lower limit among them, to the coefficient. */
@@ -349,15 +331,15 @@ static double least_white(const davar_fit_plan_t *plan, const double amplitude[]
 
 static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
 {
+    const double white = amplitude[WHITE];
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    square_units(tau0_s, unit);
     for (int k = 0; k < TERMS; k++) {
-        const double unit = square_unit(k, tau0_s) * amplitude_unit(plan, k);
-        if (k == WHITE) {
-            write_present(&result->coefficient[k], amplitude[k] * unit, least_white(plan, amplitude) * unit,
-                          plan->white_high);
-        } else {
-            write_absent(&result->coefficient[k], bound(amplitude[k], plan->sigma[k] * amplitude[WHITE], amplitude[WHITE]) * unit);
-        }
+        write_absent(&result->coefficient[k],
+                     bound(amplitude[k], plan->sigma[k] * white, white) * plan->unit[k] * unit[k]);
     }
+    write_present(&result->coefficient[WHITE], white * unit[WHITE], least_white(plan, amplitude) * unit[WHITE],
+                  plan->white_high);
 }
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
@@ -375,16 +357,17 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
 
 static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
 {
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    square_units(tau0_s, unit);
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
-        const double unit = square_unit(k, tau0_s);
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {
             double low;
             double high;
             deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
-            write_present(&result->coefficient[k], a * unit, model->least[k] * unit, high);
+            write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], high);
         } else {
-            write_absent(&result->coefficient[k], bound(model->beside[k], sqrt(model->variance[k]), davar_mixture_room(model, k)) * unit);
+            write_absent(&result->coefficient[k], bound(model->beside[k], sqrt(model->variance[k]), davar_mixture_room(model, k)) * unit[k]);
         }
     }
 }

@@ -16,7 +16,9 @@
 #define DAVAR_FIT_NOTHING 0.36
 
 /* A misfit counts as real when it exceeds its mean by this many times its spread under white noise (5.9). */
+#ifndef DAVAR_FIT_MISFIT
 #define DAVAR_FIT_MISFIT 4.0
+#endif
 
 /* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
 typedef struct {
@@ -30,7 +32,7 @@ typedef struct {
     double beside[DAVAR_COEFFICIENT_COUNT];   /* of an absent term: its fit, of either sign, beside the model's terms */
     double variance[DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: the cluster sizes cannot tell it apart */
     double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a[], doubts included */
-    double grow;                             /* misfit in the variances; 1: the model fits */
+    double grow;                              /* misfit in the variances; 1: the model fits */
 } davar_mixture_t;
 
 /* Fills all from `terms` on, starting from white noise of variance `white` (> 0) per sample and the terms in `suspects` (bit

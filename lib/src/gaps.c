@@ -119,6 +119,9 @@ uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *w
     const uint32_t starts = length - (2U * m) + 1U;
     uint32_t counted_to = 0U;
     uint32_t lost = 0U;
+    if (gaps->count == 0U) {
+        return 0U;
+    }
     for (uint32_t i = first_after(gaps, window, window->tail); i < count; i++) {
         const uint32_t boundary = image_at(gaps, window, i) - window->tail;
         if (boundary >= length) {

@@ -7,8 +7,8 @@
 #include "wide.h"
 
 typedef struct {
-    powers_t whole; /* sliding: over the window; grid: since the start, modulo */
-    powers_t first; /* sliding: over the window without its last `segment` samples */
+    powers_t whole;   /* sliding: over the window; grid: since the start, modulo */
+    powers_t first;   /* sliding: over the window without its last `segment` samples */
     uint32_t segment; /* 0: kurtosis and contribution are switched off */
     uint32_t shift;   /* bits dropped so that a sample fits the moments */
 } moments_t;

@@ -133,23 +133,14 @@ static powers_t window_powers(const stages_t *stages, bool first_part)
     return grid_powers(stages->grid, first_part ? records->middle_powers : records->head_powers);
 }
 
-/* Moments of the whole window and of its first part. */
-static void window_central(const stages_t *stages, const davar_window_t *window, davar_central_t *whole,
-                           davar_central_t *first)
+static window_moments_t window_moments(const stages_t *stages, const davar_window_t *window)
 {
     const uint32_t length = window->head - window->tail;
-    const powers_t whole_powers = window_powers(stages, false);
-    const powers_t first_powers = window_powers(stages, true);
-    *whole = moments_central(&whole_powers, length);
-    *first = moments_central(&first_powers, length - stages->moments.segment);
-}
-
-static bool window_unstable(const stages_t *stages, const davar_t *davar)
-{
-    davar_central_t whole;
-    davar_central_t first;
-    window_central(stages, &davar->window, &whole, &first);
-    return davar_stationarity_unstable(davar->config, &whole, &first);
+    const powers_t whole = window_powers(stages, false);
+    const powers_t first = window_powers(stages, true);
+    const window_moments_t moments = {moments_central(&whole, length),
+                                      moments_central(&first, length - stages->moments.segment)};
+    return moments;
 }
 
 /* The window of the epoch that is due: where the law puts it. */
@@ -186,7 +177,11 @@ static bool epoch_complete(stages_t *stages, davar_t *davar)
     if (!adapts && (length == config->window_max)) {
         return true;
     }
-    const bool unstable = reported && adapts && window_unstable(stages, davar);
+    bool unstable = false;
+    if (reported && adapts) {
+        stages->newest = window_moments(stages, window);
+        unstable = davar_stationarity_unstable(config, &stages->newest.whole, &stages->newest.first);
+    }
     window->filling = window->filling && !unstable && (length < config->window_max);
     window->length = davar_law_next(config, length, unstable, window->filling);
     return reported;
@@ -326,18 +321,18 @@ static davar_adev_t collect_tau(const stages_t *stages, const davar_t *davar, ui
     return adev;
 }
 
+/* An adaptive policy has needed the moments already. */
 static void collect_stationarity(const stages_t *stages, const davar_t *davar, davar_result_t *result)
 {
     result->unstable = false;
     result->kurtosis = (double)NAN;
     result->contribution = (double)NAN;
     if (stages->moments.segment != 0U) {
-        davar_central_t whole;
-        davar_central_t first;
-        window_central(stages, &davar->window, &whole, &first);
-        result->unstable = davar_stationarity_unstable(davar->config, &whole, &first);
-        result->kurtosis = davar_stationarity_kurtosis(&whole);
-        result->contribution = davar_stationarity_contribution(&whole, &first);
+        const bool adapts = (davar->config->policy != DAVAR_POLICY_FIXED);
+        const window_moments_t moments = adapts ? stages->newest : window_moments(stages, &davar->window);
+        result->unstable = davar_stationarity_unstable(davar->config, &moments.whole, &moments.first);
+        result->kurtosis = davar_stationarity_kurtosis(&moments.whole);
+        result->contribution = davar_stationarity_contribution(&moments.whole, &moments.first);
     }
 }
 
@@ -355,10 +350,10 @@ static void pipeline_collect(const davar_t *davar, davar_result_t *result)
     collect_stationarity(stages, davar, result);
 }
 
-#define PIPELINE_NUMBER                                                                                              \
-    {                                                                                                                \
-        pipeline_memory_size, pipeline_start, pipeline_gap, pipeline_flush, pipeline_collect, NUMBER_SUM_BITS,       \
-            NUMBER_SAMPLE_BITS_MAX, NUMBER_SAMPLE_BITS_DEFAULT, NUMBER_WINDOW_MAX                                    \
+#define PIPELINE_NUMBER                                                                                                \
+    {                                                                                                                  \
+        pipeline_memory_size, pipeline_start, pipeline_gap, pipeline_flush, pipeline_collect, NUMBER_SUM_BITS,         \
+            NUMBER_SAMPLE_BITS_MAX, NUMBER_SAMPLE_BITS_DEFAULT, NUMBER_WINDOW_MAX                                      \
     }
 
 #endif

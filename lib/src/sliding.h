@@ -34,8 +34,8 @@ static void sliding_tail_allan(allan_t *allan, const ring_t *ring, uint32_t inde
             sum_subtract_square(&tau->sum, tau->tail);
         }
         if (length > span) {
-            tau->tail += x[ring_behind(ring, index, span)] -
-                         (2 * (difference_t)x[ring_behind(ring, index, tau->m)]) + x[index];
+            tau->tail +=
+                x[ring_behind(ring, index, span)] - (2 * (difference_t)x[ring_behind(ring, index, tau->m)]) + x[index];
         }
     }
 }

@@ -7,16 +7,16 @@
 
 /* Running sums recorded at the positions first, first + K, first + 2 K ... (grid, 2.7). */
 typedef struct {
-    powers_t *powers;         /* slots entries */
-    sum_t *sums;              /* slots x taus; null for the middle track */
-    uint32_t *sum_due;        /* per tau: value of `received` at the next record; null when recorded with the powers */
-    uint32_t *sum_slot;       /* per tau: slot of that record */
+    powers_t *powers;   /* slots entries */
+    sum_t *sums;        /* slots x taus; null for the middle track */
+    uint32_t *sum_due;  /* per tau: value of `received` at the next record; null when recorded with the powers */
+    uint32_t *sum_slot; /* per tau: slot of that record */
     uint32_t slots;
-    uint32_t due;             /* value of `received` at the next record of the powers: its position */
-    uint32_t slot;            /* slot of that record */
-    uint32_t mirrored_due;    /* value of `received` that gives a position in the mirrored start */
+    uint32_t due;          /* value of `received` at the next record of the powers: its position */
+    uint32_t slot;         /* slot of that record */
+    uint32_t mirrored_due; /* value of `received` that gives a position in the mirrored start */
     uint32_t mirrored_slot;
-    uint32_t mirrored_left;   /* how many of those are still to come */
+    uint32_t mirrored_left; /* how many of those are still to come */
 } track_t;
 
 #define TRACKS_MAX 3U /* residues of an edge modulo K: window_max, window_min, and 0 while a trailing window fills */
@@ -41,12 +41,19 @@ typedef struct {
     records_t records;
 } grid_t;
 
+/* Moments of a window, and of its first part (without the short segment). */
+typedef struct {
+    davar_central_t whole;
+    davar_central_t first;
+} window_moments_t;
+
 typedef struct {
     ring_t ring;
     allan_t allan;
     moments_t moments;
+    window_moments_t newest; /* of the newest window, once an adaptive policy has needed them */
     grid_t *grid; /* null: a value at every sample */
-    sample_t lowest;  /* samples at or beyond these are saturated */
+    sample_t lowest; /* samples at or beyond these are saturated */
     sample_t highest;
 } stages_t;
 

@@ -20,7 +20,8 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_SEGMENT] = "segment 0 or not smaller than window_min",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
-        [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2), or is beyond 2^31 samples a stride",
+        [DAVAR_ERR_STEP] =
+            "grow or shrink would move a window edge backwards (centred: 0 or 2), or is beyond 2^31 samples a stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",

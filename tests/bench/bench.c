@@ -195,7 +195,6 @@ int main(void)
     figure("full_chain_every_sample_ns_per_sample", median_of_runs(run_chain, &chain));
     figure("full_chain_push_only_ns_per_sample", median_of_runs(run_q15, &chain));
     figure("brute_force_ns_per_sample", median_of_runs(run_brute_force, &every_sample));
-    figure("flatness_65536_over_64",
-           median_of_runs(run_q15, &long_window) / median_of_runs(run_q15, &short_window));
+    figure("flatness_65536_over_64", median_of_runs(run_q15, &long_window) / median_of_runs(run_q15, &short_window));
     return (sink > 0.0) ? 0 : 1;
 }

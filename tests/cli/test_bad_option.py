@@ -9,7 +9,7 @@ REFUSED = {
                      "4294967294"],
     "--window-min": ["0", "602", "401", "x", "18446744073709551617"],
     "--segment": ["0", "400", "500", "-1", "1.5"],
-    "--stride": ["0", "601", "-1", "x", "4294967296"],
+    "--stride": ["0", "16777217", "-1", "x", "4294967296"],
     "--grow": ["1", "3", "600", "x"],
     "--shrink": ["1", "3", "600", "x"],
     "--kurtosis": ["3.3:2.5", "2.5", "2.5:", ":3.3", "-1:3", "nan:3", "2:inf", "a:b", "2.5:3.3:4", "2.5,3.3"],
@@ -53,12 +53,17 @@ class BadOption(SimCase):
         self.assert_refused(self.sim(path, "--window-max", "100", "--window-min", "200"), "--window-min")
         self.assert_refused(self.sim(path, "--window-max", "100", "--segment", "80"), "--segment")
         self.assert_refused(self.sim(path, "--window-max", "100", "--taus", "1,51"), "--taus")
-        self.assert_refused(self.sim(path, "--window-max", "100", "--stride", "101"), "--stride")
 
     def test_trailing_windows_may_be_odd_and_grow_by_one(self):
         path = self.recording(count=700)
         rows = self.results(path, "--mode", "trailing", "--window-max", "601", "--window-min", "401", "--stride", "100")
         self.assertGreater(len(rows), 1)
+
+    def test_a_stride_may_be_longer_than_the_window(self):
+        path = self.recording(count=700)
+        rows = self.results(path, "--window-max", "100", "--stride", "300")
+        self.assertEqual(["299", "599"], [row["epoch"] for row in rows])
+        self.assert_refused(self.sim(path, "--window-max", "100", "--stride", "701"), "at least 701")
 
     def test_unknown_options(self):
         path = self.recording()

@@ -52,9 +52,9 @@ static uint64_t window_sum(uint64_t tail, uint64_t head, uint32_t m, uint32_t *d
 {
     uint64_t sum = 0U;
     *differences = 0U;
-    for (uint64_t last = tail + (2U * m) - 1U; last < head; last++) {
+    for (uint64_t last = tail + (UINT64_C(2) * m) - 1U; last < head; last++) {
         if (run[last % RING] >= (2U * m)) {
-            const int64_t before = phase[(last - (2U * m)) % RING];
+            const int64_t before = phase[(last - (UINT64_C(2) * m)) % RING];
             const int64_t d = phase[last % RING] - (2 * phase[(last - m) % RING]) + before;
             sum += (uint64_t)(d * d);
             (*differences)++;

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define TAUS 2U
-#define CHANNELS 3U
+#define CHANNELS ((size_t)3U)
 #define SAMPLES 90U
 #define RESULTS_MAX (CHANNELS * SAMPLES)
 #define STEPS_MAX 100000U

@@ -14,7 +14,7 @@ typedef struct {
 } scenario_t;
 
 typedef struct {
-    double adev[DAVAR_TAUS_MAX];                /* share of windows whose interval holds the true ADEV */
+    double adev[DAVAR_TAUS_MAX];                 /* share of windows whose interval holds the true ADEV */
     double coefficient[DAVAR_COEFFICIENT_COUNT]; /* share whose statement (interval, or upper bound) holds the truth */
     double present[DAVAR_COEFFICIENT_COUNT];     /* share that reports the term */
     double extra;                                /* share that reports any term that is not there */

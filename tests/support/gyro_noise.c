@@ -8,10 +8,10 @@
 #define MARKOV_RATIO 4.0
 
 typedef struct {
-    double sigma; /* of the state */
-    double time;  /* Tc, samples */
+    double sigma;  /* of the state */
+    double time;   /* Tc, samples */
     double memory; /* exp(-1 / Tc) */
-    double mean;  /* of the next sample, given the state 1 */
+    double mean;   /* of the next sample, given the state 1 */
 } markov_t;
 
 static markov_t markov_process(const gyro_noise_t *noise, int index)

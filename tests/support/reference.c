@@ -19,14 +19,13 @@ static int64_t sample_at(const reference_record_t *record, int64_t position)
 /* Is there a gap between the samples at position - 1 and position? */
 static bool gap_at(const reference_record_t *record, int64_t position)
 {
-    if ((record->gap_before == NULL) || (position == 0) || (position == record->count)) {
+    if (record->gap_before == NULL) {
         return false;
     }
-    if (position < 0) {
-        return gap_at(record, -position);
+    while ((position < 0) || (position > record->count)) { /* a mirror image */
+        position = (position < 0) ? -position : ((2 * record->count) - position);
     }
-    return (position < record->count) ? record->gap_before[position]
-                                      : gap_at(record, (2 * record->count) - position);
+    return (position != 0) && (position != record->count) && record->gap_before[position];
 }
 
 void reference_start(reference_t *reference, const davar_config_t *config, reference_record_t record)

@@ -12,13 +12,9 @@
 
 #define RANDOM_TEXTS 300000U
 
-void setUp(void)
-{
-}
+void setUp(void) {}
 
-void tearDown(void)
-{
-}
+void tearDown(void) {}
 
 static uint64_t bits_of(double value)
 {

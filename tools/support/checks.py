@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import coverage_report
@@ -114,11 +115,11 @@ def coverage():
     return tally
 
 
-def tool(*command):
+def tool(*command, log=None):
     """One outside tool is one test: it finds nothing, or it fails."""
     if not shutil.which(command[0]):
         raise Broken(f"{command[0]} is not installed")
-    status, output = run(list(command), f"{Path(command[0]).name}.log")
+    status, output = run(list(command), log or f"{Path(command[0]).name}.log")
     return Tally(failed=1, lines=[output]) if status else Tally(passed=1)
 
 
@@ -131,10 +132,13 @@ def sources(*suffixes):
 def clang_tidy():
     build("debug")
     tally = Tally()
-    for source in sources(".c"):
-        if source.startswith("tests/consumer"):
-            continue
-        tally.add(tool("clang-tidy", "--quiet", "-p", "build/debug", source))
+
+    def check(source):
+        return tool("clang-tidy", "--quiet", "-p", "build/debug", source, log=f"tidy-{source.replace('/', '-')}.log")
+
+    with ThreadPoolExecutor(int(JOBS)) as pool:
+        for part in pool.map(check, (name for name in sources(".c") if not name.startswith("tests/consumer"))):
+            tally.add(part)
     return tally
 
 

@@ -2,6 +2,7 @@
 # Sourced by the tools: what a machine must have before anything can be built, and quiet ways to build it.
 # On a machine that has everything, nothing here prints or downloads.
 
+unset CDPATH
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 logs=$root/build/log
 mkdir -p "$logs"
@@ -28,6 +29,7 @@ compiles() { echo 'int main(void) { return 0; }' | gcc "$@" -x c -o /dev/null - 
 have() {
     case $1 in
     libc6-dev) compiles -include stdio.h ;;
+    zlib1g-dev) compiles -include zlib.h ;;
     gcc-multilib) compiles -m32 -include stdio.h ;;
     python3-venv) python3 -c 'import ensurepip, venv' >/dev/null 2>&1 ;;
     xz-utils) command -v xz >/dev/null ;;
@@ -52,9 +54,12 @@ need() {
         apt-get install -qy --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
 }
 
-# build PRESET [TARGET]: configures (once) and builds; output only when it fails.
+# build PRESET [TARGET]: configures (once) and builds; output only when it fails. Two at once take turns.
 build() {
-    [[ -e $root/build/$1/CMakeCache.txt ]] ||
-        (cd "$root" && quietly "configure-$1.log" cmake --preset "$1") || return 1
-    (cd "$root" && quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"})
+    (
+        cd "$root" || exit
+        ! command -v flock >/dev/null || flock 9
+        [[ -e build/$1/CMakeCache.txt ]] || quietly "configure-$1.log" cmake --preset "$1" || exit
+        quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"}
+    ) 9>"$logs/lock"
 }

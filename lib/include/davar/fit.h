@@ -11,15 +11,16 @@ extern "C" {
 
 /* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
 typedef struct {
-    uint8_t count;                          /* usable cluster sizes it is made for (5.4) */
-    double first;                           /* shortest and longest of them */
+    uint8_t count; /* usable cluster sizes it is made for (5.4) */
+    double first;  /* shortest and longest of them */
     double last;
     double centre[DAVAR_COEFFICIENT_COUNT]; /* white-noise fit beside one more term: linear in the variances */
     double gain[DAVAR_COEFFICIENT_COUNT];
+    double unit[DAVAR_COEFFICIENT_COUNT];
     double misfit_spread;
     float weight[DAVAR_TAUS_MAX];
     float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];
-    uint32_t window;                        /* window length without gaps that the rest is made for (5.5); 0: none */
+    uint32_t window; /* window length without gaps that the rest is made for (5.5); 0: none */
     double sigma[DAVAR_COEFFICIENT_COUNT];
     double doubt[DAVAR_COEFFICIENT_COUNT];
     double white_low;

@@ -32,7 +32,7 @@ typedef enum {
     DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
     DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP,         /* grow or shrink would move an edge backwards (centred: only 0 or 2), or shrink * stride > 2^31 */
+    DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2), or shrink * stride > 2^31 */
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
     DAVAR_ERR_TAU_COUNT,    /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,    /* cluster sizes not strictly ascending */
@@ -80,12 +80,12 @@ typedef struct {
 
 /* Weather: things the world did, counted, never fatal. Saturating counters. */
 typedef struct {
-    uint32_t gaps;      /* davar_gap calls, and runs of NaN or inf */
-    uint32_t missing;   /* samples lost in those gaps */
-    uint32_t saturated; /* samples at or beyond the limit of their type, bits or full scale (used, clamped) */
+    uint32_t gaps;       /* davar_gap calls, and runs of NaN or inf */
+    uint32_t missing;    /* samples lost in those gaps */
+    uint32_t saturated;  /* samples at or beyond the limit of their type, bits or full scale (used, clamped) */
     uint32_t not_finite; /* NaN or inf in float input (left out: a gap) */
-    uint32_t restarts;  /* windows thrown away because gaps_max was exceeded */
-    uint32_t missed;    /* results overwritten before they were taken */
+    uint32_t restarts;   /* windows thrown away because gaps_max was exceeded */
+    uint32_t missed;     /* results overwritten before they were taken */
 } davar_health_t;
 
 /* One cluster size of a result. */
@@ -95,7 +95,7 @@ typedef struct {
     double adev;          /* overlapping Allan deviation, unit of the rate (deg/s); NaN when differences is 0 (1.1) */
     double low;           /* 95 % interval from chi-square and edf (5.2); NaN when absent */
     double high;
-    double edf;           /* equivalent degrees of freedom (5.1) */
+    double edf; /* equivalent degrees of freedom (5.1) */
 } davar_adev_t;
 
 /* The five noise coefficients, in the order of the powers of tau. */

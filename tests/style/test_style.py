@@ -1,0 +1,184 @@
+"""The house rules that a script can check: who includes whom, what lib/ may not call, how long a function is.
+
+Works on the text of the tree alone: nothing is built.
+"""
+
+import re
+import statistics
+import subprocess
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+README = ROOT / "README.md"
+FUNCTION_LINES_MAX = 60
+VERSION_HEADER = "lib/include/davar/version.h"
+# Where an included name is looked for, after the includer's own folder.
+INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support")
+# The star: folder (first match) -> folders whose headers it may include, besides its own.
+MAY_INCLUDE = {
+    "lib/include": (),
+    "lib/src": ("lib/include",),
+    "port/include": ("lib/include",),
+    "port/node": ("lib/include", "port/include"),
+    "port/": ("port/include",),
+    "host_sim": ("lib/include", "port/include", "port/node"),
+    "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
+    "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
+}
+LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
+                      "string.h"}
+LIB_FORBIDDEN_CALLS = r"\b(malloc|calloc|realloc|free|alloca|\w*printf|puts|putchar|\w*scanf|fopen|exit|abort|time|" \
+                      r"clock|signal|setjmp|longjmp)\s*\("
+MARKS = ("TO" "DO", "FIX" "ME", "XX" "X", "HA" "CK")
+
+
+def listed():
+    """The files that are, or would be, committed; names relative to the root."""
+    done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
+                          text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    if done.returncode == 0:
+        names = done.stdout.splitlines()
+    else:  # not a clone: an unpacked archive
+        names = [str(path.relative_to(ROOT)) for path in ROOT.rglob("*") if "build" not in path.parts]
+    return sorted(name for name in names if (ROOT / name).is_file())
+
+
+def text_of(name):
+    """The text of a file; empty when it is not text."""
+    try:
+        return (ROOT / name).read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        return ""
+
+
+def c_files(*folders):
+    return [name for name in listed() if name.endswith((".c", ".h")) and name.startswith(folders)]
+
+
+def includes(name):
+    return re.findall(r'^\s*#\s*include\s+[<"]([^>"]+)[>"]', text_of(name), re.MULTILINE)
+
+
+def resolve(name, included):
+    """The file of the tree that an include means; None when it is not one of ours."""
+    for folder in (str(Path(name).parent), *INCLUDE_PATH):
+        if (ROOT / folder / included).is_file():
+            return f"{folder}/{included}"
+    return None
+
+
+def bare(text):
+    """C text without comments, strings and preprocessor lines, every line kept where it was."""
+    def blank(match):
+        return "\n" * match.group().count("\n") or " "
+    text = re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', blank, text, flags=re.DOTALL)
+    return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", blank, text, flags=re.MULTILINE)
+
+
+def functions(text):
+    """Yields (line, name, lines) of every function defined: a brace at the outside that follows a parenthesis."""
+    text, depth, start = bare(text), 0, None
+    for brace in re.finditer(r"[{}]", text):
+        at = brace.start()
+        if brace.group() == "{":
+            head = text[:at].rstrip()
+            if depth == 0 and head.endswith(")"):
+                names = re.findall(r"\b(\w+)\s*\(", head[max(head.rfind(";"), head.rfind("}")) + 1:])
+                start = (at, names[0] if names else "?")
+            depth += 1
+        else:
+            depth -= 1
+            if depth == 0 and start:
+                # one line for the signature, then brace to brace
+                yield text.count("\n", 0, start[0]) + 1, start[1], text.count("\n", start[0], at) + 2
+                start = None
+
+
+class Includes(unittest.TestCase):
+    def test_everyone_includes_only_what_the_star_allows(self):
+        wrong = []
+        for name in c_files("lib/", "port/", "host_sim/", "tests/"):
+            allowed = next(folders for prefix, folders in MAY_INCLUDE.items() if name.startswith(prefix))
+            own = str(Path(name).parent)
+            for included in includes(name):
+                target = resolve(name, included)
+                folder = target and target[:-len(included) - 1]
+                inside_own = target and (folder == own or target.startswith(own + "/"))
+                if target and not inside_own and folder not in allowed:
+                    wrong.append(f"{name} includes {target}")
+        self.assertEqual(wrong, [])
+
+    def test_lib_includes_nothing_but_itself_and_a_few_standard_headers(self):
+        wrong = [f"{name} includes {included}" for name in c_files("lib/") for included in includes(name)
+                 if not resolve(name, included) and included not in LIB_SYSTEM_HEADERS]
+        self.assertEqual(wrong, [])
+
+    def test_public_headers_name_each_other_in_full(self):
+        wrong = [f"{name} includes {included}" for name in c_files("lib/include/") for included in includes(name)
+                 if resolve(name, included) and not included.startswith("davar/")]
+        self.assertEqual(wrong, [])
+
+    def test_no_header_includes_itself_by_a_detour(self):
+        graph = {name: [target for target in (resolve(name, included) for included in includes(name)) if target]
+                 for name in c_files("lib/", "port/", "host_sim/", "tests/")}
+        done, cycles = set(), []
+
+        def visit(name, way):
+            if name in way:
+                cycles.append(" -> ".join([*way[way.index(name):], name]))
+            elif name not in done:
+                for target in graph.get(name, ()):
+                    visit(target, [*way, name])
+                done.add(name)
+
+        for name in graph:
+            visit(name, [])
+        self.assertEqual(cycles, [])
+
+
+class Library(unittest.TestCase):
+    def test_lib_has_no_heap_no_output_and_no_clock(self):
+        wrong = [f"{name}: {call.group()}" for name in c_files("lib/")
+                 for call in re.finditer(LIB_FORBIDDEN_CALLS, bare(text_of(name)))]
+        self.assertEqual(wrong, [])
+
+    def test_a_function_fits_on_a_page(self):
+        found = [(lines, f"{name}:{line} {function}") for name in c_files("lib/")
+                 for line, function, lines in functions(text_of(name))]
+        self.assertGreater(len(found), 50, "the functions of lib/ were not recognised")
+        lengths = sorted(lines for lines, _ in found)
+        print(f"lib/: {len(found)} functions, median {statistics.median(lengths):g} lines, nine in ten within "
+              f"{lengths[len(lengths) * 9 // 10]}, longest {max(found)[0]} ({max(found)[1]})", flush=True)
+        self.assertEqual([f"{where}: {lines} lines" for lines, where in found if lines > FUNCTION_LINES_MAX], [])
+
+
+class Tree(unittest.TestCase):
+    def test_no_unfinished_work_is_marked_in_a_file(self):
+        marks = re.compile(r"\b(" + "|".join(MARKS) + r")\b")
+        wrong = [f"{name}:{number}: {line.strip()}" for name in listed()
+                 for number, line in enumerate(text_of(name).splitlines(), 1) if marks.search(line)]
+        self.assertEqual(wrong, [])
+
+    def test_the_version_is_written_once(self):
+        numbers = re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", text_of(VERSION_HEADER))
+        self.assertEqual(len(numbers), 3)
+        version = re.compile(r"(?<![\d.])" + r"\.".join(numbers) + r"(?![\d.])|#define DAVAR_VERSION_\w+ \d")
+        wrong = [f"{name}:{number}: {line.strip()}" for name in listed()
+                 if name != VERSION_HEADER and not Path(name).name.startswith("requirements")
+                 for number, line in enumerate(text_of(name).splitlines(), 1) if version.search(line)]
+        self.assertEqual(wrong, [])
+
+    def test_every_path_that_the_readme_names_exists(self):
+        if not README.exists():
+            self.skipTest("there is no README.md yet")
+        text = re.sub(r"^```.*?^```$", "", README.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        folders = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"build", ".git"}
+        codes = (code.split()[0] for code in re.findall(r"`([^`\n]+)`", text) if code.strip())
+        paths = [code for code in codes if "/" in code and code.split("/")[0] in folders]
+        paths += [link for link in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"\w+:", link)]
+        self.assertEqual([path for path in paths if not list(ROOT.glob(path.strip("/")))], [])
+
+
+if __name__ == "__main__":
+    unittest.main()

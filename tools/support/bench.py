@@ -1,0 +1,106 @@
+"""The figures of tools/davar-bench: the library (a C program), davar-sim on a long recording, and AllanTools.
+
+Called by tools/davar-bench, which has built everything. Standard library, and AllanTools where it is installed.
+"""
+
+import argparse
+import json
+import random
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAMS = ROOT / "build/tools"
+WORK = ROOT / "build/bench"
+ROWS = 2_000_000
+LSB_DPS = 0.01
+WINDOW = 600
+WINDOWS = 50
+CLUSTERS = [1, 2, 4, 8, 16, 32, 64, 128]
+
+
+def library_figures():
+    """The C program prints one `key value` line per figure."""
+    output = subprocess.run([PROGRAMS / "tests/bench/davar-bench"], check=True, text=True, stdout=subprocess.PIPE).stdout
+    return {key: float(value) for key, value in (line.split() for line in output.splitlines())}
+
+
+def recording():
+    """White noise of 0.2 deg/s on a bias, 100 Hz: written once."""
+    path = WORK / f"white-{ROWS}.csv"
+    if not path.exists():
+        WORK.mkdir(parents=True, exist_ok=True)
+        noise = random.Random(1)
+        partial = path.with_suffix(".partial")
+        with partial.open("w") as file:
+            file.write("time_s,gyro_z_dps\n")
+            file.writelines(f"{i / 100:.2f},{round(noise.gauss(37, 20)) * LSB_DPS:.2f}\n" for i in range(ROWS))
+        partial.rename(path)
+    return path
+
+
+def simulator_samples_per_s(runs=3):
+    """CSV in, CSV out every 100th, fixed arithmetic; the median of a few runs."""
+    path, spent = recording(), []
+    command = [PROGRAMS / "host_sim/davar-sim", path, "--lsb", str(LSB_DPS), "--stride", "100", "--progress", "never"]
+    for _ in range(runs):
+        with (WORK / "out.csv").open("w") as out:
+            start = time.perf_counter()
+            subprocess.run(command, check=True, stdout=out)
+            spent.append(time.perf_counter() - start)
+    return ROWS / statistics.median(spent)
+
+
+def allantools_ns_per_sample():
+    """A value at every sample is one call per sample, on the window that ends there. None where it is not installed."""
+    try:
+        import allantools
+    except ImportError:
+        return None
+    noise = random.Random(2)
+    data = [noise.gauss(0.37, 0.2) for _ in range(WINDOW + WINDOWS)]
+    spent = []
+    for i in range(WINDOWS):
+        window = data[i:i + WINDOW]
+        start = time.perf_counter()
+        allantools.oadev(window, rate=1.0, data_type="freq", taus=CLUSTERS)
+        spent.append(time.perf_counter() - start)
+    return 1e9 * statistics.median(spent)
+
+
+def show(figures):
+    fixed = figures["fixed_every_sample_8_taus_ns_per_sample"]
+    rows = [("davar, fixed", fixed), ("davar, float", figures["float_every_sample_8_taus_ns_per_sample"]),
+            ("brute force in C, cumulative sum", figures["brute_force_ns_per_sample"]),
+            ("AllanTools oadev, called per window", figures["allantools_per_window_ns_per_sample"])]
+    print(f"Allan deviation at every sample, {len(CLUSTERS)} octave taus, window {WINDOW}")
+    print(f"{'':<38}{'ns per sample':>14}{'times davar':>14}")
+    for name, value in rows:
+        print(f"{name:<38}" + (f"{value:>14,.1f}{value / fixed:>14,.1f}" if value else f"{'not installed':>14}"))
+    print("\nThe whole chain: kurtosis, contribution, window law, deviations, fit, intervals")
+    print(f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}")
+    print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
+    print(f"\nCost of window 65536 over window 64   {figures['flatness_65536_over_64']:>14.2f}")
+    print(f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} million samples per second")
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="tools/davar-bench")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    figures = library_figures()
+    figures["sim_samples_per_s"] = round(simulator_samples_per_s())
+    allantools = allantools_ns_per_sample()
+    figures["allantools_per_window_ns_per_sample"] = allantools and round(allantools)
+    if options.json:
+        print(json.dumps({"host": figures}, indent=2))
+    else:
+        show(figures)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
