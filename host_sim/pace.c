@@ -1,23 +1,18 @@
 /* davar-sim - pacing on the monotonic clock. */
 #include "pace.h"
 
+#include "sim_clock.h"
+
 #include <math.h>
 #include <time.h>
 
 #define NAP_MAX_S 1.0
 #define DUE_MAX 1e18
 
-static double monotonic_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 void pace_start(pace_t *pace, double rate_hz, double times_real_time)
 {
     pace->samples_per_s = rate_hz * times_real_time;
-    pace->start_s = monotonic_s();
+    pace->start_s = sim_clock_s();
 }
 
 bool pace_is_unlimited(const pace_t *pace)
@@ -30,7 +25,7 @@ uint64_t pace_due(const pace_t *pace)
     if (pace_is_unlimited(pace)) {
         return UINT64_MAX;
     }
-    return (uint64_t)fmin((monotonic_s() - pace->start_s) * pace->samples_per_s, DUE_MAX);
+    return (uint64_t)fmin((sim_clock_s() - pace->start_s) * pace->samples_per_s, DUE_MAX);
 }
 
 void pace_wait(const pace_t *pace, uint64_t sample)
@@ -39,7 +34,7 @@ void pace_wait(const pace_t *pace, uint64_t sample)
         return;
     }
     const double due_s = pace->start_s + ((double)sample + 1.0) / pace->samples_per_s;
-    const double until_s = fmin(due_s, monotonic_s() + NAP_MAX_S);
+    const double until_s = fmin(due_s, sim_clock_s() + NAP_MAX_S);
     const double whole_s = floor(until_s);
     const struct timespec deadline = {.tv_sec = (time_t)whole_s, .tv_nsec = (long)(1e9 * (until_s - whole_s))};
     (void)clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, NULL);

@@ -1,19 +1,13 @@
 /* davar-sim - progress. */
 #include "progress.h"
 
+#include "sim_clock.h"
+
 #include <inttypes.h>
 #include <stdio.h>
-#include <time.h>
 #include <unistd.h>
 
 #define INTERVAL_S 1.0
-
-static double monotonic_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 void progress_start(progress_t *progress, show_t show)
 {
@@ -22,7 +16,7 @@ void progress_start(progress_t *progress, show_t show)
     const bool free_line = terminal && (isatty(STDOUT_FILENO) != 1);
     progress->shown = (show == SHOW_ALWAYS) || ((show == SHOW_AUTO) && free_line);
     progress->dirty = false;
-    progress->next_s = monotonic_s() + INTERVAL_S;
+    progress->next_s = sim_clock_s() + INTERVAL_S;
 }
 
 void progress_tell(progress_t *progress, const char *doing, double fraction, uint64_t rows)
@@ -30,7 +24,7 @@ void progress_tell(progress_t *progress, const char *doing, double fraction, uin
     if (!progress->shown) {
         return;
     }
-    const double now_s = monotonic_s();
+    const double now_s = sim_clock_s();
     if (now_s < progress->next_s) {
         return;
     }

@@ -1,7 +1,7 @@
 /* davar-sim - replay port. */
 #include "replay.h"
 
-#include <time.h>
+#include "sim_clock.h"
 
 /* Rows and lost samples before the row that is next. */
 static uint64_t sample_index(const replay_t *replay)
@@ -73,9 +73,7 @@ static davar_port_send_t send_row(void *context, size_t channel, const davar_res
 static uint32_t now_us(void *context)
 {
     (void)context;
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint32_t)((uint64_t)now.tv_sec * 1000000U + (uint64_t)now.tv_nsec / 1000U);
+    return (uint32_t)(uint64_t)(1e6 * sim_clock_s());
 }
 
 bool replay_open(replay_t *replay, const replay_setup_t *setup, sim_error_t *error)

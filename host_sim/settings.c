@@ -111,63 +111,32 @@ bool settings_check(const settings_t *settings, const options_t *options, sim_er
     return accepted || settings_fail(status, options, error);
 }
 
-/* The option that a refusal is about. */
+/* The option that a refusal is about; for the rest no option is to blame. */
 static const char *option_of(davar_status_t status, const options_t *options)
 {
-    const char *option = "internal";
-    switch (status) {
-    case DAVAR_ERR_RATE:
-        option = "--rate";
-        break;
-    case DAVAR_ERR_SCALE:
-        option = (options->arith == ARITH_FLOAT) ? "--full-scale" : "--lsb";
-        break;
-    case DAVAR_ERR_SAMPLE_BITS:
-        option = "--bits";
-        break;
-    case DAVAR_ERR_MODE:
-        option = "--mode";
-        break;
-    case DAVAR_ERR_POLICY:
-        option = "--policy";
-        break;
-    case DAVAR_ERR_WINDOW_MAX:
-        option = "--window-max";
-        break;
-    case DAVAR_ERR_WINDOW_MIN:
-        option = "--window-min";
-        break;
-    case DAVAR_ERR_SEGMENT:
-        option = "--segment";
-        break;
-    case DAVAR_ERR_KURTOSIS:
-        option = "--kurtosis";
-        break;
-    case DAVAR_ERR_CONTRIBUTION:
-        option = "--contribution";
-        break;
-    case DAVAR_ERR_STEP:
-        option = "--grow or --shrink";
-        break;
-    case DAVAR_ERR_STRIDE:
-        option = "--stride";
-        break;
-    case DAVAR_ERR_TAU_COUNT:
-    case DAVAR_ERR_TAU_ORDER:
-    case DAVAR_ERR_TAU_RANGE:
-        option = "--taus";
-        break;
-    case DAVAR_ERR_TAU_OVERFLOW:
-        option = "--taus or --window-max";
-        break;
-    case DAVAR_OK:
-    case DAVAR_ERR_NULL:
-    case DAVAR_ERR_MEMORY_SIZE:
-    case DAVAR_ERR_MEMORY_ALIGN:
-    default:
-        break;
+    static const char *const OPTION[] = {
+        [DAVAR_ERR_RATE] = "--rate",
+        [DAVAR_ERR_SCALE] = "--lsb",
+        [DAVAR_ERR_SAMPLE_BITS] = "--bits",
+        [DAVAR_ERR_MODE] = "--mode",
+        [DAVAR_ERR_POLICY] = "--policy",
+        [DAVAR_ERR_WINDOW_MAX] = "--window-max",
+        [DAVAR_ERR_WINDOW_MIN] = "--window-min",
+        [DAVAR_ERR_SEGMENT] = "--segment",
+        [DAVAR_ERR_KURTOSIS] = "--kurtosis",
+        [DAVAR_ERR_CONTRIBUTION] = "--contribution",
+        [DAVAR_ERR_STEP] = "--grow or --shrink",
+        [DAVAR_ERR_STRIDE] = "--stride",
+        [DAVAR_ERR_TAU_COUNT] = "--taus",
+        [DAVAR_ERR_TAU_ORDER] = "--taus",
+        [DAVAR_ERR_TAU_RANGE] = "--taus",
+        [DAVAR_ERR_TAU_OVERFLOW] = "--taus or --window-max",
+    };
+    if ((status == DAVAR_ERR_SCALE) && (options->arith == ARITH_FLOAT)) {
+        return "--full-scale";
     }
-    return option;
+    const bool known = ((size_t)status < sizeof OPTION / sizeof OPTION[0]) && (OPTION[status] != NULL);
+    return known ? OPTION[status] : "internal";
 }
 
 bool settings_fail(davar_status_t status, const options_t *options, sim_error_t *error)

@@ -133,14 +133,15 @@ static powers_t window_powers(const stages_t *stages, bool first_part)
     return grid_powers(stages->grid, first_part ? records->middle_powers : records->head_powers);
 }
 
-static window_moments_t window_moments(const stages_t *stages, const davar_window_t *window)
+static verdict_t window_verdict(const stages_t *stages, const davar_t *davar)
 {
-    const uint32_t length = window->head - window->tail;
+    const uint32_t length = davar->window.head - davar->window.tail;
     const powers_t whole = window_powers(stages, false);
     const powers_t first = window_powers(stages, true);
-    const window_moments_t moments = {moments_central(&whole, length),
-                                      moments_central(&first, length - stages->moments.segment)};
-    return moments;
+    verdict_t verdict = {.whole = moments_central(&whole, length),
+                         .first = moments_central(&first, length - stages->moments.segment)};
+    verdict.unstable = davar_stationarity_unstable(davar->config, &verdict.whole, &verdict.first);
+    return verdict;
 }
 
 /* The window of the epoch that is due: where the law puts it. */
@@ -179,8 +180,8 @@ static bool epoch_complete(stages_t *stages, davar_t *davar)
     }
     bool unstable = false;
     if (reported && adapts) {
-        stages->newest = window_moments(stages, window);
-        unstable = davar_stationarity_unstable(config, &stages->newest.whole, &stages->newest.first);
+        stages->newest = window_verdict(stages, davar);
+        unstable = stages->newest.unstable;
     }
     window->filling = window->filling && !unstable && (length < config->window_max);
     window->length = davar_law_next(config, length, unstable, window->filling);
@@ -321,7 +322,7 @@ static davar_adev_t collect_tau(const stages_t *stages, const davar_t *davar, ui
     return adev;
 }
 
-/* An adaptive policy has needed the moments already. */
+/* An adaptive policy has needed the verdict already. */
 static void collect_stationarity(const stages_t *stages, const davar_t *davar, davar_result_t *result)
 {
     result->unstable = false;
@@ -329,10 +330,10 @@ static void collect_stationarity(const stages_t *stages, const davar_t *davar, d
     result->contribution = (double)NAN;
     if (stages->moments.segment != 0U) {
         const bool adapts = (davar->config->policy != DAVAR_POLICY_FIXED);
-        const window_moments_t moments = adapts ? stages->newest : window_moments(stages, &davar->window);
-        result->unstable = davar_stationarity_unstable(davar->config, &moments.whole, &moments.first);
-        result->kurtosis = davar_stationarity_kurtosis(&moments.whole);
-        result->contribution = davar_stationarity_contribution(&moments.whole, &moments.first);
+        const verdict_t verdict = adapts ? stages->newest : window_verdict(stages, davar);
+        result->unstable = verdict.unstable;
+        result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
+        result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
     }
 }
 

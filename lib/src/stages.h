@@ -41,17 +41,18 @@ typedef struct {
     records_t records;
 } grid_t;
 
-/* Moments of a window, and of its first part (without the short segment). */
+/* Moments of a window and of its first part (without the short segment), and what the policy says of them. */
 typedef struct {
     davar_central_t whole;
     davar_central_t first;
-} window_moments_t;
+    bool unstable;
+} verdict_t;
 
 typedef struct {
     ring_t ring;
     allan_t allan;
     moments_t moments;
-    window_moments_t newest; /* of the newest window, once an adaptive policy has needed them */
+    verdict_t newest; /* of the newest window, once an adaptive policy has needed them */
     grid_t *grid; /* null: a value at every sample */
     sample_t lowest; /* samples at or beyond these are saturated */
     sample_t highest;

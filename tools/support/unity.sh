@@ -1,4 +1,4 @@
-# shellcheck shell=bash
+# shellcheck shell=bash disable=SC2034,SC2154 # names shared with the script that sources this and with setup.sh
 # Sourced by tools/test after setup.sh: a local copy of the test framework Unity, without a visit to its own site.
 # Debian carries it inside the source of ntpsec. apt checks the archive's signature and SHA-256; the unpacked files are
 # checked against their recorded SHA-256 at every later use.

@@ -59,7 +59,7 @@ typedef struct davar {
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 8, 4) / 8];
  * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES 248U
+#define DAVAR_STAGES_BYTES 256U
 #define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
     (DAVAR_STAGES_BYTES + (24U * (taus)) + DAVAR_ROUND8(2U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)) +        \
      DAVAR_ROUND8(sizeof(davar_fit_plan_t)))
