@@ -10,8 +10,9 @@
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
 
-/* Reweighting settles to a small fraction of a standard error in this many rounds. */
-#define ROUNDS 4
+/* Rounds of reweighting: enough to compare models, and to settle to a small fraction of a standard error. */
+#define ROUNDS_TRIAL 2
+#define ROUNDS_FINAL 3
 
 /* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
 #define PIVOT_MIN 1e-10
@@ -211,17 +212,22 @@ static bool solve_non_negative(davar_mixture_t *model, const normal_t *normal, u
     }
 }
 
-/* Iteratively reweighted least squares from wherever *model stands. */
-static bool converge(davar_mixture_t *model, unsigned terms)
+/* Iteratively reweighted least squares. trust: see normal_equations, for the first round. */
+static bool converge(davar_mixture_t *model, unsigned terms, double trust, int rounds)
 {
     normal_t normal;
-    for (int round = 0; round < ROUNDS; round++) {
-        normal_equations(model, (round == 0) ? 0.5 : 1.0, &normal);
+    for (int round = 0; round < rounds; round++) {
+        normal_equations(model, (round == 0) ? trust : 1.0, &normal);
         if (!solve_non_negative(model, &normal, terms)) {
             return false;
         }
     }
     return true;
+}
+
+static bool try_terms(davar_mixture_t *model, unsigned terms)
+{
+    return converge(model, terms, 0.5, ROUNDS_TRIAL);
 }
 
 /* ---- variances ---- */
@@ -407,7 +413,7 @@ static unsigned missing_terms(const davar_mixture_t *model)
 static void reconsider(davar_mixture_t *model, int term)
 {
     davar_mixture_t trial = *model;
-    if (converge(&trial, model->terms & ~bit(term)) && (misfit(&trial) < misfit(model) + INDISPENSABLE)) {
+    if (try_terms(&trial, model->terms & ~bit(term)) && (misfit(&trial) < misfit(model) + INDISPENSABLE)) {
         judge(&trial);
         if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
             *model = trial;
@@ -424,7 +430,7 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     double least = (double)INFINITY;
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = before;
-        if (has(suspects, k) && converge(&trial, before.terms | bit(k))) {
+        if (has(suspects, k) && try_terms(&trial, before.terms | bit(k))) {
             const double left = misfit(&trial);
             if (left < least) {
                 least = left;
@@ -439,12 +445,13 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
 /* False: nothing to add. */
 static bool grow(davar_mixture_t *model, unsigned suspects)
 {
-    const int added = add_best(model, suspects);
+    const int added = (suspects != 0U) ? add_best(model, suspects) : -1;
     for (int k = 0; k < TERMS; k++) {
         if ((added >= 0) && has(model->terms, k) && (k != added) && (model->terms != bit(k))) {
             reconsider(model, k);
         }
     }
+    (void)converge(model, model->terms, 1.0, ROUNDS_FINAL);
     return added >= 0;
 }
 

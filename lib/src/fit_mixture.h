@@ -6,7 +6,7 @@
 
 /* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
 #ifndef DAVAR_FIT_THRESHOLD
-#define DAVAR_FIT_THRESHOLD 2.5
+#define DAVAR_FIT_THRESHOLD 2.8
 #endif
 
 /* An absent term above this many standard errors is a doubt that the intervals of the others must hold (5.10). */

@@ -160,6 +160,11 @@ class Tree(unittest.TestCase):
                  for number, line in enumerate(text_of(name).splitlines(), 1) if marks.search(line)]
         self.assertEqual(wrong, [])
 
+    def test_every_test_program_is_built(self):
+        built = set(re.findall(r"^davar_test\((\w+ \w+)", text_of("tests/CMakeLists.txt"), re.MULTILINE))
+        there = re.findall(r"^tests/(\w+)/test_(\w+)\.c$", "\n".join(listed()), re.MULTILINE)
+        self.assertEqual([f"{folder} {name}" for folder, name in there if f"{folder} {name}" not in built], [])
+
     def test_the_version_is_written_once(self):
         numbers = re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", text_of(VERSION_HEADER))
         self.assertEqual(len(numbers), 3)

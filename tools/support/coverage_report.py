@@ -29,6 +29,8 @@ def missing(report, exceptions_path):
     for entry in json.loads(report.read_text())["files"]:
         source = Path(entry["file"]).read_text().splitlines()
         for line in entry["lines"]:
+            if line["gcovr/noncode"] or line["gcovr/excluded"]:
+                continue
             lines += 1
             branches += len(line["branches"])
             text = source[line["line_number"] - 1].strip()
