@@ -12,17 +12,21 @@
 
 /* Rounds of reweighting: enough to compare models, and to settle to a small fraction of a standard error. */
 #define ROUNDS_TRIAL 2
-#define ROUNDS_FINAL 3
+#define ROUNDS_FINAL 2
 
 /* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
 #define PIVOT_MIN 1e-10
 
-/* A term whose loss raises the misfit by this much needs no closer look. */
-#define INDISPENSABLE 40.0
-
 typedef struct {
     double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
 } matrix_t;
+
+/* Inverse over some of the terms: row i belongs to term[i]. */
+typedef struct {
+    int size;
+    int term[DAVAR_COEFFICIENT_COUNT];
+    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
+} inverse_t;
 
 typedef struct {
     matrix_t matrix;                       /* X' W X, scaled to a unit diagonal */
@@ -128,65 +132,74 @@ static void normal_equations(const davar_mixture_t *model, double trust, normal_
     scale_to_unit_diagonal(normal, moment);
 }
 
-static void eliminate(matrix_t *a, int pivot)
+/* Rows and columns of the terms in `terms`, in ascending order. */
+static void select_terms(const matrix_t *all, unsigned terms, inverse_t *some)
+{
+    some->size = 0;
+    for (int k = 0; k < TERMS; k++) {
+        if (has(terms, k)) {
+            some->term[some->size++] = k;
+        }
+    }
+    for (int i = 0; i < some->size; i++) {
+        for (int j = 0; j < some->size; j++) {
+            some->at[i][j] = all->at[some->term[i]][some->term[j]];
+        }
+    }
+}
+
+static void eliminate(inverse_t *a, int pivot)
 {
     const double inverse = 1.0 / a->at[pivot][pivot];
     a->at[pivot][pivot] = 1.0;
-    for (int l = 0; l < TERMS; l++) {
-        a->at[pivot][l] *= inverse;
+    for (int j = 0; j < a->size; j++) {
+        a->at[pivot][j] *= inverse;
     }
-    for (int k = 0; k < TERMS; k++) {
-        if (k != pivot) {
-            const double multiple = a->at[k][pivot];
-            a->at[k][pivot] = 0.0;
-            for (int l = 0; l < TERMS; l++) {
-                a->at[k][l] -= multiple * a->at[pivot][l];
+    for (int i = 0; i < a->size; i++) {
+        if (i != pivot) {
+            const double multiple = a->at[i][pivot];
+            a->at[i][pivot] = 0.0;
+            for (int j = 0; j < a->size; j++) {
+                a->at[i][j] -= multiple * a->at[pivot][j];
             }
         }
     }
 }
 
-static void select_terms(const matrix_t *all, unsigned terms, matrix_t *some)
-{
-    for (int k = 0; k < TERMS; k++) {
-        for (int l = 0; l < TERMS; l++) {
-            some->at[k][l] = (has(terms, k) && has(terms, l)) ? all->at[k][l] : 0.0;
-        }
-    }
-}
-
-/* Inverse over the rows and columns of `terms`, zero elsewhere (Gauss-Jordan; a positive definite matrix needs no
- * exchange of rows). False: the cluster sizes cannot tell these terms apart. */
-static bool invert(const matrix_t *matrix, unsigned terms, matrix_t *inverse)
+/* Gauss-Jordan; a positive definite matrix needs no exchange of rows. False: the cluster sizes cannot tell these terms
+ * apart. */
+static bool invert(const matrix_t *matrix, unsigned terms, inverse_t *inverse)
 {
     select_terms(matrix, terms, inverse);
-    for (int k = 0; k < TERMS; k++) {
-        if (has(terms, k)) {
-            if (!(inverse->at[k][k] > PIVOT_MIN)) {
-                return false;
-            }
-            eliminate(inverse, k);
+    for (int i = 0; i < inverse->size; i++) {
+        if (!(inverse->at[i][i] > PIVOT_MIN)) {
+            return false;
         }
+        eliminate(inverse, i);
     }
     return true;
 }
 
-static double solution(const normal_t *normal, const matrix_t *inverse, int term)
+static double solution(const normal_t *normal, const inverse_t *inverse, int i)
 {
     double sum = 0.0;
-    for (int l = 0; l < TERMS; l++) {
-        sum += inverse->at[term][l] * normal->right[l];
+    for (int j = 0; j < inverse->size; j++) {
+        sum += inverse->at[i][j] * normal->right[inverse->term[j]];
     }
-    return sum * normal->scale[term];
+    return sum * normal->scale[inverse->term[i]];
 }
 
-/* Stores the solution over `terms`; returns its most negative term, -1 if there is none. */
-static int solve(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse)
+/* Stores the solution; returns its most negative term, -1 if there is none. */
+static int solve(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse)
 {
     int worst = -1;
     double lowest = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        model->a[k] = solution(normal, inverse, k);
+        model->a[k] = 0.0;
+    }
+    for (int i = 0; i < inverse->size; i++) {
+        const int k = inverse->term[i];
+        model->a[k] = solution(normal, inverse, i);
         if (model->a[k] < lowest * normal->scale[k]) {
             worst = k;
             lowest = model->a[k] / normal->scale[k];
@@ -199,7 +212,7 @@ static int solve(davar_mixture_t *model, const normal_t *normal, const matrix_t 
 static bool solve_non_negative(davar_mixture_t *model, const normal_t *normal, unsigned terms)
 {
     for (;;) {
-        matrix_t inverse;
+        inverse_t inverse;
         if (!invert(&normal->matrix, terms, &inverse)) {
             return false;
         }
@@ -223,11 +236,6 @@ static bool converge(davar_mixture_t *model, unsigned terms, double trust, int r
         }
     }
     return true;
-}
-
-static bool try_terms(davar_mixture_t *model, unsigned terms)
-{
-    return converge(model, terms, 0.5, ROUNDS_TRIAL);
 }
 
 /* ---- variances ---- */
@@ -300,17 +308,17 @@ static void scatter(const davar_mixture_t *model, const normal_t *normal, matrix
     }
 }
 
-static double sandwich(const normal_t *normal, const matrix_t *inverse, const matrix_t *h, int term)
+static double sandwich(const normal_t *normal, const inverse_t *inverse, const matrix_t *h, int i)
 {
     double sum = 0.0;
-    for (int k = 0; k < TERMS; k++) {
+    for (int j = 0; j < inverse->size; j++) {
         double row = 0.0;
-        for (int l = 0; l < TERMS; l++) {
-            row += h->at[k][l] * inverse->at[term][l];
+        for (int l = 0; l < inverse->size; l++) {
+            row += h->at[inverse->term[j]][inverse->term[l]] * inverse->at[i][l];
         }
-        sum += inverse->at[term][k] * row;
+        sum += inverse->at[i][j] * row;
     }
-    return sum * square(normal->scale[term]);
+    return sum * square(normal->scale[inverse->term[i]]);
 }
 
 static int term_count(unsigned terms)
@@ -343,36 +351,44 @@ static double lower_limit(double a, double variance)
 }
 
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
-static void doubt(davar_mixture_t *model, const normal_t *normal, const matrix_t *inverse, const matrix_t *h)
+static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse, const matrix_t *h)
 {
-    for (int k = 0; k < TERMS; k++) {
+    for (int i = 0; i < inverse->size; i++) {
+        const int k = inverse->term[i];
         if (has(model->terms, k)) {
-            const double a = solution(normal, inverse, k);
-            const double variance = sandwich(normal, inverse, h, k) * model->grow;
+            const double a = solution(normal, inverse, i);
+            const double variance = sandwich(normal, inverse, h, i) * model->grow;
             const bool nothing = sqrt(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
             lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
         }
     }
 }
 
-/* One term, fitted together with the model; the model's noise gives weights and scatter, so for an absent term this is a
- * test of the model without it (a score test). */
-static void judge_term(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term)
+/* The model's noise gives weights and scatter, so for an absent term this is a test of the model without it (a score
+ * test). */
+static void judge_absent(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term)
 {
-    matrix_t inverse;
+    inverse_t inverse;
     model->beside[term] = 0.0;
     model->variance[term] = (double)INFINITY;
-    if (!invert(&normal->matrix, model->terms | bit(term), &inverse)) {
-        return;
+    if (invert(&normal->matrix, model->terms | bit(term), &inverse)) {
+        const int i = term_count(model->terms & (bit(term) - 1U));
+        model->beside[term] = solution(normal, &inverse, i);
+        model->variance[term] = sandwich(normal, &inverse, h, i) * model->grow;
+        if (model->beside[term] > DAVAR_FIT_DOUBT * sqrt(model->variance[term])) {
+            doubt(model, normal, &inverse, h);
+        }
     }
-    model->variance[term] = sandwich(normal, &inverse, h, term) * model->grow;
-    if (has(model->terms, term)) {
-        lower(&model->least[term], lower_limit(model->a[term], model->variance[term]));
-        return;
-    }
-    model->beside[term] = solution(normal, &inverse, term);
-    if (model->beside[term] > DAVAR_FIT_DOUBT * sqrt(model->variance[term])) {
-        doubt(model, normal, &inverse, h);
+}
+
+static void judge_present(davar_mixture_t *model, const normal_t *normal, const matrix_t *h)
+{
+    inverse_t inverse;
+    (void)invert(&normal->matrix, model->terms, &inverse); /* as it was in the fit */
+    for (int i = 0; i < inverse.size; i++) {
+        const int k = inverse.term[i];
+        model->variance[k] = sandwich(normal, &inverse, h, i) * model->grow;
+        model->least[k] = lower_limit(model->a[k], model->variance[k]);
     }
 }
 
@@ -384,20 +400,21 @@ static void judge(davar_mixture_t *model)
     normal_equations(model, 1.0, &normal);
     scatter(model, &normal, &h);
     model->grow = inflation(model);
+    judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
-        model->least[k] = (double)INFINITY;
-    }
-    for (int k = 0; k < TERMS; k++) {
-        judge_term(model, &normal, &h, k);
+        if (!has(model->terms, k)) {
+            judge_absent(model, &normal, &h, k);
+        }
     }
 }
 
 /* ---- selection ---- */
 
-/* A misfit is no excuse: the test of a further term is against the noise as modelled. */
+/* In standard errors. A misfit is no excuse: terms are tested against the noise as modelled. */
 static double significance(const davar_mixture_t *model, int term)
 {
-    return model->beside[term] / sqrt(model->variance[term] / model->grow);
+    const double a = has(model->terms, term) ? model->a[term] : model->beside[term];
+    return a / sqrt(model->variance[term] / model->grow);
 }
 
 static unsigned missing_terms(const davar_mixture_t *model)
@@ -409,20 +426,14 @@ static unsigned missing_terms(const davar_mixture_t *model)
     return found;
 }
 
-/* Takes `term` out if it is not significant beside the others. */
-static void reconsider(davar_mixture_t *model, int term)
+static void settle(davar_mixture_t *model)
 {
-    davar_mixture_t trial = *model;
-    if (try_terms(&trial, model->terms & ~bit(term)) && (misfit(&trial) < misfit(model) + INDISPENSABLE)) {
-        judge(&trial);
-        if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
-            *model = trial;
-        }
-    }
+    (void)converge(model, model->terms, 1.0, ROUNDS_FINAL);
+    judge(model);
 }
 
-/* Adds the one of `suspects` that explains most: drifts look alike, and the most significant one need not be the right one.
- * -1: the cluster sizes cannot tell any of them apart after all. */
+/* The one of `suspects` that explains most: drifts look alike, and the most significant one need not be the right one.
+ * -1: none, or the cluster sizes cannot tell them apart after all. */
 static int add_best(davar_mixture_t *model, unsigned suspects)
 {
     const davar_mixture_t before = *model;
@@ -430,7 +441,7 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     double least = (double)INFINITY;
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = before;
-        if (has(suspects, k) && try_terms(&trial, before.terms | bit(k))) {
+        if (has(suspects, k) && converge(&trial, before.terms | bit(k), 0.5, ROUNDS_TRIAL)) {
             const double left = misfit(&trial);
             if (left < least) {
                 least = left;
@@ -442,26 +453,41 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     return best;
 }
 
-/* False: nothing to add. */
+/* Takes `term` out if it is not significant beside the others. */
+static void reconsider(davar_mixture_t *model, int term)
+{
+    davar_mixture_t trial = *model;
+    if (converge(&trial, model->terms & ~bit(term), 0.5, ROUNDS_TRIAL)) {
+        settle(&trial);
+        if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
+            *model = trial;
+        }
+    }
+}
+
+/* Adds a term and takes out what it makes superfluous. False: nothing to add. */
 static bool grow(davar_mixture_t *model, unsigned suspects)
 {
-    const int added = (suspects != 0U) ? add_best(model, suspects) : -1;
+    const int added = add_best(model, suspects);
+    if (added < 0) {
+        return false;
+    }
+    settle(model);
     for (int k = 0; k < TERMS; k++) {
-        if ((added >= 0) && has(model->terms, k) && (k != added) && (model->terms != bit(k))) {
+        if (has(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
             reconsider(model, k);
         }
     }
-    (void)converge(model, model->terms, 1.0, ROUNDS_FINAL);
-    return added >= 0;
+    return true;
 }
 
 void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
     model->terms = bit(WHITE);
     model->a[WHITE] = white;
-    (void)grow(model, suspects);
-    judge(model);
+    if (!grow(model, suspects)) {
+        settle(model);
+    }
     for (int round = 1; (round < TERMS) && grow(model, missing_terms(model)); round++) {
-        judge(model);
     }
 }
