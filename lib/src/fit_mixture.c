@@ -264,33 +264,27 @@ static void add_symmetric(matrix_t *h, const double x[], const double y[])
     }
 }
 
-/* Twice the log-likelihood that one estimate loses against a perfect model: r - 1 - ln r, without the logarithm. */
-static double loss(double edf, double ratio)
+/* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without the logarithm. */
+static double loss(double ratio)
 {
-    return 1.5 * edf * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
+    return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
 
-static double misfit(const davar_mixture_t *model)
-{
-    double sum = 0.0;
-    for (int t = 0; t < model->count; t++) {
-        const davar_adev_t *tau = &model->data->tau[t];
-        sum += loss(davar_mixture_edf(model, tau), square(tau->adev) / avar_of(model, (double)tau->m));
-    }
-    return sum;
-}
-
-/* X' W C W X, the middle of the sandwich, scaled as the normal equations. */
-static void scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
+/* X' W C W X, the middle of the sandwich, scaled as the normal equations. Returns the misfit: twice the log-likelihood
+ * that the data lose against a perfect model. */
+static double scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
 {
     double factor[DAVAR_TAUS_MAX]; /* W * sqrt(variance / avar) */
+    double misfit = 0.0;
     *h = (matrix_t){0};
     for (int j = 0; j < model->count; j++) {
         const double m_long = (double)model->data->tau[j].m;
         const double avar = avar_of(model, m_long);
-        const double edf = davar_mixture_edf(model, &model->data->tau[j]);
+        const davar_adev_t *tau = &model->data->tau[j];
+        const double edf = davar_mixture_edf(model, tau);
         double row[DAVAR_COEFFICIENT_COUNT] = {0};
         double x[DAVAR_COEFFICIENT_COUNT];
+        misfit += edf * loss(square(tau->adev) / avar);
         factor[j] = (double)model->weight[j] / avar * sqrt(2.0 / (edf * avar));
         for (int i = 0; i <= j; i++) {
             const double m_short = (double)model->data->tau[i].m;
@@ -306,6 +300,7 @@ static void scatter(const davar_mixture_t *model, const normal_t *normal, matrix
         }
         add_symmetric(h, row, x);
     }
+    return misfit;
 }
 
 static double sandwich(const normal_t *normal, const inverse_t *inverse, const matrix_t *h, int i)
@@ -331,12 +326,11 @@ static int term_count(unsigned terms)
 }
 
 /* A model that does not fit (a filtered sensor, a sinusoid) must not boast: its variances grow by the misfit. */
-static double inflation(const davar_mixture_t *model)
+static double inflation(const davar_mixture_t *model, double misfit)
 {
     const double freedom = (double)(model->count - term_count(model->terms));
-    const double left = misfit(model);
-    const bool real = left > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
-    return real ? left / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
+    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
+    return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
 }
 
 static void lower(double *least, double value)
@@ -398,8 +392,7 @@ static void judge(davar_mixture_t *model)
     normal_t normal;
     matrix_t h;
     normal_equations(model, 1.0, &normal);
-    scatter(model, &normal, &h);
-    model->grow = inflation(model);
+    model->grow = inflation(model, scatter(model, &normal, &h));
     judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
         if (!has(model->terms, k)) {
@@ -432,6 +425,17 @@ static void settle(davar_mixture_t *model)
     judge(model);
 }
 
+/* What the model leaves unexplained, to compare it with others. */
+static double unexplained(const davar_mixture_t *model)
+{
+    double sum = 0.0;
+    for (int t = 0; t < model->count; t++) {
+        const davar_adev_t *tau = &model->data->tau[t];
+        sum += (double)model->weight[t] * loss(square(tau->adev) / avar_of(model, (double)tau->m));
+    }
+    return sum;
+}
+
 /* The one of `suspects` that explains most: drifts look alike, and the most significant one need not be the right one.
  * -1: none, or the cluster sizes cannot tell them apart after all. */
 static int add_best(davar_mixture_t *model, unsigned suspects)
@@ -442,7 +446,7 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = before;
         if (has(suspects, k) && converge(&trial, before.terms | bit(k), 0.5, ROUNDS_TRIAL)) {
-            const double left = misfit(&trial);
+            const double left = unexplained(&trial);
             if (left < least) {
                 least = left;
                 best = k;

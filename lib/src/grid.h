@@ -190,14 +190,11 @@ static uint32_t track_find(const track_t *track, uint32_t position, uint32_t str
 {
     uint32_t slot = track->slot;
     uint32_t back = track->due - position;
-    for (uint32_t i = 0U; (i < track->slots) && (back >= stride); i++) {
+    while (back >= stride) {
         back -= stride;
         slot = slot_before(track, slot);
-        if (back == 0U) {
-            return slot;
-        }
     }
-    return track->slots;
+    return (back == 0U) ? slot : track->slots;
 }
 
 /* The track that recorded `position`, and where. Null: the start of a trailing record, where running sums are 0. */
@@ -223,13 +220,13 @@ static void grid_place(stages_t *stages, const davar_t *davar)
     uint32_t slot = 0U;
     const track_t *const head = tracks_find(grid->head, grid->head_count, window->head, stride, &slot);
     grid->records.head_powers = &head->powers[slot];
-    grid->records.head_sums = &head->sums[slot * taus];
+    grid->records.head_sums = &head->sums[(size_t)slot * taus];
     const uint32_t middle_position = window->head - stages->moments.segment;
     const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, stride, &slot);
     grid->records.middle_powers = &middle->powers[slot];
     const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window->tail, stride, &slot);
     grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[slot];
-    grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[slot * taus];
+    grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)slot * taus];
 }
 
 /* The sum of squared differences of the window for one tau. */

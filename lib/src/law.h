@@ -15,8 +15,7 @@ static inline uint32_t law_longer(const davar_config_t *config, uint32_t length,
     /* Trailing: the head moves by one per sample, so growing faster would move the tail backwards. */
     const bool trailing = (config->mode == DAVAR_MODE_TRAILING);
     const uint32_t most = trailing ? 1U : 2U;
-    const bool free_growth = filling || (config->policy == DAVAR_POLICY_FIXED);
-    const uint32_t grow = (free_growth || (config->grow > most)) ? most : config->grow;
+    const uint32_t grow = (filling || (config->grow > most)) ? most : config->grow;
     const uint32_t step = grow * config->stride;
     return ((length + step) < config->window_max) ? (length + step) : config->window_max;
 }
@@ -25,10 +24,7 @@ static inline uint32_t law_longer(const davar_config_t *config, uint32_t length,
  * `stride` times as far at once. O(1), no division. */
 static inline uint32_t davar_law_next(const davar_config_t *config, uint32_t length, bool unstable, bool filling)
 {
-    if (unstable && (config->policy != DAVAR_POLICY_FIXED)) {
-        return law_shorter(config, length);
-    }
-    return law_longer(config, length, filling);
+    return unstable ? law_shorter(config, length) : law_longer(config, length, filling);
 }
 
 /* Leading edge of the window of `length` samples whose epoch is complete when `due` samples are in (4.2): centred, the

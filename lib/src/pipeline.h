@@ -170,7 +170,7 @@ static bool epoch_complete(stages_t *stages, davar_t *davar)
     window->due += config->stride;
     window->epoch += config->stride;
     const uint32_t length = window->length;
-    const bool reported = (length >= config->window_min) || (length == config->window_max);
+    const bool reported = (length >= config->window_min);
     if (reported && (stages->grid != NULL)) {
         grid_place(stages, davar);
     }
@@ -260,7 +260,10 @@ static void pipeline_gap(davar_t *davar)
         return;
     }
     const uint32_t head = (stages->grid == NULL) ? window->head : window->received;
-    if ((allan->to_gap == DAVAR_NO_GAP) && (window->received != 0U)) {
+    if (davar->gaps.count == 0U) {
+        return; /* in front of the first sample: no boundary */
+    }
+    if (allan->to_gap == DAVAR_NO_GAP) {
         allan->to_gap = window->received - head;
     }
     if ((allan->room == DAVAR_NO_GAP) && !allan->warming) {

@@ -52,14 +52,14 @@ static bool greater(davar_magnitude_t a, davar_magnitude_t b)
     return a.mantissa > b.mantissa;
 }
 
-/* |a - b|; the smaller one loses the bits that fall below the larger one's mantissa. */
+/* |a - b| of magnitudes that differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
+ * below the larger one's mantissa. */
 static davar_magnitude_t distance(davar_magnitude_t a, davar_magnitude_t b)
 {
     const davar_magnitude_t large = greater(a, b) ? a : b;
     const davar_magnitude_t small = greater(a, b) ? b : a;
-    const int32_t shift = large.exponent - small.exponent;
-    const uint64_t aligned = ((small.mantissa == 0U) || (shift > 63)) ? 0U : (small.mantissa >> (uint32_t)shift);
-    return davar_magnitude(large.mantissa - aligned, large.exponent);
+    const uint32_t shift = (uint32_t)(large.exponent - small.exponent);
+    return davar_magnitude(large.mantissa - (small.mantissa >> shift), large.exponent);
 }
 
 static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)

@@ -299,6 +299,15 @@ static void test_saturated_samples_are_counted_and_clamped(void)
     TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&davar).saturated);
 }
 
+static void test_counters_stay_at_their_largest_value(void)
+{
+    start_q15();
+    davar.health.saturated = UINT32_MAX;
+    const int16_t rail = INT16_MAX;
+    (void)davar_push_q15(&davar, &rail, 1U);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated);
+}
+
 static void test_reset_starts_anew(void)
 {
     start_q15();
@@ -405,6 +414,7 @@ int main(void)
     RUN_TEST(test_the_result_says_how_many_differences_a_gap_left);
     RUN_TEST(test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none);
     RUN_TEST(test_saturated_samples_are_counted_and_clamped);
+    RUN_TEST(test_counters_stay_at_their_largest_value);
     RUN_TEST(test_reset_starts_anew);
     RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no);
     RUN_TEST(test_a_gap_behind_the_last_sample_is_none);

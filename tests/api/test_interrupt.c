@@ -96,9 +96,35 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
     TEST_ASSERT_UINT32_WITHIN(1U, whole_windows, results + health.missed); /* one may still wait */
 }
 
+static void finish_push(int signal_number)
+{
+    (void)signal_number;
+    davar.sequence = davar.sequence + 1U;
+}
+
+/* A push at work on another core leaves `sequence` odd until it is done: take and health read again until then. */
+static void test_take_and_health_wait_for_a_push_at_work_elsewhere(void)
+{
+    struct sigaction action;
+    davar_result_t result;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = finish_push;
+    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
+    const struct itimerval once = {{0, 0}, {0, 2000}};
+    davar.sequence = davar.sequence + 1U;
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &once, NULL));
+    (void)davar_take(&davar, &result);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar.sequence % 2U);
+    davar.sequence = davar.sequence + 1U;
+    TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &once, NULL));
+    (void)davar_health(&davar);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar.sequence % 2U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_whole);
+    RUN_TEST(test_take_and_health_wait_for_a_push_at_work_elsewhere);
     return UNITY_END();
 }

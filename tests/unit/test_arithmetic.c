@@ -2,6 +2,8 @@
 #include "number_q31.h"
 #include "random.h"
 #include "unity.h"
+#include "davar/davar.h"
+#include "moments.h"
 #include "wide.h"
 
 void setUp(void) {}
@@ -103,6 +105,23 @@ static void test_signed_values_widen_and_multiply(void)
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 63U, negative.low);
 }
 
+/* The 64 leading bits, wherever the leading bit stands. */
+static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
+{
+    for (uint32_t top = 0U; top < 256U; top++) {
+        wide_t wide = {{0}};
+        wide.limb[top / 64U] |= UINT64_C(1) << (top % 64U);
+        if (top >= 63U) {
+            const uint32_t last = top - 63U; /* the lowest bit that is kept */
+            wide.limb[last / 64U] |= UINT64_C(1) << (last % 64U);
+        }
+        const davar_magnitude_t magnitude = moments_magnitude(&wide);
+        TEST_ASSERT_EQUAL_INT32((int32_t)top - 63, magnitude.exponent);
+        TEST_ASSERT_EQUAL_HEX64((UINT64_C(1) << 63U) | ((top > 63U) ? 1U : 0U) | ((top == 63U) ? 1U : 0U),
+                                magnitude.mantissa);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -110,5 +129,6 @@ int main(void)
     RUN_TEST(test_leading_zeros_agree);
     RUN_TEST(test_wide_integers_obey_the_laws_of_a_ring);
     RUN_TEST(test_signed_values_widen_and_multiply);
+    RUN_TEST(test_a_wide_integer_is_cut_to_its_leading_bits);
     return UNITY_END();
 }

@@ -1,0 +1,136 @@
+/* davar tests - a stream so long that its 32-bit positions wrap goes on as if nothing had happened. */
+#include "number_q15.h"
+
+#include "davar/davar.h"
+#include "stages.h"
+#include "unity.h"
+
+#define FED 400U
+
+static const uint32_t taus[3] = {1U, 3U, 8U};
+static uint64_t memory[2][4096];
+static davar_config_t config;
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 1.0;
+    config.unit_per_count = 1.0;
+    config.window_max = 60U;
+    config.window_min = 30U;
+    config.segment = 10U;
+    config.taus = taus;
+    config.tau_count = 3U;
+    config.gaps_max = 8U;
+}
+
+void tearDown(void) {}
+
+/* Moves every position of a track by `offset`, as if that many samples more had gone by. */
+static void shift_track(track_t *track, uint32_t offset, uint32_t count)
+{
+    track->due += offset;
+    for (uint32_t t = 0U; (track->sum_due != NULL) && (t < count); t++) {
+        track->sum_due[t] += offset;
+    }
+}
+
+static void shift(davar_t *davar, uint32_t offset)
+{
+    stages_t *const stages = davar->stages;
+    davar->window.received += offset;
+    davar->window.head += offset;
+    davar->window.tail += offset;
+    davar->window.due += offset;
+    for (uint16_t i = 0U; i < davar->gaps.count; i++) {
+        davar->gaps.position[i] += offset;
+    }
+    if (stages->grid != NULL) {
+        stages->grid->next += offset;
+        for (unsigned i = 0U; i < TRACKS_MAX; i++) {
+            shift_track(&stages->grid->tail[i], offset, stages->allan.count);
+            shift_track(&stages->grid->head[i], offset, stages->allan.count);
+            shift_track(&stages->grid->middle[i], offset, stages->allan.count);
+        }
+    }
+}
+
+static int16_t sample_at(uint32_t n)
+{
+    const int32_t size = ((n / 90U) % 2U == 0U) ? 40 : 400;
+    return (int16_t)((int32_t)((n * 2654435761U) >> 16U) % size);
+}
+
+static bool feed(davar_t *davar, uint32_t n, davar_result_t *result)
+{
+    const int16_t sample = sample_at(n);
+    if ((n % 130U) == 100U) {
+        davar_gap(davar, 1U);
+    }
+    (void)davar_push_q15(davar, &sample, 1U);
+    return davar_take(davar, result);
+}
+
+static void same(const davar_result_t *a, const davar_result_t *b)
+{
+    TEST_ASSERT_EQUAL_UINT64(a->epoch, b->epoch);
+    TEST_ASSERT_EQUAL_UINT32(a->window_samples, b->window_samples);
+    TEST_ASSERT_EQUAL_UINT32(a->gaps_in_window, b->gaps_in_window);
+    TEST_ASSERT_EQUAL_DOUBLE(a->kurtosis, b->kurtosis);
+    for (uint32_t t = 0U; t < 3U; t++) {
+        TEST_ASSERT_EQUAL_UINT32(a->tau[t].differences, b->tau[t].differences);
+        TEST_ASSERT_EQUAL_DOUBLE(a->tau[t].adev, b->tau[t].adev);
+    }
+}
+
+/* `before`: samples to the wrap. 130 - 20 = 110 and 100 more put a gap exactly on it. */
+static void wrapped(uint32_t before)
+{
+    davar_t plain;
+    davar_t wrapping;
+    davar_result_t result[2];
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&plain, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&wrapping, &config, memory[1], sizeof memory[1]));
+    for (uint32_t n = 0U; n < (FED + 1000U); n++) {
+        if (n == FED) {
+            shift(&wrapping, 0U - FED - before);
+        }
+        const bool ready = feed(&plain, n, &result[0]);
+        TEST_ASSERT_EQUAL(ready, feed(&wrapping, n, &result[1]));
+        if (ready) {
+            same(&result[0], &result[1]);
+        }
+    }
+    while (davar_flush(&plain)) {
+        TEST_ASSERT_TRUE(davar_flush(&wrapping));
+        TEST_ASSERT_TRUE(davar_take(&plain, &result[0]) && davar_take(&wrapping, &result[1]));
+        same(&result[0], &result[1]);
+    }
+    TEST_ASSERT_FALSE(davar_flush(&wrapping));
+}
+
+static void test_positions_wrap_unnoticed_at_every_sample(void)
+{
+    wrapped(90U); /* n = 490 = 3 * 130 + 100: a gap right on the wrap */
+    wrapped(333U);
+    config.mode = DAVAR_MODE_TRAILING;
+    wrapped(90U);
+}
+
+static void test_positions_wrap_unnoticed_on_a_grid(void)
+{
+    config.mirrored_end = true;
+    config.stride = 7U;
+    wrapped(90U);
+    wrapped(333U);
+    config.mode = DAVAR_MODE_TRAILING;
+    wrapped(90U);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
+    RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
+    return UNITY_END();
+}
