@@ -292,11 +292,12 @@ static void write_absent(davar_coefficient_t *coefficient, double bound_square)
 }
 
 /* Upper limit of an absent term. Were the term there, it would scatter too: sigma is raised by what the limit would add
- * to the model's Allan variance where the term is strongest (5.11). `model` is that variance in units of a. */
-static double bound(double a, double sigma, double model)
+ * to the model's Allan variance where the term is strongest, the share being small * inverse_room (5.11). */
+static double bound(double a, double sigma, double inverse_room)
 {
-    const double small = ((a > 0.0) ? a : 0.0) + BOUND * sigma;
-    return small + BOUND * sigma * (small / model);
+    const double margin = BOUND * sigma;
+    const double small = ((a > 0.0) ? a : 0.0) + margin;
+    return small + margin * (small * inverse_room);
 }
 
 static void write_white_intervals(const davar_fit_plan_t *plan, davar_result_t *result)
@@ -332,11 +333,12 @@ static double least_white(const davar_fit_plan_t *plan, const double amplitude[]
 static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
 {
     const double white = amplitude[WHITE];
+    const double inverse_room = 1.0 / white;
     double unit[DAVAR_COEFFICIENT_COUNT];
     square_units(tau0_s, unit);
     for (int k = 0; k < TERMS; k++) {
         write_absent(&result->coefficient[k],
-                     bound(amplitude[k], plan->sigma[k] * white, white) * plan->unit[k] * unit[k]);
+                     bound(amplitude[k], plan->sigma[k] * white, inverse_room) * plan->unit[k] * unit[k]);
     }
     write_present(&result->coefficient[WHITE], white * unit[WHITE], least_white(plan, amplitude) * unit[WHITE],
                   plan->white_high);
@@ -367,7 +369,7 @@ static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_res
             deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
             write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], high);
         } else {
-            write_absent(&result->coefficient[k], bound(model->beside[k], sqrt(model->variance[k]), davar_mixture_room(model, k)) * unit[k]);
+            write_absent(&result->coefficient[k], bound(model->beside[k], sqrt(model->variance[k]), 1.0 / davar_mixture_room(model, k)) * unit[k]);
         }
     }
 }

@@ -63,3 +63,19 @@ build() {
         quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"}
     ) 9>"$logs/lock"
 }
+
+make_python_environment() {
+    rm -rf "$1"
+    python3 -m venv "$1" && "$1/bin/pip" install --disable-pip-version-check --no-deps -r "$2" &&
+        cp "$2" "$1/requirements.txt"
+}
+
+# python_environment NAME REQUIREMENTS: prints the Python of build/NAME, made when missing or when the pins have changed.
+python_environment() {
+    local folder=$root/build/$1
+    if ! cmp -s "$2" "$folder/requirements.txt"; then
+        note "making build/$1 (once)"
+        quietly "$1.log" make_python_environment "$folder" "$2" || return 1
+    fi
+    echo "$folder/bin/python"
+}

@@ -1,0 +1,83 @@
+"""The picture of tools/demo: rate, window length, ARW with its interval and the truth, DAVAR surface."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.colors import LogNorm  # noqa: E402
+
+
+def column_of(rows, name):
+    return np.array([float(row[name]) if row.get(name) else np.nan for row in rows])
+
+
+def draw_rate(axes, points, column):
+    time, rate = np.array(points).T
+    axes.plot(time, rate, ",", color="0.35", rasterized=True)
+    axes.set_ylabel(f"{column.rsplit('_', 1)[0]}\n[deg/s]" if column.endswith("_dps") else column)
+
+
+def draw_window(axes, time, rows):
+    window = column_of(rows, "window_samples")
+    axes.plot(time, window, color="tab:blue")
+    axes.fill_between(time, 0, 1, where=column_of(rows, "unstable") > 0, color="tab:red", alpha=0.15, step="mid",
+                      transform=axes.get_xaxis_transform(), linewidth=0, label="unstable")
+    axes.set_ylim(0, 1.1 * np.nanmax(window))
+    axes.set_ylabel("window\n[samples]")
+    axes.legend(loc="lower right", frameon=True)
+
+
+def draw_arw(axes, time, rows, truth):
+    low, high = column_of(rows, "arw_low_deg_per_sqrt_h"), column_of(rows, "arw_high_deg_per_sqrt_h")
+    axes.fill_between(time, low, high, color="tab:blue", alpha=0.3, linewidth=0, label="95 % interval")
+    axes.plot(time, column_of(rows, "arw_deg_per_sqrt_h"), color="tab:blue", linewidth=1, label="ARW")
+    top = np.nanpercentile(high, 99.5) if np.isfinite(high).any() else 1
+    if truth:
+        starts, values = zip(*truth)
+        axes.step([*starts, time[-1]], [*values, values[-1]], where="post", color="black", linestyle="--",
+                  linewidth=1, label="truth (simulated)")
+        top = max(top, *values)
+    axes.set_ylim(0, 1.35 * top)
+    axes.set_ylabel("ARW\n[deg/$\\sqrt{h}$]")
+    axes.legend(loc="upper right", ncols=3, frameon=True)
+
+
+def edges(values):
+    middle = np.sqrt(values[1:] * values[:-1]) if len(values) > 1 else values * 1.4
+    return np.concatenate([[values[0] ** 2 / middle[0]], middle, [values[-1] ** 2 / middle[-1]]])
+
+
+def draw_surface(figure, axes, colour_axes, time, rows, period_s):
+    sizes = [int(name[5:]) for name in rows[0] if name.startswith("adev_") and name[5:].isdigit()]
+    keep = slice(None, None, max(1, len(rows) // 1500))
+    surface = np.array([column_of(rows[keep], f"adev_{m}") for m in sizes])
+    surface[surface <= 0] = np.nan
+    taus = np.array(sizes) * period_s
+    clock = time[keep]
+    clock = np.append(clock, clock[-1] + (clock[-1] - clock[-2] if len(clock) > 1 else 1))
+    mesh = axes.pcolormesh(clock, edges(taus), surface, norm=LogNorm(), cmap="viridis", rasterized=True)
+    axes.set_yscale("log")
+    axes.set_ylabel("tau [s]")
+    figure.colorbar(mesh, cax=colour_axes, label="ADEV [deg/s]")
+
+
+def draw(path, name, notes, points, column, rows, truth):
+    time = column_of(rows, "time_s")
+    epochs = column_of(rows, "epoch")
+    period_s = np.median(np.diff(time) / np.diff(epochs)) if len(rows) > 1 else 1.0
+    figure, axes = plt.subplots(4, 2, figsize=(10, 10), sharex="col", constrained_layout=True,
+                                gridspec_kw={"width_ratios": [1, 0.02], "height_ratios": [1, 0.7, 1.3, 1.3]})
+    for spare in axes[:3, 1]:
+        spare.set_axis_off()
+    left = axes[:, 0]
+    draw_rate(left[0], points, column)
+    draw_window(left[1], time, rows)
+    draw_arw(left[2], time, rows, truth)
+    draw_surface(figure, left[3], axes[3, 1], time, rows, period_s)
+    left[3].set_xlabel("time [s]")
+    left[0].set_xlim(time[0], time[-1])
+    simulated = "SIMULATED" in notes.get("description", "")
+    left[0].set_title(f"{name}{' (simulated)' if simulated else ''}: dynamic Allan variance by davar")
+    figure.savefig(path, dpi=110)

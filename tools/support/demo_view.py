@@ -1,0 +1,105 @@
+"""What tools/demo shows of a run of davar-sim: a digest for the terminal and a picture."""
+
+import csv
+import gzip
+import sys
+from pathlib import Path
+
+LINES = 25
+RESULTS = 10_000
+
+
+def open_text(path):
+    with open(path, "rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+    return gzip.open(path, "rt", errors="replace") if packed else open(path, errors="replace")
+
+
+def read_notes(path):
+    """The `# key: value` lines in front of a recording."""
+    notes = {}
+    with open_text(path) as file:
+        for line in file:
+            if not line.startswith("#"):
+                break
+            key, _, value = line[1:].partition(":")
+            notes[key.strip()] = value.strip()
+    return notes
+
+
+def stride_for(path):
+    """Every sample of a short recording, about RESULTS of a long one. A file that cannot be read: davar-sim will say."""
+    try:
+        with open_text(path) as file:
+            return max(1, sum(1 for _ in file) // RESULTS)
+    except (OSError, EOFError):
+        return 1
+
+
+def number(text):
+    return float(text) if text else float("nan")
+
+
+def read_results(path):
+    """The rows of davar-sim as dictionaries; of several channels, the first."""
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    if "channel" in rows[0]:
+        rows = [row for row in rows if row["channel"] == rows[0]["channel"]]
+    return rows
+
+
+def digest_line(row):
+    arw = "          -                  "
+    if row["arw_deg_per_sqrt_h"]:
+        value, low, high = (number(row[f"arw_{part}deg_per_sqrt_h"]) for part in ("", "low_", "high_"))
+        arw = f"{value:10.4g}  {low:8.4g} .. {high:<8.4g}"
+    mark = "unstable" if row["unstable"] == "1" else ""
+    return f"{number(row['time_s']):10.1f} {row['window_samples']:>7} {number(row['kurtosis']):9.2f} {arw} {mark}".rstrip()
+
+
+def print_digest(rows, notes, recording):
+    what = f"{Path(recording).name}: {notes.get('description', 'recording')}"
+    print(f"{what}\n{len(rows)} results, {min(LINES, len(rows))} of them here:\n")
+    print("    time s  window  kurtosis  ARW deg/sqrt(h)   95 % interval")
+    step = max(1, len(rows) // LINES)
+    for row in rows[step // 2::step]:
+        print(digest_line(row))
+    unstable = sum(row["unstable"] == "1" for row in rows)
+    print(f"\nunstable: {100 * unstable / len(rows):.0f} % of the epochs")
+
+
+def read_truth(notes):
+    """Steps (start_s, ARW) of a simulated recording, or nothing."""
+    text = notes.get("truth_arw_deg_per_sqrt_h", "")
+    return [tuple(float(part) for part in step.split(":")) for step in text.split(",") if step]
+
+
+def read_rate(path, channel):
+    """Time and rate of a recording, thinned to what a picture can show."""
+    with open_text(path) as file:
+        header = next(line for line in file if not line.startswith("#")).strip().lstrip("\ufeff").split(",")
+        names = [name.strip() for name in header]
+        column = names.index(channel) if channel in names else next(
+            (i for i, name in enumerate(names) if name.startswith("gyro_")), len(names) - 1)
+        clock = names.index("time_s") if "time_s" in names else None
+        fields = (line.split(",") for line in file if line.strip())
+        points = [(float(row[clock]) if clock is not None else i, float(row[column])) for i, row in enumerate(fields)]
+    return points[::max(1, len(points) // 200_000)], names[column]
+
+
+def main():
+    if sys.argv[1] == "stride":
+        print(stride_for(sys.argv[2]))
+        return
+    recording, results, picture = sys.argv[2:5]
+    notes, rows = read_notes(recording), read_results(results)
+    print_digest(rows, notes, recording)
+    import demo_picture  # heavy; not needed for the stride
+    points, column = read_rate(recording, rows[0].get("channel", ""))
+    demo_picture.draw(picture, Path(recording).name, notes, points, column, rows, read_truth(notes))
+    print(f"stream:  {results}\npicture: {picture}")
+
+
+if __name__ == "__main__":
+    main()
