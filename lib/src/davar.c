@@ -193,7 +193,14 @@ void davar_gap(davar_t *davar, uint32_t missing)
 
 /* --- results out ------------------------------------------------------------------------------------------------- */
 
-/* Reads what `collect` reads until no push came between. */
+/* Did a push come between, or was one at work on another core? */
+static bool torn(const davar_t *davar, uint32_t before)
+{
+    atomic_thread_fence(memory_order_acquire);
+    return ((before % 2U) != 0U) || (before != davar->sequence);
+}
+
+/* Reads what `collect` reads until it is whole. */
 static bool collected(davar_t *davar, davar_result_t *result)
 {
     uint32_t before;
@@ -207,8 +214,7 @@ static bool collected(davar_t *davar, davar_result_t *result)
         if (ready) {
             davar->number->collect(davar, result);
         }
-        atomic_thread_fence(memory_order_acquire);
-    } while (((before % 2U) != 0U) || (before != davar->sequence));
+    } while (torn(davar, before));
     davar->taken = produced;
     return ready;
 }
@@ -241,7 +247,6 @@ davar_health_t davar_health(const davar_t *davar)
         before = davar->sequence;
         atomic_thread_fence(memory_order_acquire);
         health = davar->health;
-        atomic_thread_fence(memory_order_acquire);
-    } while (((before % 2U) != 0U) || (before != davar->sequence));
+    } while (torn(davar, before));
     return health;
 }

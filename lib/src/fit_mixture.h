@@ -5,9 +5,7 @@
 #include "davar/types.h"
 
 /* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
-#ifndef DAVAR_FIT_THRESHOLD
 #define DAVAR_FIT_THRESHOLD 3.0
-#endif
 
 /* An absent term above this many standard errors is a doubt that the intervals of the others must hold (5.10). */
 #define DAVAR_FIT_DOUBT 0.25
@@ -16,9 +14,7 @@
 #define DAVAR_FIT_NOTHING 0.36
 
 /* A misfit counts as real when it exceeds its mean by this many times its spread under white noise (5.9). */
-#ifndef DAVAR_FIT_MISFIT
 #define DAVAR_FIT_MISFIT 5.0
-#endif
 
 /* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
 typedef struct {

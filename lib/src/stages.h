@@ -53,8 +53,8 @@ typedef struct {
     allan_t allan;
     moments_t moments;
     verdict_t newest; /* of the newest window, once an adaptive policy has needed them */
-    grid_t *grid; /* null: a value at every sample */
-    sample_t lowest; /* samples at or beyond these are saturated */
+    grid_t *grid;     /* null: a value at every sample */
+    sample_t lowest;  /* samples at or beyond these are saturated */
     sample_t highest;
 } stages_t;
 

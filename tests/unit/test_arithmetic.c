@@ -1,9 +1,10 @@
 /* davar tests - the wide integers against arithmetic done another way, and both ways to multiply. */
 #include "number_q31.h"
-#include "random.h"
-#include "unity.h"
+
 #include "davar/davar.h"
 #include "moments.h"
+#include "random.h"
+#include "unity.h"
 #include "wide.h"
 
 void setUp(void) {}

@@ -1,0 +1,293 @@
+/* davar tests - degrees of freedom against exact covariances, chi-square limits against published tables. */
+#include "davar/confidence.h"
+#include "noise.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stddef.h>
+
+void setUp(void) {}
+
+void tearDown(void) {}
+
+/* ---- chi-square ---- */
+
+/* chi2 at 2.5 % and 97.5 %, NIST/SEMATECH e-Handbook of Statistical Methods, 1.3.6.7.4 (three decimals), the first row with
+ * the digits of Abramowitz and Stegun, table 26.8. */
+static const struct {
+    double edf;
+    double low;
+    double high;
+    double half_digit_low;
+} chi_square_table[] = {
+    {1, 0.000982069, 5.02389, 5e-10}, {2, 0.0506356, 7.37776, 5e-8}, {3, 0.216, 9.348, 5e-4},
+    {4, 0.484, 11.143, 5e-4},         {5, 0.831, 12.833, 5e-4},      {7, 1.690, 16.013, 5e-4},
+    {10, 3.247, 20.483, 5e-4},        {15, 6.262, 27.488, 5e-4},     {20, 9.591, 34.170, 5e-4},
+    {30, 16.791, 46.979, 5e-4},       {50, 32.357, 71.420, 5e-4},    {100, 74.222, 129.561, 5e-4},
+};
+
+static void test_limits_meet_the_published_table(void)
+{
+    for (size_t i = 0; i < sizeof chi_square_table / sizeof chi_square_table[0]; i++) {
+        const double edf = chi_square_table[i].edf;
+        double low;
+        double high;
+        davar_chi_square_interval(edf, &low, &high);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * chi_square_table[i].high + 5e-4, chi_square_table[i].high, edf / low);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * chi_square_table[i].low + chi_square_table[i].half_digit_low,
+                                  chi_square_table[i].low, edf / high);
+    }
+}
+
+/* Regularised lower incomplete gamma function P(a, x) by its power series, all terms positive. */
+static double gamma_p(double a, double x)
+{
+    double term = 1.0 / a;
+    double sum = term;
+    for (int k = 1; (k < 100000) && (term > 1e-17 * sum); k++) {
+        term *= x / (a + k);
+        sum += term;
+    }
+    return sum * exp(a * log(x) - x - lgamma(a));
+}
+
+static double chi_square_cdf(double edf, double chi2)
+{
+    return gamma_p(0.5 * edf, 0.5 * chi2);
+}
+
+static void test_limits_are_within_a_thousandth_for_any_real_edf(void)
+{
+    for (unsigned i = 0U; i < 335U; i++) {
+        const double edf = pow(1.03, (double)i);
+        double low;
+        double high;
+        davar_chi_square_interval(edf, &low, &high);
+        TEST_ASSERT_TRUE(chi_square_cdf(edf, edf / high * 1.001) > 0.025);
+        TEST_ASSERT_TRUE(chi_square_cdf(edf, edf / high / 1.001) < 0.025);
+        TEST_ASSERT_TRUE(chi_square_cdf(edf, edf / low * 1.001) > 0.975);
+        TEST_ASSERT_TRUE(chi_square_cdf(edf, edf / low / 1.001) < 0.975);
+    }
+}
+
+static void test_edf_below_one_counts_as_one_and_huge_edf_closes_the_interval(void)
+{
+    double low[3];
+    double high[3];
+    davar_chi_square_interval(1.0, &low[0], &high[0]);
+    davar_chi_square_interval(0.01, &low[1], &high[1]);
+    davar_chi_square_interval(1e12, &low[2], &high[2]);
+    TEST_ASSERT_EQUAL_DOUBLE(low[0], low[1]);
+    TEST_ASSERT_EQUAL_DOUBLE(high[0], high[1]);
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 1.0 - 1.96 * sqrt(2e-12), low[2]);
+    TEST_ASSERT_DOUBLE_WITHIN(4e-6, 1.0 + 1.96 * sqrt(2e-12), high[2]);
+}
+
+/* ---- exact degrees of freedom ---- */
+
+#define LENGTH 64
+
+/* The kernel of difference p at cluster size m over LENGTH white rate samples: -1 m times, then +1 m times. */
+static void kernel(int m, int p, double h[])
+{
+    for (int i = 0; i < LENGTH; i++) {
+        h[i] = ((i < p) || (i >= p + 2 * m)) ? 0.0 : ((i < p + m) ? -1.0 : 1.0);
+    }
+}
+
+static double dot(const double a[], const double b[])
+{
+    double sum = 0.0;
+    for (int i = 0; i < LENGTH; i++) {
+        sum += a[i] * b[i];
+    }
+    return sum;
+}
+
+/* Sum of the squared covariances of all differences at m_i with all at m_j: half the covariance of the sums of D^2. */
+static double squared_covariances(int m_i, int m_j)
+{
+    double sum = 0.0;
+    for (int p = 0; p + 2 * m_i <= LENGTH; p++) {
+        for (int q = 0; q + 2 * m_j <= LENGTH; q++) {
+            double a[LENGTH];
+            double b[LENGTH];
+            kernel(m_i, p, a);
+            kernel(m_j, q, b);
+            const double r = dot(a, b);
+            sum += r * r;
+        }
+    }
+    return sum;
+}
+
+static void test_white_edf_meets_the_matrix_trace(void)
+{
+    for (int m = 1; m <= 10; m++) {
+        const double n = LENGTH - 2 * m + 1;
+        const double mean = 2.0 * m * n;
+        const double exact = mean * mean / squared_covariances(m, m);
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * exact, exact, davar_edf(DAVAR_ANGLE_RANDOM_WALK, (uint32_t)m, LENGTH));
+    }
+}
+
+/* Every lag at which the kernels meet, whatever the window. */
+static double overlap(int m_short, int m_long)
+{
+    double sum = 0.0;
+    double fixed[LENGTH];
+    kernel(m_long, LENGTH / 2 - m_long, fixed);
+    for (int p = 0; p + 2 * m_short <= LENGTH; p++) {
+        double moving[LENGTH];
+        kernel(m_short, p, moving);
+        sum += dot(fixed, moving) * dot(fixed, moving);
+    }
+    return sum;
+}
+
+static void test_white_overlap_is_exact(void)
+{
+    for (int i = 1; i <= 10; i++) {
+        for (int j = i; j <= 10; j++) {
+            TEST_ASSERT_EQUAL_DOUBLE(overlap(i, j), davar_noise_white_overlap(i, j));
+        }
+    }
+}
+
+static void test_white_correlation_follows_from_the_overlap(void)
+{
+    const double exact = overlap(3, 7) / sqrt(overlap(3, 3) * overlap(7, 7));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, exact, davar_noise_correlation(DAVAR_ANGLE_RANDOM_WALK, 3, 7));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0, davar_noise_correlation(DAVAR_ANGLE_RANDOM_WALK, 5, 5));
+}
+
+/* Generalised autocovariance of the phase, Greenhall and Riley, "Uncertainty of stability variances based on finite
+ * differences", PTTI 2003: constants and polynomials that second differences remove are left out. */
+static double phase_covariance(davar_coefficient_kind_t noise, double lag)
+{
+    const double t = fabs(lag);
+    switch (noise) {
+    case DAVAR_QUANTIZATION:
+        return (t > 0.0) ? 0.0 : 1.0;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return -t;
+    case DAVAR_BIAS_INSTABILITY:
+        return (t > 0.0) ? t * t * log(t) : 0.0;
+    case DAVAR_RATE_RANDOM_WALK:
+    case DAVAR_RATE_RAMP:
+    case DAVAR_COEFFICIENT_COUNT:
+    default:
+        return t * t * t;
+    }
+}
+
+/* Covariance of two second differences of the phase, spans m_i and m_j, `lag` apart. */
+static double difference_covariance(davar_coefficient_kind_t noise, int m_i, int m_j, int lag)
+{
+    static const double c[3] = {1.0, -2.0, 1.0};
+    double sum = 0.0;
+    for (int a = 0; a < 3; a++) {
+        for (int b = 0; b < 3; b++) {
+            sum += c[a] * c[b] * phase_covariance(noise, lag + b * m_j - a * m_i);
+        }
+    }
+    return sum;
+}
+
+/* Covariance of two Allan variances, relative to the product of their means. */
+static double relative_covariance(davar_coefficient_kind_t noise, int m_i, int m_j, int window)
+{
+    const int n_i = window - 2 * m_i + 1;
+    const int n_j = window - 2 * m_j + 1;
+    double sum = 0.0;
+    for (int lag = 1 - n_i; lag < n_j; lag++) {
+        const int first = (lag > 0) ? lag : 0;
+        const int last = (lag + n_i < n_j) ? lag + n_i : n_j;
+        const double r = difference_covariance(noise, m_i, m_j, lag);
+        sum += (double)(last - first) * r * r;
+    }
+    const double v_i = difference_covariance(noise, m_i, m_i, 0);
+    const double v_j = difference_covariance(noise, m_j, m_j, 0);
+    return 2.0 * sum / ((double)n_i * n_j * v_i * v_j);
+}
+
+static void check_edf(davar_coefficient_kind_t noise, int m, int window, double tolerance)
+{
+    const double exact = 2.0 / relative_covariance(noise, m, m, window);
+    TEST_ASSERT_DOUBLE_WITHIN(tolerance * exact, exact, davar_edf(noise, (uint32_t)m, (uint32_t)window));
+}
+
+static void test_edf_is_within_two_percent_up_to_a_sixth_of_the_window(void)
+{
+    for (int window = 50; window <= 5000; window *= 10) {
+        for (int m = 1; 6 * m <= window; m += 1 + m / 3) {
+            check_edf(DAVAR_QUANTIZATION, m, window, 1e-9);
+            check_edf(DAVAR_ANGLE_RANDOM_WALK, m, window, 0.02);
+            check_edf(DAVAR_BIAS_INSTABILITY, m, window, 0.02);
+            check_edf(DAVAR_RATE_RANDOM_WALK, m, window, (m > 1) ? 0.02 : 0.05);
+        }
+    }
+}
+
+static void test_edf_is_cautious_beyond_and_one_at_the_end(void)
+{
+    for (int noise = 0; noise < (int)DAVAR_COEFFICIENT_COUNT; noise++) {
+        const davar_coefficient_kind_t kind = (davar_coefficient_kind_t)noise;
+        for (uint32_t m = 100; m <= 300; m += 20) {
+            const double exact = 2.0 / relative_covariance(kind, (int)m, (int)m, 600);
+            TEST_ASSERT_TRUE(davar_edf(kind, m, 600) <= 1.002 * exact);
+            TEST_ASSERT_TRUE(davar_edf(kind, m, 600) >= 1.0);
+        }
+        TEST_ASSERT_EQUAL_DOUBLE(1.0, davar_edf(kind, 300, 600));
+    }
+}
+
+/* The formulas of NIST SP 1065, 5.4.1 (N phase points), for comparison: they agree where both are meant to hold. */
+static void test_edf_agrees_with_sp_1065(void)
+{
+    const double n = 601.0;
+    for (unsigned size = 4U; size <= 66U; size += 2U) {
+        const double m = (double)size;
+        const double white = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
+        const double flicker = 5.0 * n * n / (4.0 * m * (n + 3.0 * m));
+        const double walk =
+            (n - 2.0) / m * ((n - 1.0) * (n - 1.0) - 3.0 * m * (n - 1.0) + 4.0 * m * m) / ((n - 3.0) * (n - 3.0));
+        const uint32_t size = (uint32_t)m;
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * white, white, davar_edf(DAVAR_ANGLE_RANDOM_WALK, size, 600));
+        TEST_ASSERT_DOUBLE_WITHIN(0.07 * flicker, flicker, davar_edf(DAVAR_BIAS_INSTABILITY, size, 600));
+        TEST_ASSERT_DOUBLE_WITHIN(0.08 * walk, walk, davar_edf(DAVAR_RATE_RANDOM_WALK, size, 600));
+    }
+}
+
+static double exact_correlation(davar_coefficient_kind_t noise, int m_i, int m_j)
+{
+    const double cross = relative_covariance(noise, m_i, m_j, 2000);
+    return cross / sqrt(relative_covariance(noise, m_i, m_i, 2000) * relative_covariance(noise, m_j, m_j, 2000));
+}
+
+static void test_correlation_between_cluster_sizes_is_close(void)
+{
+    for (int ratio = 1; ratio <= 16; ratio *= 2) {
+        for (int noise = 0; noise < (int)DAVAR_COEFFICIENT_COUNT; noise++) {
+            const davar_coefficient_kind_t kind = (davar_coefficient_kind_t)noise;
+            const double exact = exact_correlation(kind, 5, 5 * ratio);
+            TEST_ASSERT_DOUBLE_WITHIN(0.11, exact, davar_noise_correlation(kind, 5, 5 * ratio));
+        }
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_limits_meet_the_published_table);
+    RUN_TEST(test_limits_are_within_a_thousandth_for_any_real_edf);
+    RUN_TEST(test_edf_below_one_counts_as_one_and_huge_edf_closes_the_interval);
+    RUN_TEST(test_white_edf_meets_the_matrix_trace);
+    RUN_TEST(test_white_overlap_is_exact);
+    RUN_TEST(test_white_correlation_follows_from_the_overlap);
+    RUN_TEST(test_edf_is_within_two_percent_up_to_a_sixth_of_the_window);
+    RUN_TEST(test_edf_is_cautious_beyond_and_one_at_the_end);
+    RUN_TEST(test_edf_agrees_with_sp_1065);
+    RUN_TEST(test_correlation_between_cluster_sizes_is_close);
+    return UNITY_END();
+}
