@@ -98,7 +98,7 @@ double davar_mixture_room(const davar_mixture_t *model, int term)
 static void scale_to_unit_diagonal(normal_t *normal, const double moment[])
 {
     for (int k = 0; k < TERMS; k++) {
-        normal->scale[k] = 1.0 / sqrt(moment[(size_t)2U * (size_t)k]);
+        normal->scale[k] = 1.0 / sqrt(moment[k + k]);
         normal->right[k] *= normal->scale[k];
         for (int l = 0; l <= k; l++) {
             normal->matrix.at[k][l] = moment[k + l] * normal->scale[k] * normal->scale[l];
@@ -270,30 +270,38 @@ static double loss(double ratio)
     return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
 
+/* Row j of C W X up to the diagonal, half of which stays for its mirror image; factor: W * sqrt(variance / avar). */
+static void covariance_row(const davar_mixture_t *model, int j, const double factor[], double row[])
+{
+    const double m_long = (double)model->data->tau[j].m;
+    for (int i = 0; i <= j; i++) {
+        const double m_short = (double)model->data->tau[i].m;
+        const double share = (i < j) ? covariance(model, m_short, m_long) : 0.5 * avar_of(model, m_long);
+        double x[DAVAR_COEFFICIENT_COUNT];
+        shapes(m_short, x);
+        for (int k = 0; k < TERMS; k++) {
+            row[k] += share * factor[i] * x[k];
+        }
+    }
+}
+
 /* X' W C W X, the middle of the sandwich, scaled as the normal equations. Returns the misfit: twice the log-likelihood
  * that the data lose against a perfect model. */
 static double scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
 {
-    double factor[DAVAR_TAUS_MAX]; /* W * sqrt(variance / avar) */
+    double factor[DAVAR_TAUS_MAX];
     double misfit = 0.0;
     *h = (matrix_t){0};
     for (int j = 0; j < model->count; j++) {
-        const double m_long = (double)model->data->tau[j].m;
-        const double avar = avar_of(model, m_long);
         const davar_adev_t *tau = &model->data->tau[j];
+        const double avar = avar_of(model, (double)tau->m);
         const double edf = davar_mixture_edf(model, tau);
         double row[DAVAR_COEFFICIENT_COUNT] = {0};
         double x[DAVAR_COEFFICIENT_COUNT];
         misfit += edf * loss(square(tau->adev) / avar);
         factor[j] = (double)model->weight[j] / avar * sqrt(2.0 / (edf * avar));
-        for (int i = 0; i <= j; i++) {
-            const double m_short = (double)model->data->tau[i].m;
-            const double c = ((i < j) ? covariance(model, m_short, m_long) : 0.5 * avar) * factor[i];
-            shapes(m_short, x);
-            for (int k = 0; k < TERMS; k++) {
-                row[k] += c * x[k];
-            }
-        }
+        covariance_row(model, j, factor, row);
+        shapes((double)tau->m, x);
         for (int k = 0; k < TERMS; k++) {
             row[k] *= factor[j] * normal->scale[k];
             x[k] *= normal->scale[k];

@@ -246,13 +246,12 @@ static void test_edf_is_cautious_beyond_and_one_at_the_end(void)
 static void test_edf_agrees_with_sp_1065(void)
 {
     const double n = 601.0;
-    for (unsigned size = 4U; size <= 66U; size += 2U) {
+    for (uint32_t size = 4U; size <= 66U; size += 2U) {
         const double m = (double)size;
         const double white = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
         const double flicker = 5.0 * n * n / (4.0 * m * (n + 3.0 * m));
         const double walk =
             (n - 2.0) / m * ((n - 1.0) * (n - 1.0) - 3.0 * m * (n - 1.0) + 4.0 * m * m) / ((n - 3.0) * (n - 3.0));
-        const uint32_t size = (uint32_t)m;
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * white, white, davar_edf(DAVAR_ANGLE_RANDOM_WALK, size, 600));
         TEST_ASSERT_DOUBLE_WITHIN(0.07 * flicker, flicker, davar_edf(DAVAR_BIAS_INSTABILITY, size, 600));
         TEST_ASSERT_DOUBLE_WITHIN(0.08 * walk, walk, davar_edf(DAVAR_RATE_RANDOM_WALK, size, 600));
