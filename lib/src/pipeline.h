@@ -11,9 +11,7 @@
 #include "number.h"
 #include "sliding.h"
 
-#include <assert.h>
 #include <math.h>
-#include <string.h>
 
 /* --- memory ------------------------------------------------------------------------------------------------------ */
 

@@ -35,12 +35,13 @@ MARKS = ("TO" "DO", "FIX" "ME", "XX" "X", "HA" "CK")
 
 def listed():
     """The files that are, or would be, committed; names relative to the root."""
-    done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT,
-                          text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    if done.returncode == 0:
+    try:
+        done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
+                              text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         names = done.stdout.splitlines()
-    else:  # not a clone: an unpacked archive
-        names = [str(path.relative_to(ROOT)) for path in ROOT.rglob("*") if "build" not in path.parts]
+    except (OSError, subprocess.CalledProcessError):  # no git, or not a clone: an unpacked archive
+        below = (path.relative_to(ROOT) for path in ROOT.rglob("*"))
+        names = [str(path) for path in below if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts]
     return sorted(name for name in names if (ROOT / name).is_file())
 
 

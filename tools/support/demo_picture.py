@@ -7,6 +7,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.colors import LogNorm  # noqa: E402
+from matplotlib.ticker import LogLocator  # noqa: E402
 
 
 def column_of(rows, name):
@@ -15,7 +16,7 @@ def column_of(rows, name):
 
 def draw_rate(axes, points, column):
     time, rate = np.array(points).T
-    axes.plot(time, rate, ",", color="0.35", rasterized=True)
+    axes.plot(time, rate, ".", color="0.25", markersize=2, alpha=0.5, markeredgewidth=0, rasterized=True)
     axes.set_ylabel(f"{column.rsplit('_', 1)[0]}\n[deg/s]" if column.endswith("_dps") else column)
 
 
@@ -59,8 +60,13 @@ def draw_surface(figure, axes, colour_axes, time, rows, period_s):
     clock = np.append(clock, clock[-1] + (clock[-1] - clock[-2] if len(clock) > 1 else 1))
     mesh = axes.pcolormesh(clock, edges(taus), surface, norm=LogNorm(), cmap="viridis", rasterized=True)
     axes.set_yscale("log")
-    axes.set_ylabel("tau [s]")
-    figure.colorbar(mesh, cax=colour_axes, label="ADEV [deg/s]")
+    axes.set_yticks(taus, [f"{tau:g}" for tau in taus])
+    axes.minorticks_off()
+    axes.set_ylabel("cluster time tau [s]")
+    bar = figure.colorbar(mesh, cax=colour_axes, label="Allan deviation [deg/s]")
+    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    bar.ax.minorticks_off()
 
 
 def draw(path, name, notes, points, column, rows, truth):
