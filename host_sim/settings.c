@@ -84,7 +84,8 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     set_steps(config, options);
     set_bounds(config, options);
     set_taus(settings, options);
-    config->gaps_max = (config->window_max < UINT16_MAX) ? (uint16_t)config->window_max : UINT16_MAX;
+    /* A grid remembers the gaps of the newest window and of the next: one gap in front of each sample at most. */
+    config->gaps_max = (config->window_max < (UINT16_MAX / 2U)) ? (uint16_t)(2U * config->window_max) : UINT16_MAX;
     config->mirrored_end = (config->mode == DAVAR_MODE_CENTRED);
     return settings_check(settings, options, error);
 }

@@ -1,4 +1,4 @@
-/* davar - coefficients and intervals, DESIGN (5.3) to (5.9). Most windows hold white noise and nothing else that they could
+/* davar - coefficients and intervals, DESIGN (5.3) to (5.11). Most windows hold white noise and nothing else that they could
  * show; for them the fit is a handful of sums over numbers that only the window length changes. All else goes to
  * fit_mixture.c. Units here: tau in samples, y = avar * m, so that white noise is a constant y = N^2. */
 #include "davar/fit.h"

@@ -247,12 +247,24 @@ static void pipeline_restart(davar_t *davar)
     davar->window.epoch += now + skip;
 }
 
+/* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */
+static bool between_windows(const davar_t *davar)
+{
+    const davar_window_t *const window = &davar->window;
+    const uint32_t next_tail = window->due - davar->config->window_max;
+    return (davar->config->stride > 1U) && ((int32_t)(next_tail - window->received) >= 0);
+}
+
 static void pipeline_gap(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
     allan_t *const allan = &stages->allan;
     allan->plain = false;
+    if (between_windows(davar)) {
+        allan->to_gap = 0U; /* ends the run, and no window needs to remember it */
+        return;
+    }
     if (!davar_gaps_push(&davar->gaps, window)) {
         pipeline_restart(davar);
         return;

@@ -79,7 +79,7 @@ static void choose_config(random_t *random, trial_t *trial)
     config->kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
     config->stride = (random_next(random) % 2U) ? 1U : between(random, 1U, 20U);
     config->stride = ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
-    config->gaps_max = SAMPLES_MAX;
+    config->gaps_max = (uint16_t)((2U * config->window_max) + 2U); /* those of two windows, all there can be */
     config->mirrored_end = true;
     trial->number = (number_t)(random_next(random) % NUMBER_COUNT);
     choose_taus(random, trial);

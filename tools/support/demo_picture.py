@@ -14,17 +14,32 @@ def column_of(rows, name):
     return np.array([float(row[name]) if row.get(name) else np.nan for row in rows])
 
 
+def extremes(time, rate, stretches):
+    """The smallest and the largest sample of each stretch of a recording, in the order of time."""
+    length = len(rate) // stretches
+    rows = rate[:stretches * length].reshape(stretches, length)
+    starts = np.arange(stretches) * length
+    kept = np.sort(np.concatenate([starts + rows.argmin(axis=1), starts + rows.argmax(axis=1)]))
+    return time[kept], rate[kept]
+
+
 def draw_rate(axes, points, column):
+    """Dots; of a long recording the band between its extremes, so that no knock gets lost."""
     time, rate = np.array(points).T
-    axes.plot(time, rate, ".", color="0.25", markersize=2, alpha=0.5, markeredgewidth=0, rasterized=True)
+    if len(rate) > 50_000:
+        axes.plot(*extremes(time, rate, 5000), color="0.25", linewidth=0.5, rasterized=True)
+    else:
+        axes.plot(time, rate, ".", color="0.25", markersize=2, alpha=0.5, markeredgewidth=0, rasterized=True)
     axes.set_ylabel(f"{column.rsplit('_', 1)[0]}\n[deg/s]" if column.endswith("_dps") else column)
 
 
 def draw_window(axes, time, rows):
     window = column_of(rows, "window_samples")
-    axes.plot(time, window, color="tab:blue")
-    axes.fill_between(time, 0, 1, where=column_of(rows, "unstable") > 0, color="tab:red", alpha=0.15, step="mid",
-                      transform=axes.get_xaxis_transform(), linewidth=0, label="unstable")
+    axes.plot(time, window, color="tab:blue", linewidth=1)
+    unstable = column_of(rows, "unstable") > 0
+    unstable[1:] |= unstable[:-1]  # an epoch lasts until the next one
+    axes.fill_between(time, 0, 1, where=unstable, color="tab:red", alpha=0.2,
+                      transform=axes.get_xaxis_transform(), linewidth=0.3, label="unstable")
     axes.set_ylim(0, 1.1 * np.nanmax(window))
     axes.set_ylabel("window\n[samples]")
     axes.legend(loc="lower right", frameon=True)
@@ -52,18 +67,17 @@ def edges(values):
 
 def draw_surface(figure, axes, colour_axes, time, rows, period_s):
     sizes = [int(name[5:]) for name in rows[0] if name.startswith("adev_") and name[5:].isdigit()]
-    keep = slice(None, None, max(1, len(rows) // 1500))
-    surface = np.array([column_of(rows[keep], f"adev_{m}") for m in sizes])
+    surface = np.array([column_of(rows, f"adev_{m}") for m in sizes])
     surface[surface <= 0] = np.nan
     taus = np.array(sizes) * period_s
-    clock = time[keep]
-    clock = np.append(clock, clock[-1] + (clock[-1] - clock[-2] if len(clock) > 1 else 1))
-    mesh = axes.pcolormesh(clock, edges(taus), surface, norm=LogNorm(), cmap="viridis", rasterized=True)
+    clock = np.append(time, time[-1] + (time[-1] - time[-2] if len(time) > 1 else 1))
+    colours = LogNorm(*np.nanpercentile(surface, [0.1, 99.9])) if np.isfinite(surface).any() else None
+    mesh = axes.pcolormesh(clock, edges(taus), surface, norm=colours, cmap="viridis", rasterized=True)
     axes.set_yscale("log")
-    axes.set_yticks(taus, [f"{tau:g}" for tau in taus])
+    axes.set_yticks(taus, [f"{tau:.3g}" for tau in taus])
     axes.minorticks_off()
     axes.set_ylabel("cluster time tau [s]")
-    bar = figure.colorbar(mesh, cax=colour_axes, label="Allan deviation [deg/s]")
+    bar = figure.colorbar(mesh, cax=colour_axes, label="Allan deviation [deg/s]", extend="both")
     bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     bar.ax.yaxis.set_major_formatter("{x:g}")
     bar.ax.minorticks_off()

@@ -44,7 +44,7 @@ def read_results(path):
     """The rows of davar-sim as dictionaries; of several channels, the first."""
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
-    if "channel" in rows[0]:
+    if rows and "channel" in rows[0]:
         rows = [row for row in rows if row["channel"] == rows[0]["channel"]]
     return rows
 
@@ -76,7 +76,7 @@ def read_truth(notes):
 
 
 def read_rate(path, channel):
-    """Time and rate of a recording, thinned to what a picture can show."""
+    """Time and rate of a recording, and the name of its column."""
     with open_text(path) as file:
         header = next(line for line in file if not line.startswith("#")).strip().lstrip("\ufeff").split(",")
         names = [name.strip() for name in header]
@@ -85,7 +85,7 @@ def read_rate(path, channel):
         clock = names.index("time_s") if "time_s" in names else None
         fields = (line.split(",") for line in file if line.strip())
         points = [(float(row[clock]) if clock is not None else i, float(row[column])) for i, row in enumerate(fields)]
-    return points[::max(1, len(points) // 200_000)], names[column]
+    return points, names[column]
 
 
 def main():
@@ -94,6 +94,8 @@ def main():
         return
     recording, results, picture = sys.argv[2:5]
     notes, rows = read_notes(recording), read_results(results)
+    if not rows:
+        sys.exit(f"demo: {recording}: too short for a result")
     print_digest(rows, notes, recording)
     import demo_picture  # heavy; not needed for the stride
     points, column = read_rate(recording, rows[0].get("channel", ""))

@@ -38,8 +38,8 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
  * tau0_s (> 0). Writes result->coefficient[], and edf, low, high of every tau entry from the noise mix that was found.
  * A pure function of result and tau0_s: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.
- * Cost: white noise O(T) (about 0.05 us on a PC at T = 8), any other mix O(T^2), a new window length O(T), a change
- * in the number of usable taus O(T^2). Formulas (5.3) to (5.9). */
+ * Cost: white noise O(T) (about 0.06 us on a PC at T = 8), any other mix O(T^2) (3 us), a new window length O(T), a change
+ * in the number of usable taus O(T^2). About 2 kB of stack. Formulas (5.3) to (5.11). */
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result);
 
 #ifdef __cplusplus
