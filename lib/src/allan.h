@@ -1,7 +1,7 @@
 /* davar - stage [2]: sliding overlapping Allan variance per cluster size, newest difference in, oldest out.
  *
  * D = sum of the later m samples - sum of the earlier m samples of a span of 2 m. Moving a span by one sample changes
- * its D by x[new] - 2 x[middle] + x[old] (2.2). `head` is the D of the span that ends at the leading edge, `tail` of
+ * its D by x[new] - 2 x[middle] + x[old] (2.1). `head` is the D of the span that ends at the leading edge, `tail` of
  * the one that starts at the trailing edge:
  *
  *   tail          head - 2 m           head
@@ -19,48 +19,107 @@ typedef struct {
     sum_t sum; /* of D^2: over the window (sliding) or since the start, modulo (grid) */
     difference_t head;
     difference_t tail; /* sliding only */
-    uint32_t m;
 } tau_t;
 
 typedef struct {
+    const uint32_t *m; /* the cluster sizes, as configured */
     tau_t *tau;
     uint32_t count;
     uint32_t span_max; /* 2 m of the largest tau */
     uint32_t run;      /* samples up to the leading edge without a gap */
-    uint32_t run_step; /* 2 while the run reaches back into its own mirror image, else 1 */
     uint32_t to_gap;   /* samples from the leading edge to the next gap, or DAVAR_NO_GAP */
     uint32_t room;     /* samples from the trailing edge to the next gap, or DAVAR_NO_GAP */
-    bool plain;        /* sliding: nothing but whole spans near either edge */
     bool starting;     /* spans still reach in front of the first sample */
     bool mirrored;     /* ... into its mirror image */
+    bool run_doubles;  /* the run reaches back into its own mirror image */
     bool warming;      /* sliding, centred: the first window still grows on both sides (2.6) */
 } allan_t;
 
-/* The whole window moves by one sample: no gap near either edge, window not shorter than the longest span. The octave
- * below shares its taps: x[n - 2 m] of one cluster size is x[n - m] of the next. */
-static inline void allan_slide(allan_t *allan, ring_t ring, uint32_t head_index, uint32_t tail_index)
+/* An edge on its way over one sample: D changes by at[0] - 2 at[m] + at[2 m], with the signs of the lags the edge's. */
+typedef struct {
+    const sample_t *at;
+    uint32_t reach; /* longest lag before the end of the ring */
+    uint32_t turn;  /* capacity of the ring */
+} edge_t;
+
+static inline edge_t allan_leading(const ring_t *ring, uint32_t index)
 {
-    const sample_t *const head_at = &ring.sample[head_index];
-    const sample_t *const tail_at = &ring.sample[tail_index];
-    const uint32_t tail_room = ring.capacity - tail_index;
-    difference_t head_far = *head_at;
-    difference_t tail_far = *tail_at;
-    uint32_t far_lag = 0U;
-    tau_t *const end = &allan->tau[allan->count];
-    for (tau_t *tau = allan->tau; tau != end; tau++) {
-        const uint32_t m = tau->m;
-        if (m != far_lag) {
-            head_far = *(head_at + ((m <= head_index) ? 0U : ring.capacity) - m);
-            tail_far = *(tail_at + m - ((m < tail_room) ? 0U : ring.capacity));
-        }
-        far_lag = 2U * m;
-        const difference_t head_middle = head_far;
-        const difference_t tail_middle = tail_far;
-        head_far = *(head_at + ((far_lag <= head_index) ? 0U : ring.capacity) - far_lag);
-        tail_far = *(tail_at + far_lag - ((far_lag < tail_room) ? 0U : ring.capacity));
-        tau->head += *head_at - (2 * head_middle) + head_far;
+    const edge_t edge = {&ring->sample[index], index, ring->capacity};
+    return edge;
+}
+
+static inline edge_t allan_trailing(const ring_t *ring, uint32_t index)
+{
+    const edge_t edge = {&ring->sample[index], ring->capacity - 1U - index, ring->capacity};
+    return edge;
+}
+
+static inline sample_t tap_before(edge_t edge, uint32_t lag)
+{
+    return *(edge.at + ((lag <= edge.reach) ? 0U : edge.turn) - lag);
+}
+
+static inline sample_t tap_behind(edge_t edge, uint32_t lag)
+{
+    return *(edge.at + lag - ((lag <= edge.reach) ? 0U : edge.turn));
+}
+
+static inline difference_t allan_lead_step(edge_t head, uint32_t m)
+{
+    return *head.at - (2 * (difference_t)tap_before(head, m)) + tap_before(head, 2U * m);
+}
+
+static inline difference_t allan_trail_step(edge_t tail, uint32_t m)
+{
+    return tap_behind(tail, 2U * m) - (2 * (difference_t)tap_behind(tail, m)) + *tail.at;
+}
+
+/* Cluster sizes, from the first, whose taps neither edge looks for beyond the end of the ring. */
+static inline uint32_t allan_straight(const allan_t *allan, edge_t head, edge_t tail)
+{
+    const uint32_t reach = (head.reach < tail.reach) ? head.reach : tail.reach;
+    uint32_t count = allan->count;
+    while ((count > 0U) && ((2U * allan->m[count - 1U]) > reach)) {
+        count--;
+    }
+    return count;
+}
+
+/* The whole window moves by one sample: no gap near either edge, window not shorter than the longest span. */
+static inline void allan_slide(allan_t *allan, edge_t head, edge_t tail)
+{
+    const uint32_t straight = allan_straight(allan, head, tail);
+    const uint32_t *m = allan->m;
+    tau_t *tau = allan->tau;
+    for (const tau_t *const end = tau + straight; tau != end; tau++, m++) {
+        const sample_t *const before = head.at - *m;
+        const sample_t *const behind = tail.at + *m;
+        tau->head += *head.at - (2 * (difference_t)*before) + *(before - *m);
         sum_slide(&tau->sum, tau->head, tau->tail);
-        tau->tail += tail_far - (2 * tail_middle) + *tail_at;
+        tau->tail += *(behind + *m) - (2 * (difference_t)*behind) + *tail.at;
+    }
+    for (const tau_t *const end = allan->tau + allan->count; tau != end; tau++, m++) {
+        tau->head += allan_lead_step(head, *m);
+        sum_slide(&tau->sum, tau->head, tau->tail);
+        tau->tail += allan_trail_step(tail, *m);
+    }
+}
+
+/* The leading edge alone moves, likewise. */
+static inline void allan_lead(allan_t *allan, edge_t head)
+{
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        allan->tau[t].head += allan_lead_step(head, allan->m[t]);
+        sum_add_square(&allan->tau[t].sum, allan->tau[t].head);
+    }
+}
+
+/* The trailing edge alone moves, likewise; the window stays as long as the longest span. */
+static inline void allan_trail(allan_t *allan, edge_t tail)
+{
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        sum_subtract_square(&allan->tau[t].sum, allan->tau[t].tail);
+        allan->tau[t].tail += allan_trail_step(tail, allan->m[t]);
     }
 }
 
@@ -84,10 +143,12 @@ static difference_t allan_start_step(const ring_t *ring, uint32_t index, uint32_
     return step;
 }
 
-static difference_t allan_step(const ring_t *ring, uint32_t index, uint32_t m)
+/* ... by a sample anywhere. */
+static difference_t allan_any_step(const allan_t *allan, const ring_t *ring, uint32_t index, uint32_t position,
+                                   uint32_t m)
 {
-    const sample_t *const x = ring->sample;
-    return x[index] - (2 * (difference_t)x[ring_before(ring, index, m)]) + x[ring_before(ring, index, 2U * m)];
+    return allan->starting ? allan_start_step(ring, index, position, m, allan->mirrored)
+                           : allan_lead_step(allan_leading(ring, index), m);
 }
 
 /* The run of samples without a gap takes in the sample at `position`. */
@@ -95,14 +156,14 @@ static void allan_extend_run(allan_t *allan, const davar_gaps_t *gaps, const dav
 {
     if (allan->to_gap == 0U) {
         allan->run = 0U;
-        allan->run_step = 1U;
+        allan->run_doubles = false;
         allan->to_gap = davar_gaps_after(gaps, window, position);
     }
     if (allan->to_gap != DAVAR_NO_GAP) {
         allan->to_gap--;
     }
     if (allan->run < allan->span_max) {
-        allan->run += allan->run_step;
+        allan->run += allan->run_doubles ? 2U : 1U;
     }
 }
 
@@ -114,16 +175,22 @@ static void allan_end_start(allan_t *allan, uint32_t head)
     }
 }
 
-/* The trailing edge, one sample on: window->tail is the new one. */
-static void allan_shrink_room(allan_t *allan, const davar_gaps_t *gaps, const davar_window_t *window)
+/* The trailing edge, one sample on, is at `tail`. */
+static void allan_shrink_room(allan_t *allan, const davar_gaps_t *gaps, const davar_window_t *window, uint32_t tail)
 {
     if (allan->room == DAVAR_NO_GAP) {
         return;
     }
     allan->room--;
     if (allan->room == 0U) {
-        allan->room = davar_gaps_after(gaps, window, window->tail);
+        allan->room = davar_gaps_after(gaps, window, tail);
     }
+}
+
+/* No gap near the leading edge, no span in front of the start. */
+static bool allan_leads_freely(const allan_t *allan)
+{
+    return (allan->run >= allan->span_max) && (allan->to_gap == DAVAR_NO_GAP) && !allan->starting;
 }
 
 #endif

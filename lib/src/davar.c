@@ -49,7 +49,9 @@ static davar_status_t init(davar_t *davar, const davar_config_t *config, void *m
     davar->unit_per_count = is_float ? float_quantum(config->full_scale) : config->unit_per_count;
     davar->counts_per_unit = is_float ? (float)(1.0 / davar->unit_per_count) : 0.0F;
     number->start(davar, memory);
-    davar_fit_plan(davar->plan, config->taus, config->tau_count);
+    if (config->fit_plan != NULL) {
+        davar_fit_plan(config->fit_plan, config->taus, config->tau_count);
+    }
     return DAVAR_OK;
 }
 
@@ -89,6 +91,9 @@ void davar_reset(davar_t *davar)
     davar->health = quiet;
     davar->ready = false;
     davar->in_gap = false;
+    davar->produced = 0U;
+    davar->seen = 0U;
+    davar->taken = 0U;
     davar->number->start(davar, davar->stages);
 }
 
@@ -200,23 +205,40 @@ static bool torn(const davar_t *davar, uint32_t before)
     return ((before % 2U) != 0U) || (before != davar->sequence);
 }
 
+static bool result_waits(const davar_t *davar)
+{
+    return davar->ready && (davar->produced != davar->seen);
+}
+
 /* Reads what `collect` reads until it is whole. */
 static bool collected(davar_t *davar, davar_result_t *result)
 {
     uint32_t before;
     uint32_t produced;
-    bool ready;
+    bool waits;
     do {
         before = davar->sequence;
         atomic_thread_fence(memory_order_acquire);
         produced = davar->produced;
-        ready = davar->ready && (produced != davar->taken);
-        if (ready) {
+        waits = result_waits(davar);
+        if (waits) {
             davar->number->collect(davar, result);
         }
     } while (torn(davar, before));
-    davar->taken = produced;
-    return ready;
+    davar->seen = produced;
+    davar->taken = davar->taken + (waits ? 1U : 0U);
+    return waits;
+}
+
+static void fit(const davar_config_t *config, davar_result_t *result)
+{
+    const double tau0_s = 1.0 / config->rate_hz;
+    if (config->fit_plan != NULL) {
+        davar_fit(config->fit_plan, tau0_s, result);
+    } else {
+        davar_fit_plan_t plan = {.count = 0U};
+        davar_fit(&plan, tau0_s, result);
+    }
 }
 
 bool davar_take(davar_t *davar, davar_result_t *result)
@@ -224,7 +246,7 @@ bool davar_take(davar_t *davar, davar_result_t *result)
     if (!collected(davar, result)) {
         return false;
     }
-    davar_fit(davar->plan, 1.0 / davar->config->rate_hz, result);
+    fit(davar->config, result);
     return true;
 }
 
@@ -247,6 +269,7 @@ davar_health_t davar_health(const davar_t *davar)
         before = davar->sequence;
         atomic_thread_fence(memory_order_acquire);
         health = davar->health;
+        health.missed = davar->produced - davar->taken - (result_waits(davar) ? 1U : 0U);
     } while (torn(davar, before));
     return health;
 }

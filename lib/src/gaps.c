@@ -2,6 +2,8 @@
  * Hazard: positions wrap modulo 2^32, so only distances are compared, never positions. */
 #include "gaps.h"
 
+#include "window.h"
+
 /* Boundaries with their images, ascending:
  *
  *     -g3 -g2 -g1 | g1 g2 g3 | 2N-g3 2N-g2 2N-g1
@@ -71,7 +73,7 @@ bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
         return true;
     }
     if (!window->at_start) {
-        forget_before(gaps, window->tail);
+        forget_before(gaps, window_tail(window));
     }
     if (gaps->count == gaps->capacity) {
         return false;
@@ -100,10 +102,10 @@ uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window
 uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t count = images_count(gaps, window);
-    const uint32_t length = window->head - window->tail;
+    const uint32_t tail = window_tail(window);
     uint32_t inside = 0U;
-    for (uint32_t i = first_after(gaps, window, window->tail); i < count; i++) {
-        if ((image_at(gaps, window, i) - window->tail) >= length) {
+    for (uint32_t i = first_after(gaps, window, tail); i < count; i++) {
+        if ((image_at(gaps, window, i) - tail) >= window->length) {
             break;
         }
         inside++;
@@ -115,15 +117,16 @@ uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *w
 {
     /* In distances from the tail: a boundary at g spoils the spans that start at g - 2m + 1 .. g - 1. */
     const uint32_t count = images_count(gaps, window);
-    const uint32_t length = window->head - window->tail;
+    const uint32_t length = window->length;
+    const uint32_t tail = window_tail(window);
     const uint32_t starts = length - (2U * m) + 1U;
     uint32_t counted_to = 0U;
     uint32_t lost = 0U;
     if (gaps->count == 0U) {
         return 0U;
     }
-    for (uint32_t i = first_after(gaps, window, window->tail); i < count; i++) {
-        const uint32_t boundary = image_at(gaps, window, i) - window->tail;
+    for (uint32_t i = first_after(gaps, window, tail); i < count; i++) {
+        const uint32_t boundary = image_at(gaps, window, i) - tail;
         if (boundary >= length) {
             break;
         }

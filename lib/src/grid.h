@@ -12,33 +12,23 @@
 #include "law.h"
 #include "stages.h"
 
-/* All spans shorter than the run, none reaching in front of the start: the usual case. */
-static void grid_advance_plain(allan_t *allan, const ring_t *ring, uint32_t index)
+/* The leading edge of one cluster size takes in n samples that follow one another in memory, as do their taps. */
+static inline void grid_run(tau_t *tau, const sample_t *newest, const sample_t *middle, const sample_t *oldest,
+                            uint32_t n)
 {
-    const sample_t *const x = ring->sample;
-    const difference_t newest = x[index];
-    difference_t far = newest;
-    uint32_t far_lag = 0U;
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        tau_t *const tau = &allan->tau[t];
-        const difference_t middle = (tau->m == far_lag) ? far : x[ring_before(ring, index, tau->m)];
-        far_lag = 2U * tau->m;
-        far = x[ring_before(ring, index, far_lag)];
-        tau->head += newest - (2 * middle) + far;
-        sum_add_square(&tau->sum, tau->head);
+    difference_t head = tau->head;
+    sum_t sum = tau->sum;
+    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++) {
+        head += *newest - (2 * (difference_t)*middle) + *oldest;
+        sum_add_square(&sum, head);
     }
+    tau->head = head;
+    tau->sum = sum;
 }
 
-static void grid_advance_careful(allan_t *allan, const ring_t *ring, uint32_t index, uint32_t position)
+static uint32_t smaller(uint32_t a, uint32_t b)
 {
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        tau_t *const tau = &allan->tau[t];
-        tau->head += allan->starting ? allan_start_step(ring, index, position, tau->m, allan->mirrored)
-                                     : allan_step(ring, index, tau->m);
-        if (allan->run >= (2U * tau->m)) {
-            sum_add_square(&tau->sum, tau->head);
-        }
-    }
+    return (a < b) ? a : b;
 }
 
 static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, uint32_t slot)
@@ -62,11 +52,11 @@ static void track_record_mirrored(track_t *track, const stages_t *stages, uint32
 {
     const allan_t *const allan = &stages->allan;
     const powers_t zero = {0};
-    track->powers[track->mirrored_slot] = zero;
-    powers_subtract(&track->powers[track->mirrored_slot], &stages->moments.whole);
+    const sum_t no_sum = {0};
+    track->powers[track->mirrored_slot] = powers_between(&zero, &stages->moments.head);
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
-        if (received > allan->tau[t].m) {
-            track->sums[(track->mirrored_slot * allan->count) + t] = sum_negated(allan->tau[t].sum);
+        if (received > allan->m[t]) {
+            track->sums[(track->mirrored_slot * allan->count) + t] = sum_between(no_sum, allan->tau[t].sum);
         }
     }
     track->mirrored_left--;
@@ -76,7 +66,7 @@ static void track_record_mirrored(track_t *track, const stages_t *stages, uint32
 
 static void track_record_powers(track_t *track, const stages_t *stages, uint32_t stride)
 {
-    track->powers[track->slot] = stages->moments.whole;
+    track->powers[track->slot] = stages->moments.head;
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
         for (uint32_t t = 0U; t < stages->allan.count; t++) {
             grid_record_sum(track, &stages->allan, t, track->slot);
@@ -86,15 +76,26 @@ static void track_record_powers(track_t *track, const stages_t *stages, uint32_t
     track->slot = slot_after(track, track->slot);
 }
 
-static void track_record_sums(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
+static void tracks_record_sum(grid_t *grid, const allan_t *allan, uint32_t t, uint32_t received, uint32_t stride)
 {
-    for (uint32_t t = 0U; t < stages->allan.count; t++) {
+    for (uint8_t i = 0U; i < grid->tail_count; i++) {
+        track_t *const track = &grid->tail[i];
         if (track->sum_due[t] == received) {
-            grid_record_sum(track, &stages->allan, t, track->sum_slot[t]);
+            grid_record_sum(track, allan, t, track->sum_slot[t]);
             track->sum_due[t] += stride;
             track->sum_slot[t] = slot_after(track, track->sum_slot[t]);
         }
     }
+}
+
+/* Samples from `received` to the next record of one cluster size's sum at a trailing edge, at most `most`. */
+static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t received, uint32_t most)
+{
+    uint32_t wait = most;
+    for (uint8_t i = 0U; i < grid->tail_count; i++) {
+        wait = smaller(wait, grid->tail[i].sum_due[t] - received);
+    }
+    return wait;
 }
 
 static void track_record(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
@@ -105,44 +106,29 @@ static void track_record(track_t *track, const stages_t *stages, uint32_t receiv
     if (track->due == received) {
         track_record_powers(track, stages, stride);
     }
-    if (track->sum_due != NULL) {
-        track_record_sums(track, stages, received, stride);
-    }
 }
 
-/* The smaller of `wait` and the samples from `received` to this track's next record. */
-static uint32_t track_wait(const track_t *track, const allan_t *allan, uint32_t received, uint32_t wait)
+/* Samples from `received` to this track's next record of the powers, at most `most`. */
+static uint32_t track_wait(const track_t *track, uint32_t received, uint32_t most)
 {
-    uint32_t shortest = wait;
-    if ((track->due - received) < shortest) {
-        shortest = track->due - received;
-    }
-    if ((track->mirrored_left > 0U) && ((track->mirrored_due - received) < shortest)) {
-        shortest = track->mirrored_due - received;
-    }
-    for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
-        if ((track->sum_due[t] - received) < shortest) {
-            shortest = track->sum_due[t] - received;
-        }
-    }
-    return shortest;
+    const uint32_t wait = smaller(most, track->due - received);
+    return (track->mirrored_left > 0U) ? smaller(wait, track->mirrored_due - received) : wait;
 }
 
-static uint32_t tracks_wait(const track_t *tracks, uint8_t count, const allan_t *allan, uint32_t received,
-                            uint32_t wait)
+static uint32_t tracks_wait(const track_t *tracks, uint8_t count, uint32_t received, uint32_t most)
 {
-    uint32_t shortest = wait;
+    uint32_t wait = most;
     for (uint8_t i = 0U; i < count; i++) {
-        shortest = track_wait(&tracks[i], allan, received, shortest);
+        wait = track_wait(&tracks[i], received, wait);
     }
-    return shortest;
+    return wait;
 }
 
-static void grid_schedule(grid_t *grid, const allan_t *allan, uint32_t received)
+static void grid_schedule(grid_t *grid, uint32_t received)
 {
-    uint32_t wait = tracks_wait(grid->tail, grid->tail_count, allan, received, UINT32_MAX);
-    wait = tracks_wait(grid->head, grid->head_count, allan, received, wait);
-    wait = tracks_wait(grid->middle, grid->middle_count, allan, received, wait);
+    uint32_t wait = tracks_wait(grid->tail, grid->tail_count, received, UINT32_MAX);
+    wait = tracks_wait(grid->head, grid->head_count, received, wait);
+    wait = tracks_wait(grid->middle, grid->middle_count, received, wait);
     grid->next = received + wait;
 }
 
@@ -159,31 +145,84 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
     tracks_record(grid->tail, grid->tail_count, stages, received, stride);
     tracks_record(grid->head, grid->head_count, stages, received, stride);
     tracks_record(grid->middle, grid->middle_count, stages, received, stride);
-    grid_schedule(grid, &stages->allan, received);
+    grid_schedule(grid, received);
 }
 
-/* One sample in: the running sums move on, and are recorded where an edge can be. */
-static void grid_advance(stages_t *stages, davar_t *davar)
+/* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
+
+static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uint32_t index, uint32_t count)
 {
-    const davar_window_t *const window = &davar->window;
-    allan_t *const allan = &stages->allan;
-    const uint32_t index = ring_index(&stages->ring, 1U);
-    const uint32_t position = window->received - 1U;
-    allan_extend_run(allan, &davar->gaps, window, position);
-    if ((allan->run >= allan->span_max) && !allan->starting) {
-        grid_advance_plain(allan, &stages->ring, index);
-    } else {
-        grid_advance_careful(allan, &stages->ring, index, position);
-        allan_end_start(allan, window->received);
-    }
-    if (stages->moments.segment != 0U) {
-        const powers_t powers = powers_of(stages->ring.sample[index], stages->moments.shift);
-        powers_add(&stages->moments.whole, &powers);
-    }
-    if (stages->grid->next == window->received) {
-        grid_record(stages, window->received, davar->config->stride);
+    const ring_t *const ring = &stages->ring;
+    const uint32_t m = stages->allan.m[t];
+    const uint32_t end = davar->window.received + count;
+    uint32_t received = davar->window.received;
+    while (received != end) {
+        const uint32_t middle = ring_before(ring, index, m);
+        const uint32_t oldest = ring_before(ring, middle, m);
+        uint32_t n = tracks_sum_wait(stages->grid, t, received, end - received);
+        n = smaller(n, smaller(ring_stretch(ring, index), smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest))));
+        grid_run(&stages->allan.tau[t], &ring->sample[index], &ring->sample[middle], &ring->sample[oldest], n);
+        received += n;
+        index = ring_behind(ring, index, n);
+        tracks_record_sum(stages->grid, &stages->allan, t, received, davar->config->stride);
     }
 }
+
+static void grid_run_moments(moments_t *moments, const ring_t *ring, uint32_t index, uint32_t count)
+{
+    for (uint32_t i = 0U; (i < count) && (moments->segment != 0U); i++) {
+        powers_add(&moments->head, ring->sample[ring_behind(ring, index, i)], moments->shift);
+    }
+}
+
+/* Running sums are recorded where an edge can be. */
+static void grid_receive(stages_t *stages, davar_t *davar, uint32_t count)
+{
+    window_receive(&davar->window, count);
+    if (stages->grid->next == davar->window.received) {
+        grid_record(stages, davar->window.received, davar->config->stride);
+    }
+}
+
+/* Samples that may come at once: up to the next record of the powers, and as many as the ring has beside the spans. */
+static uint32_t grid_block(const stages_t *stages, const davar_window_t *window, uint32_t most)
+{
+    const uint32_t room = stages->ring.capacity - stages->allan.span_max;
+    return smaller(most, smaller(room, stages->grid->next - window->received));
+}
+
+/* No gap near, no span in front of the start: cluster size after cluster size. */
+static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
+{
+    const uint32_t index = ring_index(&stages->ring, count);
+    for (uint32_t t = 0U; t < stages->allan.count; t++) {
+        grid_run_tau(stages, davar, t, index, count);
+    }
+    grid_run_moments(&stages->moments, &stages->ring, index, count);
+    grid_receive(stages, davar, count);
+}
+
+/* One sample. */
+static void grid_advance_carefully(stages_t *stages, davar_t *davar)
+{
+    allan_t *const allan = &stages->allan;
+    const uint32_t index = ring_index(&stages->ring, 1U);
+    const uint32_t position = davar->window.received;
+    allan_extend_run(allan, &davar->gaps, &davar->window, position);
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        tau_t *const tau = &allan->tau[t];
+        tau->head += allan_any_step(allan, &stages->ring, index, position, allan->m[t]);
+        if (allan->run >= (2U * allan->m[t])) {
+            sum_add_square(&tau->sum, tau->head);
+        }
+        tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
+    }
+    grid_run_moments(&stages->moments, &stages->ring, index, 1U);
+    allan_end_start(allan, position + 1U);
+    grid_receive(stages, davar, 1U);
+}
+
+/* --- a window out ------------------------------------------------------------------------------------------------ */
 
 /* Slot of `position` among the records of a track, or slots when it is not one of its positions. */
 static uint32_t track_find(const track_t *track, uint32_t position, uint32_t stride)
@@ -214,17 +253,17 @@ static const track_t *tracks_find(const track_t *tracks, uint8_t count, uint32_t
 static void grid_place(stages_t *stages, const davar_t *davar)
 {
     grid_t *const grid = stages->grid;
-    const davar_window_t *const window = &davar->window;
+    const uint32_t head_at = window_head(&davar->window);
     const uint32_t stride = davar->config->stride;
     const uint32_t taus = stages->allan.count;
     uint32_t slot = 0U;
-    const track_t *const head = tracks_find(grid->head, grid->head_count, window->head, stride, &slot);
+    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, stride, &slot);
     grid->records.head_powers = &head->powers[slot];
     grid->records.head_sums = &head->sums[(size_t)slot * taus];
-    const uint32_t middle_position = window->head - stages->moments.segment;
+    const uint32_t middle_position = head_at - stages->moments.segment;
     const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, stride, &slot);
     grid->records.middle_powers = &middle->powers[slot];
-    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window->tail, stride, &slot);
+    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window_tail(&davar->window), stride, &slot);
     grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[slot];
     grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)slot * taus];
 }
@@ -240,11 +279,9 @@ static sum_t grid_sum(const grid_t *grid, uint32_t t)
 /* Power sums from the trailing edge to `later`. */
 static powers_t grid_powers(const grid_t *grid, const powers_t *later)
 {
-    powers_t powers = *later;
-    if (grid->records.tail_powers != NULL) {
-        powers_subtract(&powers, grid->records.tail_powers);
-    }
-    return powers;
+    const powers_t zero = {0};
+    const powers_t *const tail = grid->records.tail_powers;
+    return powers_between(later, (tail == NULL) ? &zero : tail);
 }
 
 #endif

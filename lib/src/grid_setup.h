@@ -101,7 +101,7 @@ static void track_start(track_t *track, int64_t first, uint32_t stride, const al
         track->mirrored_slot = slot_before(track, track->slot);
     }
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
-        const int64_t m = allan->tau[t].m;
+        const int64_t m = allan->m[t];
         const int64_t begin = (first < -m) ? -m : first;
         const int64_t steps = ((begin - first) + (int64_t)stride - 1) / (int64_t)stride;
         track->sum_due[t] = (uint32_t)(first + (steps * (int64_t)stride) + (2 * m) - 1);
@@ -145,7 +145,7 @@ static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t
     tracks_start(grid->tail, &tail, config->stride, allan);
     tracks_start(grid->head, &head, config->stride, allan);
     tracks_start(grid->middle, &middle, config->stride, allan);
-    grid_schedule(grid, allan, 0U);
+    grid_schedule(grid, 0U);
 }
 
 static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t slots, uint32_t sums)

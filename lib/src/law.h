@@ -27,14 +27,11 @@ static inline uint32_t davar_law_next(const davar_config_t *config, uint32_t len
     return unstable ? law_shorter(config, length) : law_longer(config, length, filling);
 }
 
-/* Leading edge of the window of `length` samples whose epoch is complete when `due` samples are in (4.2): centred, the
- * newest sample is half of window_max ahead of the epoch, the edge half of the window. */
-static inline uint32_t davar_law_head(const davar_config_t *config, uint32_t due, uint32_t length)
+/* Samples behind the leading edge of a window of `length` samples when its epoch completes (4.2): centred, the newest
+ * sample is half of window_max ahead of the epoch, the edge half of the window. */
+static inline uint32_t davar_law_lag(const davar_config_t *config, uint32_t length)
 {
-    if (config->mode == DAVAR_MODE_CENTRED) {
-        return due - ((config->window_max - length) >> 1U);
-    }
-    return due;
+    return (config->mode == DAVAR_MODE_CENTRED) ? ((config->window_max - length) >> 1U) : 0U;
 }
 
 #endif

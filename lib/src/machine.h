@@ -10,25 +10,6 @@ typedef struct {
     uint64_t high;
 } davar_u128_t;
 
-static inline void davar_u128_add_u64(davar_u128_t *sum, uint64_t value)
-{
-    sum->low += value;
-    sum->high += (uint64_t)(sum->low < value);
-}
-
-static inline void davar_u128_add(davar_u128_t *sum, davar_u128_t value)
-{
-    sum->low += value.low;
-    sum->high += value.high + (uint64_t)(sum->low < value.low);
-}
-
-static inline void davar_u128_subtract(davar_u128_t *sum, davar_u128_t value)
-{
-    const uint64_t borrow = (uint64_t)(sum->low < value.low);
-    sum->low -= value.low;
-    sum->high -= value.high + borrow;
-}
-
 /* The product by 32-bit parts, for compilers without a 128-bit type (and for the tests of this path on those with). */
 static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
 {
@@ -47,6 +28,20 @@ static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
     return product;
 }
 
+/* A sum or a difference with its carry by comparison, a product with a small factor by parts: likewise. */
+static inline davar_u128_t davar_u128_add_by_parts(davar_u128_t a, davar_u128_t b)
+{
+    const uint64_t low = a.low + b.low;
+    const davar_u128_t sum = {low, a.high + b.high + (uint64_t)(low < b.low)};
+    return sum;
+}
+
+static inline davar_u128_t davar_u128_subtract_by_parts(davar_u128_t a, davar_u128_t b)
+{
+    const davar_u128_t difference = {a.low - b.low, a.high - b.high - (uint64_t)(a.low < b.low)};
+    return difference;
+}
+
 /* Leading zeros of a value that is not 0, by halving. */
 static inline uint32_t davar_leading_zeros_by_halving(uint64_t value)
 {
@@ -63,11 +58,30 @@ static inline uint32_t davar_leading_zeros_by_halving(uint64_t value)
 #ifdef __SIZEOF_INT128__
 __extension__ typedef unsigned __int128 davar_native_u128_t;
 
+static inline davar_native_u128_t davar_native_u128(davar_u128_t value)
+{
+    return ((davar_native_u128_t)value.high << 64U) | value.low;
+}
+
+static inline davar_u128_t davar_u128_from_native(davar_native_u128_t native)
+{
+    const davar_u128_t value = {(uint64_t)native, (uint64_t)(native >> 64U)};
+    return value;
+}
+
+static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
+{
+    return davar_u128_from_native(davar_native_u128(a) + davar_native_u128(b));
+}
+
+static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
+{
+    return davar_u128_from_native(davar_native_u128(a) - davar_native_u128(b));
+}
+
 static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
 {
-    const davar_native_u128_t native = (davar_native_u128_t)a * b;
-    const davar_u128_t product = {(uint64_t)native, (uint64_t)(native >> 64U)};
-    return product;
+    return davar_u128_from_native((davar_native_u128_t)a * b);
 }
 
 static inline uint32_t davar_leading_zeros(uint64_t value)
@@ -75,6 +89,16 @@ static inline uint32_t davar_leading_zeros(uint64_t value)
     return (uint32_t)__builtin_clzll(value);
 }
 #else
+static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
+{
+    return davar_u128_add_by_parts(a, b);
+}
+
+static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
+{
+    return davar_u128_subtract_by_parts(a, b);
+}
+
 static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
 {
     return davar_multiply_u64_by_parts(a, b);
@@ -92,6 +116,14 @@ static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
     davar_u128_t product = davar_multiply_u64((uint64_t)a, (uint64_t)b);
     product.high -= (a < 0) ? (uint64_t)b : 0U;
     product.high -= (b < 0) ? (uint64_t)a : 0U;
+    return product;
+}
+
+/* Modulo 2^128, signed or not. */
+static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
+{
+    davar_u128_t product = davar_multiply_u64(a.low, factor);
+    product.high += a.high * factor;
     return product;
 }
 

@@ -33,28 +33,10 @@ static inline void davar_count(uint32_t *counter)
     }
 }
 
-/* A result that nobody took is lost. */
-static inline void davar_discard(davar_t *davar)
-{
-    if (davar->ready && (davar->produced != davar->taken)) {
-        davar_count(&davar->health.missed);
-    }
-    davar->ready = false;
-}
-
 static inline void davar_produce(davar_t *davar)
 {
-    davar_discard(davar);
     davar->ready = true;
     davar->produced = davar->produced + 1U;
-}
-
-/* Samples since init: the next epoch is complete `due - received` samples from now (4.2). */
-static inline uint64_t davar_window_now(const davar_t *davar)
-{
-    const bool centred = (davar->config->mode == DAVAR_MODE_CENTRED);
-    const uint64_t ahead = centred ? (davar->config->window_max / 2U) : 1U;
-    return davar->window.epoch + ahead - (davar->window.due - davar->window.received);
 }
 
 #endif

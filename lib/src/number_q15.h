@@ -3,8 +3,8 @@
 #ifndef DAVAR_SRC_NUMBER_H
 #define DAVAR_SRC_NUMBER_H
 
-#include "davar/types.h"
 #include "machine.h"
+#include "stationarity.h"
 
 #define NUMBER(name) davar_q15_##name
 #define NUMBER_SAMPLE_BITS_DEFAULT 16U
@@ -12,18 +12,18 @@
 #define NUMBER_MOMENT_BITS 16U
 #define NUMBER_SUM_BITS 64U
 #define NUMBER_WINDOW_MAX 65536U
-#define WIDE_LIMBS 2U
 
 typedef int16_t sample_t;
 typedef int32_t difference_t;
 typedef uint64_t sum_t;
 
-/* Sums of x^k over a window, or running since the start modulo their width. */
+/* Sums of x, x^2, x^3 and of the two halves of x^4, running modulo their widths: what a window adds to each fits. */
 typedef struct {
-    int64_t first;
+    uint32_t first;
     uint64_t second;
-    int64_t third;
-    davar_u128_t fourth;
+    uint64_t third;
+    uint64_t fourth_low;
+    uint64_t fourth_high;
 } powers_t;
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
@@ -47,41 +47,46 @@ static inline sum_t sum_between(sum_t later, sum_t earlier)
     return later - earlier;
 }
 
-static inline sum_t sum_negated(sum_t sum)
-{
-    return 0U - sum;
-}
-
 static inline double sum_to_double(sum_t sum)
 {
     return (double)sum;
 }
 
-static inline powers_t powers_of(sample_t sample, unsigned shift)
+static inline void powers_add(powers_t *powers, sample_t sample, unsigned shift)
 {
-    const int64_t value = sample;
-    const int64_t square = value * value;
-    const powers_t powers = {value, (uint64_t)square, value * square, {(uint64_t)(square * square), 0U}};
-    (void)shift;
-    return powers;
+    (void)shift; /* 16 bits fit */
+    const int32_t value = sample;
+    const int32_t square = value * value;
+    const uint64_t fourth = (uint64_t)((int64_t)square * square);
+    powers->first += (uint32_t)value;
+    powers->second += (uint64_t)square;
+    powers->third += (uint64_t)((int64_t)square * value);
+    powers->fourth_low += (uint32_t)fourth;
+    powers->fourth_high += fourth >> 32U;
 }
 
-static inline void powers_add(powers_t *sums, const powers_t *powers)
+static inline powers_t powers_between(const powers_t *later, const powers_t *earlier)
 {
-    sums->first += powers->first;
-    sums->second += powers->second;
-    sums->third = (int64_t)((uint64_t)sums->third + (uint64_t)powers->third);
-    davar_u128_add(&sums->fourth, powers->fourth);
+    const powers_t between = {later->first - earlier->first, later->second - earlier->second,
+                              later->third - earlier->third, later->fourth_low - earlier->fourth_low,
+                              later->fourth_high - earlier->fourth_high};
+    return between;
 }
 
-static inline void powers_subtract(powers_t *sums, const powers_t *powers)
+/* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
+static davar_central_t powers_central(const powers_t *powers, uint32_t n)
 {
-    sums->first -= powers->first;
-    sums->second -= powers->second;
-    sums->third = (int64_t)((uint64_t)sums->third - (uint64_t)powers->third);
-    davar_u128_subtract(&sums->fourth, powers->fourth);
+    const int64_t first = (int32_t)powers->first;
+    const uint64_t square = (uint64_t)(first * first);
+    const davar_u128_t high = {powers->fourth_high << 32U, powers->fourth_high >> 32U};
+    const davar_u128_t low = {powers->fourth_low, 0U};
+    davar_u128_t fourth = davar_u128_scale(davar_u128_add(high, low), n);
+    fourth = davar_u128_subtract(fourth, davar_multiply_i64(4 * first, (int64_t)powers->third));
+    fourth = davar_u128_add(davar_u128_scale(fourth, n), davar_multiply_u64(square, 6U * powers->second));
+    fourth = davar_u128_subtract(davar_u128_scale(fourth, n), davar_multiply_u64(square, 3U * square));
+    const davar_central_t central = {davar_magnitude((n * powers->second) - square, 0),
+                                     davar_magnitude_u128(fourth, 0)};
+    return central;
 }
-
-#define POWERS_THIRD_WIDE(powers) wide_from_i64((powers)->third)
 
 #endif

@@ -3,8 +3,8 @@
 #ifndef DAVAR_SRC_NUMBER_H
 #define DAVAR_SRC_NUMBER_H
 
-#include "davar/types.h"
-#include "machine.h"
+#include "stationarity.h"
+#include "wide.h"
 
 #define NUMBER(name) davar_q31_##name
 #define NUMBER_SAMPLE_BITS_DEFAULT 24U
@@ -12,46 +12,38 @@
 #define NUMBER_MOMENT_BITS 24U
 #define NUMBER_SUM_BITS 128U
 #define NUMBER_WINDOW_MAX 16777216U
-#define WIDE_LIMBS 4U
 
 typedef int32_t sample_t;
 typedef int64_t difference_t;
 typedef davar_u128_t sum_t;
 
-/* Sums of x^k over a window, or running since the start modulo their width. */
+/* Sums of x, x^2, x^3 and x^4 of a sample's top 24 bits, running modulo their widths: what a window adds to each fits. */
 typedef struct {
-    int64_t first;
-    uint64_t second;
+    uint64_t first;
+    davar_u128_t second;
     davar_u128_t third;
     davar_u128_t fourth;
 } powers_t;
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {
-    davar_u128_add(sum, davar_multiply_i64(difference, difference));
+    *sum = davar_u128_add(*sum, davar_multiply_i64(difference, difference));
 }
 
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)
 {
-    davar_u128_subtract(sum, davar_multiply_i64(difference, difference));
+    *sum = davar_u128_subtract(*sum, davar_multiply_i64(difference, difference));
 }
 
 /* head^2 - tail^2 as one product. */
 static inline void sum_slide(sum_t *sum, difference_t head, difference_t tail)
 {
-    davar_u128_add(sum, davar_multiply_i64(head - tail, head + tail));
+    *sum = davar_u128_add(*sum, davar_multiply_i64(head - tail, head + tail));
 }
 
 static inline sum_t sum_between(sum_t later, sum_t earlier)
 {
-    davar_u128_subtract(&later, earlier);
-    return later;
-}
-
-static inline sum_t sum_negated(sum_t sum)
-{
-    const sum_t zero = {0U, 0U};
-    return sum_between(zero, sum);
+    return davar_u128_subtract(later, earlier);
 }
 
 static inline double sum_to_double(sum_t sum)
@@ -59,31 +51,38 @@ static inline double sum_to_double(sum_t sum)
     return ((double)sum.high * 18446744073709551616.0) + (double)sum.low;
 }
 
-static inline powers_t powers_of(sample_t sample, unsigned shift)
+static inline void powers_add(powers_t *powers, sample_t sample, unsigned shift)
 {
     const int64_t value = sample >> shift;
     const int64_t square = value * value;
-    const powers_t powers = {value, (uint64_t)square, davar_multiply_i64(square, value),
-                             davar_multiply_i64(square, square)};
-    return powers;
+    const davar_u128_t second = {(uint64_t)square, 0U};
+    powers->first += (uint64_t)value;
+    powers->second = davar_u128_add(powers->second, second);
+    powers->third = davar_u128_add(powers->third, davar_multiply_i64(square, value));
+    powers->fourth = davar_u128_add(powers->fourth, davar_multiply_i64(square, square));
 }
 
-static inline void powers_add(powers_t *sums, const powers_t *powers)
+static inline powers_t powers_between(const powers_t *later, const powers_t *earlier)
 {
-    sums->first += powers->first;
-    sums->second += powers->second;
-    davar_u128_add(&sums->third, powers->third);
-    davar_u128_add(&sums->fourth, powers->fourth);
+    const powers_t between = {later->first - earlier->first, davar_u128_subtract(later->second, earlier->second),
+                              davar_u128_subtract(later->third, earlier->third),
+                              davar_u128_subtract(later->fourth, earlier->fourth)};
+    return between;
 }
 
-static inline void powers_subtract(powers_t *sums, const powers_t *powers)
+/* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
+static davar_central_t powers_central(const powers_t *powers, uint32_t n)
 {
-    sums->first -= powers->first;
-    sums->second -= powers->second;
-    davar_u128_subtract(&sums->third, powers->third);
-    davar_u128_subtract(&sums->fourth, powers->fourth);
+    const wide_t first = wide_from_i64((int64_t)powers->first);
+    const wide_t second = wide_from_u128(powers->second);
+    const wide_t square = wide_multiply(first, first);
+    wide_t fourth = wide_scale(wide_from_u128(powers->fourth), n);
+    fourth = wide_subtract(fourth, wide_scale(wide_multiply(first, wide_from_i128(powers->third)), 4U));
+    fourth = wide_add(wide_scale(fourth, n), wide_scale(wide_multiply(square, second), 6U));
+    fourth = wide_subtract(wide_scale(fourth, n), wide_scale(wide_multiply(square, square), 3U));
+    const davar_central_t central = {wide_magnitude(wide_subtract(wide_scale(second, n), square)),
+                                     wide_magnitude(fourth)};
+    return central;
 }
-
-#define POWERS_THIRD_WIDE(powers) wide_from_i128((powers)->third)
 
 #endif

@@ -22,7 +22,8 @@ static uint32_t ring_capacity(const davar_config_t *config)
     const bool whole_window = (config->stride == 1U) || config->mirrored_end;
     const uint32_t lag = (config->stride == 1U) ? head_reach(config) : 0U;
     const uint32_t span = lag + span_max;
-    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + 1U;
+    const uint32_t block = (config->stride == 1U) ? 1U : GRID_BLOCK;
+    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + block;
 }
 
 static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
@@ -34,7 +35,6 @@ static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *conf
     stages->ring.sample = davar_arena_take(&arena, stages->ring.capacity, sizeof(sample_t));
     davar->gaps.position = davar_arena_take(&arena, config->gaps_max, sizeof(uint32_t));
     davar->gaps.capacity = config->gaps_max;
-    davar->plan = davar_arena_take(&arena, 1U, sizeof(davar_fit_plan_t));
     stages->grid = NULL;
     if (config->stride > 1U) {
         grid_t laid_out = {0};
@@ -64,68 +64,81 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
     stages->highest = (sample_t)((INT64_C(1) << (bits - 1U)) - 1);
     stages->lowest = (sample_t)(-(INT64_C(1) << (bits - 1U)));
     stages->moments.shift = (significant > NUMBER_MOMENT_BITS) ? (significant - NUMBER_MOMENT_BITS) : 0U;
-    stages->moments.segment = config->segment;
-    stages->ring.next = 0U;
 }
 
 static void start_allan(allan_t *allan, const davar_config_t *config)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    allan->m = config->taus;
     allan->count = config->tau_count;
     allan->span_max = 2U * config->taus[config->tau_count - 1U];
     allan->run = 0U;
-    allan->run_step = centred ? 2U : 1U;
     allan->to_gap = DAVAR_NO_GAP;
     allan->room = DAVAR_NO_GAP;
     allan->starting = true;
     allan->mirrored = centred;
+    allan->run_doubles = centred;
     allan->warming = centred && (config->stride == 1U);
-    allan->plain = false;
     for (uint32_t t = 0U; t < allan->count; t++) {
         const tau_t zero = {0};
         allan->tau[t] = zero;
-        allan->tau[t].m = config->taus[t];
     }
 }
 
-static void start_window(davar_window_t *window, const davar_config_t *config)
+static void start_moments(moments_t *moments, const davar_config_t *config)
+{
+    const powers_t zero = {0};
+    moments->head = zero;
+    moments->middle = zero;
+    moments->tail = zero;
+    moments->segment = config->segment;
+}
+
+static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
     const bool longest = centred || (config->stride > config->window_max);
     const davar_window_t start = {
-        .epoch = (uint64_t)config->stride - 1U,
-        .length = longest ? config->window_max : config->stride,
-        .due = centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride,
+        .origin = origin,
+        .skip = skip,
+        .next_length = longest ? config->window_max : config->stride,
+        .wait = centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride,
         .filling = !centred,
         .at_start = centred,
     };
     *window = start;
 }
 
-static void pipeline_start(davar_t *davar, void *memory)
+static void start(davar_t *davar, uint64_t origin, uint32_t skip)
 {
     const davar_config_t *const config = davar->config;
-    stages_t *const stages = memory;
-    davar->stages = stages;
-    (void)carve(stages, davar, config, memory);
+    stages_t *const stages = davar->stages;
     davar->gaps.count = 0U;
-    start_samples(stages, config, davar->is_float);
+    stages->steady = STEADY_NOT;
+    stages->ring.next = 0U;
     start_allan(&stages->allan, config);
-    const powers_t zero = {0};
-    stages->moments.whole = zero;
-    stages->moments.first = zero;
-    start_window(&davar->window, config);
+    start_moments(&stages->moments, config);
+    start_window(&davar->window, config, origin, skip);
     if (stages->grid != NULL) {
         grid_start(stages->grid, config, &stages->allan);
     }
+}
+
+static void pipeline_start(davar_t *davar, void *memory)
+{
+    davar->stages = memory;
+    (void)carve(davar->stages, davar, davar->config, memory);
+    start_samples(davar->stages, davar->config, davar->is_float);
+    start(davar, 0U, 0U);
 }
 
 /* --- a sample in ------------------------------------------------------------------------------------------------- */
 
 static powers_t window_powers(const stages_t *stages, bool first_part)
 {
+    const moments_t *const moments = &stages->moments;
     if (stages->grid == NULL) {
-        return first_part ? stages->moments.first : stages->moments.whole;
+        return powers_between(first_part ? &moments->middle : &moments->head, &moments->tail);
     }
     const records_t *const records = &stages->grid->records;
     return grid_powers(stages->grid, first_part ? records->middle_powers : records->head_powers);
@@ -133,73 +146,102 @@ static powers_t window_powers(const stages_t *stages, bool first_part)
 
 static verdict_t window_verdict(const stages_t *stages, const davar_t *davar)
 {
-    const uint32_t length = davar->window.head - davar->window.tail;
+    const uint32_t length = davar->window.length;
     const powers_t whole = window_powers(stages, false);
     const powers_t first = window_powers(stages, true);
-    verdict_t verdict = {.whole = moments_central(&whole, length),
-                         .first = moments_central(&first, length - stages->moments.segment)};
+    verdict_t verdict = {.whole = powers_central(&whole, length),
+                         .first = powers_central(&first, length - stages->moments.segment)};
     verdict.unstable = davar_stationarity_unstable(davar->config, &verdict.whole, &verdict.first);
     return verdict;
 }
 
-/* The window of the epoch that is due: where the law puts it. */
+/* Puts the window of the epoch that is due where the law wants it. */
 static void window_move(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const uint32_t head = davar_law_head(davar->config, window->due, window->length);
-    const uint32_t tail = head - window->length;
+    const uint32_t lag = davar_law_lag(davar->config, window->next_length);
     if (stages->grid != NULL) {
-        window->head = head;
-        window->tail = tail;
+        window->lag = lag;
+        window->length = window->next_length;
     } else if (stages->allan.warming) {
         sliding_end_warm(stages, davar);
     } else {
-        sliding_move(stages, davar, head, tail);
+        sliding_move(stages, davar, lag, window->next_length);
     }
-    window->at_start = window->at_start && ((int32_t)window->tail < 0);
+    window->at_start = window->at_start && ((int32_t)window_tail(window) < 0);
 }
 
-/* An epoch is complete: its window, its flag, the length of the next. True when the window is long enough to report. */
-static bool epoch_complete(stages_t *stages, davar_t *davar)
+/* The verdict on the window, and with it the length of the next (4.1). */
+static void window_judge(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const davar_config_t *const config = davar->config;
+    bool unstable = false;
+    if ((config->policy != DAVAR_POLICY_FIXED) && (window->length >= config->window_min)) {
+        unstable = window_verdict(stages, davar).unstable;
+    }
+    window->filling = window->filling && !unstable && (window->length < config->window_max);
+    window->next_length = davar_law_next(config, window->length, unstable, window->filling);
+}
+
+/* An epoch is complete. True when its window is long enough to report. */
+static bool epoch_complete(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
     window_move(stages, davar);
-    window->due += config->stride;
-    window->epoch += config->stride;
-    const uint32_t length = window->length;
-    const bool reported = (length >= config->window_min);
+    window->wait = davar->config->stride;
+    const bool reported = (window->length >= davar->config->window_min);
     if (reported && (stages->grid != NULL)) {
         grid_place(stages, davar);
     }
-    const bool adapts = (config->policy != DAVAR_POLICY_FIXED);
-    if (!adapts && (length == config->window_max)) {
-        return true;
-    }
-    bool unstable = false;
-    if (reported && adapts) {
-        stages->newest = window_verdict(stages, davar);
-        unstable = stages->newest.unstable;
-    }
-    window->filling = window->filling && !unstable && (length < config->window_max);
-    window->length = davar_law_next(config, length, unstable, window->filling);
+    window_judge(stages, davar);
     return reported;
 }
 
-static bool pipeline_step(stages_t *stages, davar_t *davar, sample_t sample)
+static steady_t steadiness(const stages_t *stages, const davar_window_t *window)
 {
-    davar_window_t *const window = &davar->window;
-    ring_put(&stages->ring, sample);
-    window->received++;
     if (stages->grid != NULL) {
-        grid_advance(stages, davar);
-    } else if (stages->allan.warming) {
-        sliding_warm(stages, davar);
+        return allan_leads_freely(&stages->allan) ? STEADY_GRID : STEADY_NOT;
     }
-    return (window->received == window->due) && epoch_complete(stages, davar);
+    return (!stages->allan.warming && sliding_glides(&stages->allan, window)) ? STEADY_SLIDING : STEADY_NOT;
 }
 
-static sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
+/* One sample, which is in the ring already. */
+static bool step_carefully(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    if (stages->grid != NULL) {
+        grid_advance_carefully(stages, davar);
+    } else {
+        window_receive(window, 1U);
+        if (stages->allan.warming) {
+            sliding_warm(stages, davar);
+        }
+    }
+    window->wait--;
+    const bool complete = (window->wait == 0U) && epoch_complete(stages, davar);
+    stages->steady = steadiness(stages, window);
+    return complete;
+}
+
+/* The window glides: every sample completes an epoch. */
+static inline bool step_gliding(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    sliding_glide(stages, window);
+    if (window->at_start) {
+        window->at_start = (int32_t)window_tail(window) < 0;
+    }
+    if (davar->config->policy != DAVAR_POLICY_FIXED) {
+        window_judge(stages, davar);
+        if (window->next_length != window->length) {
+            stages->steady = STEADY_NOT;
+        }
+    }
+    return true;
+}
+
+static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
 {
     if ((sample > stages->lowest) && (sample < stages->highest)) {
         return sample;
@@ -211,6 +253,39 @@ static sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
     return (sample > stages->highest) ? stages->highest : sample;
 }
 
+/* Up to `count` samples, as many as can go together; returns how many. */
+static uint32_t step_grid(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
+{
+    davar_window_t *const window = &davar->window;
+    const uint32_t n = grid_block(stages, window, (count < window->wait) ? (uint32_t)count : window->wait);
+    for (uint32_t i = 0U; i < n; i++) {
+        ring_put(&stages->ring, limited(stages, davar, samples[i]));
+    }
+    grid_advance_plainly(stages, davar, n);
+    window->wait -= n;
+    *complete = (window->wait == 0U) && epoch_complete(stages, davar);
+    return n;
+}
+
+/* Takes in the first of `count` samples, and more when they can go together; returns how many. */
+static inline size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
+{
+    if (stages->steady == STEADY_GRID) {
+        return step_grid(stages, davar, samples, count, complete);
+    }
+    ring_put(&stages->ring, limited(stages, davar, samples[0]));
+    *complete = (stages->steady == STEADY_SLIDING) ? step_gliding(stages, davar) : step_carefully(stages, davar);
+    return 1U;
+}
+
+/* Samples in front of the next boundary of the grid of epochs after a restart are limited, and left out. */
+static size_t skip(const stages_t *stages, davar_t *davar, sample_t sample)
+{
+    (void)limited(stages, davar, sample);
+    davar->window.skip--;
+    return 1U;
+}
+
 /* Takes samples up to the one that completes a result. */
 static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t count)
 {
@@ -218,13 +293,9 @@ static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t coun
     size_t consumed = 0U;
     bool complete = false;
     while ((consumed < count) && !complete) {
-        const sample_t sample = limited(stages, davar, samples[consumed]);
-        consumed++;
-        if (davar->window.skip > 0U) {
-            davar->window.skip--;
-        } else {
-            complete = pipeline_step(stages, davar, sample);
-        }
+        consumed += (davar->window.skip > 0U)
+                        ? skip(stages, davar, samples[consumed])
+                        : step(stages, davar, &samples[consumed], count - consumed, &complete);
     }
     if (complete) {
         davar_produce(davar);
@@ -238,21 +309,18 @@ static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t coun
 static void pipeline_restart(davar_t *davar)
 {
     const uint64_t stride = davar->config->stride;
-    const uint64_t now = davar_window_now(davar);
-    const uint64_t skip = (stride - (now % stride)) % stride;
+    const uint64_t now = window_now(&davar->window) - davar->window.skip;
+    const uint64_t skipped = (stride - (now % stride)) % stride;
     davar_count(&davar->health.restarts);
-    davar_discard(davar);
-    pipeline_start(davar, davar->stages);
-    davar->window.skip = (uint32_t)skip;
-    davar->window.epoch += now + skip;
+    davar->ready = false;
+    start(davar, now + skipped, (uint32_t)skipped);
 }
 
 /* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */
 static bool between_windows(const davar_t *davar)
 {
     const davar_window_t *const window = &davar->window;
-    const uint32_t next_tail = window->due - davar->config->window_max;
-    return (davar->config->stride > 1U) && ((int32_t)(next_tail - window->received) >= 0);
+    return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
 }
 
 static void pipeline_gap(davar_t *davar)
@@ -260,7 +328,7 @@ static void pipeline_gap(davar_t *davar)
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
     allan_t *const allan = &stages->allan;
-    allan->plain = false;
+    stages->steady = STEADY_NOT;
     if (between_windows(davar)) {
         allan->to_gap = 0U; /* ends the run, and no window needs to remember it */
         return;
@@ -269,15 +337,14 @@ static void pipeline_gap(davar_t *davar)
         pipeline_restart(davar);
         return;
     }
-    const uint32_t head = (stages->grid == NULL) ? window->head : window->received;
     if (davar->gaps.count == 0U) {
         return; /* in front of the first sample: no boundary */
     }
     if (allan->to_gap == DAVAR_NO_GAP) {
-        allan->to_gap = window->received - head;
+        allan->to_gap = (stages->grid == NULL) ? window->lag : 0U;
     }
     if ((allan->room == DAVAR_NO_GAP) && !allan->warming) {
-        allan->room = davar_gaps_after(&davar->gaps, window, window->tail);
+        allan->room = davar_gaps_after(&davar->gaps, window, window_tail(window));
     }
 }
 
@@ -286,14 +353,13 @@ static void pipeline_gap(davar_t *davar)
 static void finish(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const uint32_t head = (stages->grid == NULL) ? window->head : window->received;
+    const uint32_t head = (stages->grid == NULL) ? window_head(window) : window->received;
     davar_gaps_forget_last(&davar->gaps, window->received);
     window->finished = true;
     window->end = window->received;
     const uint32_t after = davar_gaps_after(&davar->gaps, window, head - 1U);
     stages->allan.to_gap = (after == DAVAR_NO_GAP) ? DAVAR_NO_GAP : (after - 1U);
-    stages->allan.room = davar_gaps_after(&davar->gaps, window, window->tail);
-    stages->allan.plain = false;
+    stages->allan.room = davar_gaps_after(&davar->gaps, window, window_tail(window));
 }
 
 /* Pushes the mirror image of the record until an epoch is complete. False: none is left. */
@@ -307,7 +373,8 @@ static bool pipeline_flush(davar_t *davar)
     }
     while ((window->received - window->end) < (half - 1U)) {
         const uint32_t age = (2U * (window->received - window->end)) + 1U;
-        if (pipeline_step(stages, davar, stages->ring.sample[ring_index(&stages->ring, age)])) {
+        ring_put(&stages->ring, stages->ring.sample[ring_index(&stages->ring, age)]);
+        if (step_carefully(stages, davar)) {
             davar_produce(davar);
             return true;
         }
@@ -320,30 +387,27 @@ static bool pipeline_flush(davar_t *davar)
 static davar_adev_t collect_tau(const stages_t *stages, const davar_t *davar, uint32_t t)
 {
     const davar_window_t *const window = &davar->window;
-    const tau_t *const tau = &stages->allan.tau[t];
-    const uint32_t length = window->head - window->tail;
-    const uint32_t span = 2U * tau->m;
-    davar_adev_t adev = {.m = tau->m, .adev = (double)NAN, .low = (double)NAN, .high = (double)NAN};
-    if (length >= span) {
-        adev.differences = (length - span + 1U) - davar_gaps_spans_lost(&davar->gaps, window, tau->m);
+    const uint32_t m = stages->allan.m[t];
+    const uint32_t span = 2U * m;
+    davar_adev_t adev = {.m = m, .adev = (double)NAN, .low = (double)NAN, .high = (double)NAN};
+    if (window->length >= span) {
+        adev.differences = (window->length - span + 1U) - davar_gaps_spans_lost(&davar->gaps, window, m);
     }
     if (adev.differences > 0U) {
-        const sum_t sum = (stages->grid == NULL) ? tau->sum : grid_sum(stages->grid, t);
-        const double m = (double)tau->m;
-        adev.adev = davar->unit_per_count * sqrt(sum_to_double(sum) / (2.0 * m * m * (double)adev.differences));
+        const sum_t sum = (stages->grid == NULL) ? stages->allan.tau[t].sum : grid_sum(stages->grid, t);
+        const double two_m_squared = 2.0 * (double)m * (double)m;
+        adev.adev = davar->unit_per_count * sqrt(sum_to_double(sum) / (two_m_squared * (double)adev.differences));
     }
     return adev;
 }
 
-/* An adaptive policy has needed the verdict already. */
 static void collect_stationarity(const stages_t *stages, const davar_t *davar, davar_result_t *result)
 {
     result->unstable = false;
     result->kurtosis = (double)NAN;
     result->contribution = (double)NAN;
     if (stages->moments.segment != 0U) {
-        const bool adapts = (davar->config->policy != DAVAR_POLICY_FIXED);
-        const verdict_t verdict = adapts ? stages->newest : window_verdict(stages, davar);
+        const verdict_t verdict = window_verdict(stages, davar);
         result->unstable = verdict.unstable;
         result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
         result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
@@ -354,8 +418,9 @@ static void pipeline_collect(const davar_t *davar, davar_result_t *result)
 {
     const stages_t *const stages = davar->stages;
     const davar_window_t *const window = &davar->window;
-    result->epoch = window->epoch - davar->config->stride;
-    result->window_samples = window->head - window->tail;
+    const bool centred = (davar->config->mode == DAVAR_MODE_CENTRED);
+    result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
+    result->window_samples = window->length;
     result->gaps_in_window = davar_gaps_inside(&davar->gaps, window);
     result->tau_count = davar->config->tau_count;
     for (uint32_t t = 0U; t < stages->allan.count; t++) {

@@ -3,8 +3,8 @@
 
 #include "pipeline.h"
 
-_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES, "DAVAR_STAGES_BYTES is too small");
-_Static_assert(sizeof(tau_t) <= 40U, "DAVAR_MEMORY_Q31 counts too little per tau");
+_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
+_Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
 
 const davar_number_t davar_number_q31 = PIPELINE_NUMBER;
 

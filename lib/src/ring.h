@@ -36,4 +36,10 @@ static inline uint32_t ring_index(const ring_t *ring, uint32_t age)
     return ring_before(ring, ring->next, age);
 }
 
+/* Samples that follow one another in memory from `index` on. */
+static inline uint32_t ring_stretch(const ring_t *ring, uint32_t index)
+{
+    return ring->capacity - index;
+}
+
 #endif

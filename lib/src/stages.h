@@ -4,6 +4,7 @@
 
 #include "allan.h"
 #include "moments.h"
+#include "window.h"
 
 /* Running sums recorded at the positions first, first + K, first + 2 K ... (grid, 2.7). */
 typedef struct {
@@ -19,6 +20,7 @@ typedef struct {
     uint32_t mirrored_left; /* how many of those are still to come */
 } track_t;
 
+#define GRID_BLOCK 32U /* samples that a grid takes in at once: so many more has the ring than the longest span */
 #define TRACKS_MAX 3U /* residues of an edge modulo K: window_max, window_min, and 0 while a trailing window fills */
 
 /* The sums of one window, as differences of records. */
@@ -48,13 +50,20 @@ typedef struct {
     bool unstable;
 } verdict_t;
 
+/* How the next sample may be taken in. */
+typedef enum {
+    STEADY_NOT = 0, /* with care: a gap, the start, or an edge on its way is near */
+    STEADY_SLIDING, /* the window glides: both edges move by one */
+    STEADY_GRID     /* running sums run on, many samples at once */
+} steady_t;
+
 typedef struct {
     ring_t ring;
     allan_t allan;
     moments_t moments;
-    verdict_t newest; /* of the newest window, once an adaptive policy has needed them */
     grid_t *grid;     /* null: a value at every sample */
-    sample_t lowest;  /* samples at or beyond these are saturated */
+    steady_t steady;
+    sample_t lowest; /* samples at or beyond these are saturated */
     sample_t highest;
 } stages_t;
 

@@ -2,8 +2,6 @@
  * the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. */
 #include "stationarity.h"
 
-#include "machine.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -14,6 +12,19 @@ davar_magnitude_t davar_magnitude(uint64_t mantissa, int32_t exponent)
         const uint32_t zeros = davar_leading_zeros(mantissa);
         magnitude.mantissa = mantissa << zeros;
         magnitude.exponent = exponent - (int32_t)zeros;
+    }
+    return magnitude;
+}
+
+davar_magnitude_t davar_magnitude_u128(davar_u128_t mantissa, int32_t exponent)
+{
+    if (mantissa.high == 0U) {
+        return davar_magnitude(mantissa.low, exponent);
+    }
+    davar_magnitude_t magnitude = davar_magnitude(mantissa.high, exponent + 64);
+    const uint32_t zeros = (uint32_t)(exponent + 64 - magnitude.exponent);
+    if (zeros > 0U) {
+        magnitude.mantissa |= mantissa.low >> (64U - zeros);
     }
     return magnitude;
 }

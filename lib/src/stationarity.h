@@ -4,6 +4,7 @@
 #define DAVAR_SRC_STATIONARITY_H
 
 #include "davar/types.h"
+#include "machine.h"
 
 /* mantissa * 2^exponent, mantissa with its top bit set, or 0. */
 typedef struct {
@@ -28,7 +29,8 @@ double davar_stationarity_kurtosis(const davar_central_t *whole);
 /* S = |K - Km| / K (3.2); NaN without variance in either. */
 double davar_stationarity_contribution(const davar_central_t *whole, const davar_central_t *first);
 
-/* Brings a mantissa's top bit up. */
+/* Brings a mantissa's top bit up; of 128 bits the top 64 are kept. */
 davar_magnitude_t davar_magnitude(uint64_t mantissa, int32_t exponent);
+davar_magnitude_t davar_magnitude_u128(davar_u128_t mantissa, int32_t exponent);
 
 #endif

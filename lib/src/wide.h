@@ -1,19 +1,15 @@
-/* davar - exact integers wider than 64 bits, for the moments: WIDE_LIMBS limbs of 64 bits, modulo 2^(64 WIDE_LIMBS).
- * Signed values are two's complement. Everything is inline and fixed-size; the number header chooses WIDE_LIMBS. */
+/* davar - integers modulo 2^256 for the moments of q31, four limbs of 64 bits; signed values are two's complement. */
 #ifndef DAVAR_SRC_WIDE_H
 #define DAVAR_SRC_WIDE_H
 
 #include "machine.h"
+#include "stationarity.h"
+
+#define WIDE_LIMBS 4U
 
 typedef struct {
     uint64_t limb[WIDE_LIMBS]; /* least significant first */
 } wide_t;
-
-static inline wide_t wide_from_u64(uint64_t value)
-{
-    wide_t wide = {{value}};
-    return wide;
-}
 
 static inline wide_t wide_from_i64(int64_t value)
 {
@@ -62,12 +58,18 @@ static inline wide_t wide_subtract(wide_t a, wide_t b)
     return a;
 }
 
+static inline davar_u128_t wide_carry(davar_u128_t part, uint64_t carry)
+{
+    const davar_u128_t addend = {carry, 0U};
+    return davar_u128_add(part, addend);
+}
+
 static inline wide_t wide_scale(wide_t a, uint64_t factor)
 {
     uint64_t carry = 0U;
     for (unsigned i = 0U; i < WIDE_LIMBS; i++) {
         davar_u128_t part = davar_multiply_u64(a.limb[i], factor);
-        davar_u128_add_u64(&part, carry);
+        part = wide_carry(part, carry);
         a.limb[i] = part.low;
         carry = part.high;
     }
@@ -82,13 +84,24 @@ static inline wide_t wide_multiply(wide_t a, wide_t b)
         uint64_t carry = 0U;
         for (unsigned j = 0U; (i + j) < WIDE_LIMBS; j++) {
             davar_u128_t part = davar_multiply_u64(a.limb[i], b.limb[j]);
-            davar_u128_add_u64(&part, carry);
-            davar_u128_add_u64(&part, product.limb[i + j]);
+            part = wide_carry(part, carry);
+            part = wide_carry(part, product.limb[i + j]);
             product.limb[i + j] = part.low;
             carry = part.high;
         }
     }
     return product;
+}
+
+/* Of a value that is not negative: its top 64 bits. */
+static davar_magnitude_t wide_magnitude(wide_t wide)
+{
+    unsigned top = WIDE_LIMBS - 1U;
+    while ((top > 1U) && (wide.limb[top] == 0U)) {
+        top--;
+    }
+    const davar_u128_t upper = {wide.limb[top - 1U], wide.limb[top]};
+    return davar_magnitude_u128(upper, (int32_t)(64U * (top - 1U)));
 }
 
 #endif

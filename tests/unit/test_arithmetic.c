@@ -2,10 +2,8 @@
 #include "number_q31.h"
 
 #include "davar/davar.h"
-#include "moments.h"
 #include "random.h"
 #include "unity.h"
-#include "wide.h"
 
 void setUp(void) {}
 void tearDown(void) {}
@@ -53,6 +51,34 @@ static void test_products_of_64_bits_agree_however_they_are_made(void)
     }
 }
 
+static void same_u128(davar_u128_t expected, davar_u128_t actual)
+{
+    TEST_ASSERT_EQUAL_UINT64(expected.low, actual.low);
+    TEST_ASSERT_EQUAL_UINT64(expected.high, actual.high);
+}
+
+/* Against the 256-bit integers, whose limbs carry in a loop. */
+static void test_sums_of_128_bits_agree_however_they_are_made(void)
+{
+    random_t random = random_seeded(3U);
+    for (unsigned i = 0U; i < 20000U; i++) {
+        const davar_u128_t a = {any(&random), any(&random)};
+        const davar_u128_t b = {any(&random), any(&random)};
+        const uint32_t factor = (uint32_t)any(&random);
+        const wide_t sum = wide_add(wide_from_u128(a), wide_from_u128(b));
+        const wide_t difference = wide_subtract(wide_from_u128(a), wide_from_u128(b));
+        const wide_t product = wide_scale(wide_from_u128(a), factor);
+        const davar_u128_t expected_sum = {sum.limb[0], sum.limb[1]};
+        const davar_u128_t expected_difference = {difference.limb[0], difference.limb[1]};
+        const davar_u128_t expected_product = {product.limb[0], product.limb[1]};
+        same_u128(expected_sum, davar_u128_add(a, b));
+        same_u128(expected_sum, davar_u128_add_by_parts(a, b));
+        same_u128(expected_difference, davar_u128_subtract(a, b));
+        same_u128(expected_difference, davar_u128_subtract_by_parts(a, b));
+        same_u128(expected_product, davar_u128_scale(a, factor));
+    }
+}
+
 static void test_leading_zeros_agree(void)
 {
     for (uint32_t shift = 0U; shift < 64U; shift++) {
@@ -88,8 +114,9 @@ static void test_wide_integers_obey_the_laws_of_a_ring(void)
         same_wide(a, wide_subtract(wide_add(a, b), b));
         same_wide(wide_multiply(a, b), wide_multiply(b, a));
         same_wide(wide_add(wide_multiply(a, b), wide_multiply(a, c)), wide_multiply(a, wide_add(b, c)));
-        same_wide(wide_multiply(a, wide_from_u64(factor)), wide_scale(a, factor));
-        same_wide(wide_subtract(wide_from_u64(0U), a), wide_multiply(a, wide_from_i64(-1)));
+        const davar_u128_t whole_factor = {factor, 0U};
+        same_wide(wide_multiply(a, wide_from_u128(whole_factor)), wide_scale(a, factor));
+        same_wide(wide_subtract(wide_from_i64(0), a), wide_multiply(a, wide_from_i64(-1)));
     }
 }
 
@@ -116,7 +143,7 @@ static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
             const uint32_t last = top - 63U; /* the lowest bit that is kept */
             wide.limb[last / 64U] |= UINT64_C(1) << (last % 64U);
         }
-        const davar_magnitude_t magnitude = moments_magnitude(&wide);
+        const davar_magnitude_t magnitude = wide_magnitude(wide);
         TEST_ASSERT_EQUAL_INT32((int32_t)top - 63, magnitude.exponent);
         TEST_ASSERT_EQUAL_HEX64((UINT64_C(1) << 63U) | ((top > 63U) ? 1U : 0U) | ((top == 63U) ? 1U : 0U),
                                 magnitude.mantissa);
@@ -127,6 +154,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_products_of_64_bits_agree_however_they_are_made);
+    RUN_TEST(test_sums_of_128_bits_agree_however_they_are_made);
     RUN_TEST(test_leading_zeros_agree);
     RUN_TEST(test_wide_integers_obey_the_laws_of_a_ring);
     RUN_TEST(test_signed_values_widen_and_multiply);

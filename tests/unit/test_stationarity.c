@@ -2,7 +2,6 @@
 #include "number_q15.h"
 
 #include "davar/davar.h"
-#include "moments.h"
 #include "unity.h"
 
 #include <math.h>
@@ -20,10 +19,9 @@ static davar_central_t central_of(const int16_t *sample, uint32_t n)
 {
     powers_t sums = {0};
     for (uint32_t i = 0U; i < n; i++) {
-        const powers_t powers = powers_of(sample[i], 0U);
-        powers_add(&sums, &powers);
+        powers_add(&sums, sample[i], 0U);
     }
-    return moments_central(&sums, n);
+    return powers_central(&sums, n);
 }
 
 /* Two values, p of n samples the upper one: K = (1 - 3 p q) / (p q) exactly, q = n - p as fractions of n. */

@@ -39,9 +39,7 @@ static void shift(davar_t *davar, uint32_t offset)
 {
     stages_t *const stages = davar->stages;
     davar->window.received += offset;
-    davar->window.head += offset;
-    davar->window.tail += offset;
-    davar->window.due += offset;
+    davar->window.origin -= offset;
     for (uint16_t i = 0U; i < davar->gaps.count; i++) {
         davar->gaps.position[i] += offset;
     }

@@ -10,7 +10,7 @@ extern "C" {
 #endif
 
 /* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
-typedef struct {
+typedef struct davar_fit_plan {
     uint8_t count; /* usable cluster sizes it is made for (5.4) */
     double first;  /* shortest and longest of them */
     double last;

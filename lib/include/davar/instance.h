@@ -3,27 +3,27 @@
 #ifndef DAVAR_INSTANCE_H
 #define DAVAR_INSTANCE_H
 
-#include "davar/fit.h"
 #include "davar/types.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Which samples are inside. Positions count samples modulo 2^32 from the start (or the last restart); the window is
- * [tail, head). DESIGN (4.2). */
+/* Which samples are inside. Positions count samples modulo 2^32 from the start (or the last restart). The window is
+ * [received - lag - length, received - lag): told from the newest sample, it need not be told anew while all of it
+ * moves on by one. DESIGN (4.2). */
 typedef struct {
-    uint64_t epoch;    /* of the next result */
-    uint32_t received; /* samples in since the start */
-    uint32_t head;     /* one past the leading edge */
-    uint32_t tail;     /* the trailing edge */
-    uint32_t length;   /* of the next window, as the law decided */
-    uint32_t due;      /* value of `received` that completes the next epoch */
-    bool filling;      /* trailing: the window still is what has arrived */
-    bool at_start;     /* centred: the trailing edge still is in the mirrored start */
-    bool finished;     /* flush was called: positions from `end` on are mirrored */
-    uint32_t end;      /* samples of the record, once finished */
-    uint32_t skip;     /* samples to leave out until the grid of epochs after a restart */
+    uint64_t origin;      /* sample index of position 0 */
+    uint32_t received;    /* samples in since the start: the position of the next one */
+    uint32_t lag;         /* samples behind the leading edge */
+    uint32_t length;      /* of the window */
+    uint32_t next_length; /* of the next window, as the law decided */
+    uint32_t wait;        /* samples until the next epoch is complete */
+    uint32_t end;         /* samples of the record, once finished */
+    uint32_t skip;        /* samples to leave out until the grid of epochs after a restart */
+    bool filling;         /* trailing: the window still is what has arrived */
+    bool at_start;        /* centred: the trailing edge still is in the mirrored start */
+    bool finished;        /* flush was called: positions from `end` on are mirrored */
 } davar_window_t;
 
 /* Boundaries that differences must not span: a boundary g lies between the samples g - 1 and g. Ascending. */
@@ -40,7 +40,6 @@ typedef struct davar {
     const davar_config_t *config;
     const struct davar_number *number; /* the pipeline of its number type */
     void *stages;                      /* that pipeline's state, at the start of the caller's memory */
-    davar_fit_plan_t *plan;
     davar_gaps_t gaps;
     davar_window_t window;
     davar_health_t health;
@@ -48,7 +47,8 @@ typedef struct davar {
     float counts_per_unit;      /* f32 only */
     volatile uint32_t sequence; /* odd while a push is at work */
     volatile uint32_t produced; /* results completed */
-    volatile uint32_t taken;    /* the value of `produced` at the last take */
+    volatile uint32_t seen;     /* the value of `produced` at the last take */
+    volatile uint32_t taken;    /* results taken */
     bool ready;                 /* the sums are those of the newest result */
     bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
     bool in_gap;                /* f32: inside a run of NaN or inf */
@@ -59,13 +59,12 @@ typedef struct davar {
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 8, 4) / 8];
  * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES 256U
+#define DAVAR_STAGES_BYTES_Q15 (176U + (12U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 (240U + (12U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
-    (DAVAR_STAGES_BYTES + (24U * (taus)) + DAVAR_ROUND8(2U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)) +        \
-     DAVAR_ROUND8(sizeof(davar_fit_plan_t)))
+    (DAVAR_STAGES_BYTES_Q15 + (16U * (taus)) + DAVAR_ROUND8(2U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)))
 #define DAVAR_MEMORY_Q31(window_max, taus, gaps)                                                                       \
-    (DAVAR_STAGES_BYTES + (40U * (taus)) + DAVAR_ROUND8(4U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)) +        \
-     DAVAR_ROUND8(sizeof(davar_fit_plan_t)))
+    (DAVAR_STAGES_BYTES_Q31 + (32U * (taus)) + DAVAR_ROUND8(4U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, taus, gaps)
 
 #ifdef __cplusplus

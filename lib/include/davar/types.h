@@ -54,6 +54,8 @@ typedef enum {
     DAVAR_MODE_TRAILING     /* epoch is the newest sample, no latency */
 } davar_mode_t;
 
+struct davar_fit_plan; /* fit.h */
+
 /* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
 typedef struct {
     double rate_hz;           /* samples per second; no default */
@@ -75,7 +77,10 @@ typedef struct {
     const uint32_t *taus;     /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
     uint8_t tau_count;        /* 1..DAVAR_TAUS_MAX */
     uint16_t gaps_max;        /* gaps a window can remember; one more restarts the window (counted). Default 4 */
-    bool mirrored_end;        /* keep what davar_flush needs; only a grid pays for it: window_max + 1 samples */
+    bool mirrored_end;        /* keep what davar_flush needs; only a grid pays for it: window_max + 32 samples */
+    /* Work memory of the fit, prepared by init. Instances with the same taus that one thread takes from may share one.
+     * Null: davar_take makes its own on the stack each time, which is slower by O(T^2). The results are the same. */
+    struct davar_fit_plan *fit_plan;
 } davar_config_t;
 
 /* Weather: things the world did, counted, never fatal. Saturating counters. */
