@@ -34,6 +34,7 @@ static void configure(engine_t *engine, const settings_t *settings, const quanti
 {
     engine->config = settings->config;
     engine->config.rate_hz = rate_hz;
+    engine->config.fit_plan = &engine->plan; /* all channels have the same taus */
     engine->config.unit_per_count = quantisation->unit_per_count;
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;

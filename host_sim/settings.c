@@ -123,14 +123,17 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_POLICY] = "--policy",
         [DAVAR_ERR_WINDOW_MAX] = "--window-max",
         [DAVAR_ERR_WINDOW_MIN] = "--window-min",
+        [DAVAR_ERR_WINDOW_ODD] = "--window-max or --window-min",
         [DAVAR_ERR_SEGMENT] = "--segment",
         [DAVAR_ERR_KURTOSIS] = "--kurtosis",
         [DAVAR_ERR_CONTRIBUTION] = "--contribution",
         [DAVAR_ERR_STEP] = "--grow or --shrink",
+        [DAVAR_ERR_SHRINK] = "--shrink",
         [DAVAR_ERR_STRIDE] = "--stride",
         [DAVAR_ERR_TAU_COUNT] = "--taus",
         [DAVAR_ERR_TAU_ORDER] = "--taus",
-        [DAVAR_ERR_TAU_RANGE] = "--taus",
+        [DAVAR_ERR_TAU_ZERO] = "--taus",
+        [DAVAR_ERR_TAU_LONG] = "--taus",
         [DAVAR_ERR_TAU_OVERFLOW] = "--taus or --window-max",
     };
     if ((status == DAVAR_ERR_SCALE) && (options->arith == ARITH_FLOAT)) {

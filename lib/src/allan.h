@@ -85,23 +85,38 @@ static inline uint32_t allan_straight(const allan_t *allan, edge_t head, edge_t 
     return count;
 }
 
-/* The whole window moves by one sample: no gap near either edge, window not shorter than the longest span. */
-static inline void allan_slide(allan_t *allan, edge_t head, edge_t tail)
+/* The whole window moves by one sample, for cluster sizes whose taps lie on one side of the end of the ring. */
+static void slide_straight(tau_t *tau, const tau_t *end, const uint32_t *m, const sample_t *head, const sample_t *tail)
 {
-    const uint32_t straight = allan_straight(allan, head, tail);
-    const uint32_t *m = allan->m;
-    tau_t *tau = allan->tau;
-    for (const tau_t *const end = tau + straight; tau != end; tau++, m++) {
-        const sample_t *const before = head.at - *m;
-        const sample_t *const behind = tail.at + *m;
-        tau->head += *head.at - (2 * (difference_t)*before) + *(before - *m);
-        sum_slide(&tau->sum, tau->head, tau->tail);
-        tau->tail += *(behind + *m) - (2 * (difference_t)*behind) + *tail.at;
+    const difference_t newest = *head;
+    const difference_t oldest = *tail;
+    for (; tau != end; tau++, m++) {
+        const ptrdiff_t lag = (ptrdiff_t)*m;
+        const difference_t leading = tau->head + newest - (2 * (difference_t)head[-lag]) + head[-2 * lag];
+        const difference_t trailing = tau->tail;
+        tau->head = leading;
+        tau->tail = trailing + oldest - (2 * (difference_t)tail[lag]) + tail[2 * lag];
+        sum_slide(&tau->sum, leading, trailing);
     }
-    for (const tau_t *const end = allan->tau + allan->count; tau != end; tau++, m++) {
+}
+
+static void slide_around(tau_t *tau, const tau_t *end, const uint32_t *m, edge_t head, edge_t tail)
+{
+    for (; tau != end; tau++, m++) {
         tau->head += allan_lead_step(head, *m);
         sum_slide(&tau->sum, tau->head, tau->tail);
         tau->tail += allan_trail_step(tail, *m);
+    }
+}
+
+/* The whole window moves by one sample: no gap near either edge, window not shorter than the longest span. */
+static inline void allan_slide(allan_t *allan, edge_t head, edge_t tail)
+{
+    tau_t *const tau = allan->tau;
+    const uint32_t straight = allan_straight(allan, head, tail);
+    slide_straight(tau, tau + straight, allan->m, head.at, tail.at);
+    if (straight < allan->count) {
+        slide_around(tau + straight, tau + allan->count, allan->m + straight, head, tail);
     }
 }
 

@@ -59,15 +59,14 @@ static davar_status_t check_scale(const davar_config_t *config, const davar_numb
 
 static davar_status_t check_window(const davar_config_t *config, const davar_number_t *number)
 {
-    const bool odd_max = centred(config) && ((config->window_max % 2U) != 0U);
-    const bool odd_min = centred(config) && ((config->window_min % 2U) != 0U);
-    if ((config->window_max < 4U) || (config->window_max > number->window_max) || odd_max) {
+    const bool odd = ((config->window_max % 2U) != 0U) || ((config->window_min % 2U) != 0U);
+    if ((config->window_max < 4U) || (config->window_max > number->window_max)) {
         return DAVAR_ERR_WINDOW_MAX;
     }
-    if ((config->window_min == 0U) || (config->window_min > config->window_max) || odd_min) {
+    if ((config->window_min == 0U) || (config->window_min > config->window_max)) {
         return DAVAR_ERR_WINDOW_MIN;
     }
-    return DAVAR_OK;
+    return (centred(config) && odd) ? DAVAR_ERR_WINDOW_ODD : DAVAR_OK;
 }
 
 static davar_status_t check_stationarity(const davar_config_t *config)
@@ -95,9 +94,11 @@ static davar_status_t check_motion(const davar_config_t *config)
     if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
         return DAVAR_ERR_STRIDE;
     }
+    if (!step_valid(config, config->grow) || !step_valid(config, config->shrink)) {
+        return DAVAR_ERR_STEP;
+    }
     const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
-    const bool valid = step_valid(config, config->grow) && step_valid(config, config->shrink) && !too_far;
-    return valid ? DAVAR_OK : DAVAR_ERR_STEP;
+    return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
@@ -124,8 +125,11 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
         }
     }
     const uint32_t largest = config->taus[config->tau_count - 1U];
-    if ((config->taus[0] == 0U) || (largest > (config->window_max / 2U))) {
-        return DAVAR_ERR_TAU_RANGE;
+    if (config->taus[0] == 0U) {
+        return DAVAR_ERR_TAU_ZERO;
+    }
+    if (largest > (config->window_max / 2U)) {
+        return DAVAR_ERR_TAU_LONG;
     }
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }

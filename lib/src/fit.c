@@ -215,11 +215,22 @@ static void write_unusable(davar_result_t *result, int from)
     }
 }
 
-static void write_nothing(davar_result_t *result, double bound_square)
+static void write_nothing(davar_result_t *result)
 {
     for (int k = 0; k < TERMS; k++) {
-        write_absent(&result->coefficient[k], bound_square);
+        write_absent(&result->coefficient[k], (double)INFINITY);
     }
+}
+
+/* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
+ * nothing. */
+static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
+{
+    write_white_intervals(plan, result);
+    for (int t = 0; t < plan->count; t++) {
+        result->tau[t].high = (double)INFINITY;
+    }
+    write_nothing(result);
 }
 
 static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double tau0_s,
@@ -238,9 +249,8 @@ static void fit_usable(const davar_fit_plan_t *plan, double tau0_s, davar_result
     double amplitude[DAVAR_COEFFICIENT_COUNT];
     fit_white(plan, result, amplitude);
     const unsigned suspects = suspected(plan, amplitude);
-    if (!(amplitude[WHITE] > 0.0)) { /* a constant input: nothing there, and nothing could hide */
-        write_white_intervals(plan, result);
-        write_nothing(result, 0.0);
+    if (!(amplitude[WHITE] > 0.0)) {
+        write_constant(plan, result);
     } else if ((suspects == 0U) && fits_white(plan, result, amplitude[WHITE])) {
         write_white_intervals(plan, result);
         write_white(plan, amplitude, tau0_s, result);
@@ -254,7 +264,7 @@ void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
     const uint8_t count = usable_count(result);
     write_unusable(result, count);
     if (count == 0U) {
-        write_nothing(result, (double)INFINITY);
+        write_nothing(result);
         return;
     }
     bring_up_to_date(plan, result, count);

@@ -160,7 +160,8 @@ static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uin
         const uint32_t middle = ring_before(ring, index, m);
         const uint32_t oldest = ring_before(ring, middle, m);
         uint32_t n = tracks_sum_wait(stages->grid, t, received, end - received);
-        n = smaller(n, smaller(ring_stretch(ring, index), smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest))));
+        n = smaller(
+            n, smaller(ring_stretch(ring, index), smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest))));
         grid_run(&stages->allan.tau[t], &ring->sample[index], &ring->sample[middle], &ring->sample[oldest], n);
         received += n;
         index = ring_behind(ring, index, n);

@@ -293,9 +293,8 @@ static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t coun
     size_t consumed = 0U;
     bool complete = false;
     while ((consumed < count) && !complete) {
-        consumed += (davar->window.skip > 0U)
-                        ? skip(stages, davar, samples[consumed])
-                        : step(stages, davar, &samples[consumed], count - consumed, &complete);
+        consumed += (davar->window.skip > 0U) ? skip(stages, davar, samples[consumed])
+                                              : step(stages, davar, &samples[consumed], count - consumed, &complete);
     }
     if (complete) {
         davar_produce(davar);

@@ -21,7 +21,7 @@ typedef struct {
 } track_t;
 
 #define GRID_BLOCK 32U /* samples that a grid takes in at once: so many more has the ring than the longest span */
-#define TRACKS_MAX 3U /* residues of an edge modulo K: window_max, window_min, and 0 while a trailing window fills */
+#define TRACKS_MAX 3U  /* residues of an edge modulo K: window_max, window_min, and 0 while a trailing window fills */
 
 /* The sums of one window, as differences of records. */
 typedef struct {
@@ -61,7 +61,7 @@ typedef struct {
     ring_t ring;
     allan_t allan;
     moments_t moments;
-    grid_t *grid;     /* null: a value at every sample */
+    grid_t *grid; /* null: a value at every sample */
     steady_t steady;
     sample_t lowest; /* samples at or beyond these are saturated */
     sample_t highest;

@@ -7,7 +7,7 @@ const char *davar_status_text(davar_status_t status)
 {
     static const char *const text[] = {
         [DAVAR_OK] = "ok",
-        [DAVAR_ERR_NULL] = "a pointer is null",
+        [DAVAR_ERR_NULL] = "a pointer is null (taus among them)",
         [DAVAR_ERR_MEMORY_SIZE] = "memory smaller than davar_memory_size",
         [DAVAR_ERR_MEMORY_ALIGN] = "memory not aligned to 8 bytes",
         [DAVAR_ERR_RATE] = "rate_hz is not a positive number",
@@ -15,17 +15,19 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_SAMPLE_BITS] = "sample_bits outside what the number type holds",
         [DAVAR_ERR_MODE] = "mode is neither centred nor trailing",
         [DAVAR_ERR_POLICY] = "policy unknown",
-        [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, too long for the number type, or odd in centred mode",
-        [DAVAR_ERR_WINDOW_MIN] = "window_min 0, above window_max, or odd in centred mode",
+        [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, or too long for the number type",
+        [DAVAR_ERR_WINDOW_MIN] = "window_min 0, or above window_max",
+        [DAVAR_ERR_WINDOW_ODD] = "window_max or window_min odd in centred mode",
         [DAVAR_ERR_SEGMENT] = "segment 0 or not smaller than window_min",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
-        [DAVAR_ERR_STEP] =
-            "grow or shrink would move a window edge backwards (centred: 0 or 2), or is beyond 2^31 samples a stride",
+        [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
+        [DAVAR_ERR_SHRINK] = "shrink beyond 2^31 samples a stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
-        [DAVAR_ERR_TAU_RANGE] = "cluster size 0, or two clusters longer than window_max",
+        [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
+        [DAVAR_ERR_TAU_LONG] = "two clusters longer than window_max",
         [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond this type's exact sums; use q31",
     };
     return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";

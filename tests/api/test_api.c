@@ -81,10 +81,10 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.mode = (davar_mode_t)7, refused(DAVAR_ERR_MODE);
     config.policy = (davar_policy_t)7, refused(DAVAR_ERR_POLICY);
     config.window_max = 2U, refused(DAVAR_ERR_WINDOW_MAX);
-    config.window_max = 41U, refused(DAVAR_ERR_WINDOW_MAX);
+    config.window_max = 41U, refused(DAVAR_ERR_WINDOW_ODD);
     config.window_max = 65538U, refused(DAVAR_ERR_WINDOW_MAX);
     config.window_min = 0U, refused(DAVAR_ERR_WINDOW_MIN);
-    config.window_min = 21U, refused(DAVAR_ERR_WINDOW_MIN);
+    config.window_min = 21U, refused(DAVAR_ERR_WINDOW_ODD);
     config.window_min = 42U, refused(DAVAR_ERR_WINDOW_MIN);
     config.segment = 0U, refused(DAVAR_ERR_SEGMENT);
     config.segment = 20U, refused(DAVAR_ERR_SEGMENT);
@@ -95,14 +95,14 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.contribution_high = (double)INFINITY, refused(DAVAR_ERR_CONTRIBUTION);
     config.grow = 4U, refused(DAVAR_ERR_STEP);
     config.shrink = 1U, refused(DAVAR_ERR_STEP);
-    config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_STEP);
+    config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
     config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
     config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
     config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
     config.taus = unsorted, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ORDER);
-    config.taus = zero, config.tau_count = 2U, refused(DAVAR_ERR_TAU_RANGE);
-    config.taus = long_tau, config.tau_count = 2U, refused(DAVAR_ERR_TAU_RANGE);
+    config.taus = zero, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ZERO);
+    config.taus = long_tau, config.tau_count = 2U, refused(DAVAR_ERR_TAU_LONG);
     config.taus = NULL, refused(DAVAR_ERR_NULL);
 }
 

@@ -107,9 +107,12 @@ static double run_chain(const davar_config_t *config)
 {
     davar_t davar;
     davar_result_t result;
-    const size_t bytes = davar_memory_size_q15(config);
+    davar_fit_plan_t plan;
+    davar_config_t planned = *config;
+    planned.fit_plan = &plan;
+    const size_t bytes = davar_memory_size_q15(&planned);
     void *const memory = memory_of(bytes);
-    (void)davar_init_q15(&davar, config, memory, bytes);
+    (void)davar_init_q15(&davar, &planned, memory, bytes);
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
         i += davar_push_q15(&davar, &narrow[i], SAMPLES - i);

@@ -58,6 +58,7 @@ void davar_gap(davar_t *davar, uint32_t missing);
 /* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution, ADEV and the fit here, not
  * in push. On a grid the result stays valid for K samples, otherwise until the next push (take always returns a
  * consistent one). Cost O(T), about 1 us on a PC. */
+#define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);
 
 /* After the last sample, centred mode: completes the next epoch with the mirrored end. True: a result waits, take it and

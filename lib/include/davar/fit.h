@@ -10,7 +10,7 @@ extern "C" {
 #endif
 
 /* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
-typedef struct davar_fit_plan {
+typedef struct davar_plan {
     uint8_t count; /* usable cluster sizes it is made for (5.4) */
     double first;  /* shortest and longest of them */
     double last;
@@ -31,6 +31,7 @@ typedef struct davar_fit_plan {
 } davar_fit_plan_t;
 
 /* Fills plan for `count` (1..DAVAR_TAUS_MAX) strictly ascending cluster sizes. The plan belongs to the caller. O(count^2). */
+#define davar_fit_plan DAVAR_SIZED(davar_fit_plan)
 void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
@@ -40,6 +41,7 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.
  * Cost: white noise O(T) (about 0.06 us on a PC at T = 8), any other mix O(T^2) (3 us), a new window length O(T), a change
  * in the number of usable taus O(T^2). About 2 kB of stack. Formulas (5.3) to (5.11). */
+#define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result);
 
 #ifdef __cplusplus

@@ -16,6 +16,12 @@ extern "C" {
 #define DAVAR_TAUS_MAX 32
 #endif
 
+/* Functions that fill a davar_result_t carry its size in their names: a library and a user that disagree about
+ * DAVAR_TAUS_MAX do not link. */
+#define DAVAR_JOIN(name, count) name##_##count##_taus
+#define DAVAR_EXPAND(name, count) DAVAR_JOIN(name, count)
+#define DAVAR_SIZED(name) DAVAR_EXPAND(name, DAVAR_TAUS_MAX)
+
 /* Why init refused. One code per cause; davar_status_text() says it in words. */
 typedef enum {
     DAVAR_OK = 0,
@@ -27,16 +33,19 @@ typedef enum {
     DAVAR_ERR_SAMPLE_BITS,  /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
     DAVAR_ERR_MODE,         /* mode not in davar_mode_t */
     DAVAR_ERR_POLICY,       /* policy not in davar_policy_t */
-    DAVAR_ERR_WINDOW_MAX,   /* window_max below 4, above the type's limit, or odd in centred mode */
-    DAVAR_ERR_WINDOW_MIN,   /* window_min 0, above window_max, or odd in centred mode */
+    DAVAR_ERR_WINDOW_MAX,   /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
+    DAVAR_ERR_WINDOW_MIN,   /* window_min outside 1..window_max */
+    DAVAR_ERR_WINDOW_ODD,   /* window_max or window_min odd in centred mode */
     DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
     DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2), or shrink * stride > 2^31 */
+    DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
+    DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
     DAVAR_ERR_TAU_COUNT,    /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,    /* cluster sizes not strictly ascending */
-    DAVAR_ERR_TAU_RANGE,    /* cluster size 0, or two clusters longer than window_max */
+    DAVAR_ERR_TAU_ZERO,     /* cluster size 0 */
+    DAVAR_ERR_TAU_LONG,     /* two clusters longer than window_max */
     DAVAR_ERR_TAU_OVERFLOW  /* window_max * m^2 beyond the exact accumulators of this type; use q31 */
 } davar_status_t;
 
@@ -54,7 +63,7 @@ typedef enum {
     DAVAR_MODE_TRAILING     /* epoch is the newest sample, no latency */
 } davar_mode_t;
 
-struct davar_fit_plan; /* fit.h */
+struct davar_plan; /* fit.h */
 
 /* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
 typedef struct {
@@ -80,7 +89,7 @@ typedef struct {
     bool mirrored_end;        /* keep what davar_flush needs; only a grid pays for it: window_max + 32 samples */
     /* Work memory of the fit, prepared by init. Instances with the same taus that one thread takes from may share one.
      * Null: davar_take makes its own on the stack each time, which is slower by O(T^2). The results are the same. */
-    struct davar_fit_plan *fit_plan;
+    struct davar_plan *fit_plan;
 } davar_config_t;
 
 /* Weather: things the world did, counted, never fatal. Saturating counters. */

@@ -1,0 +1,80 @@
+/* davar tests - a caller's bug stops at the assertion that names it. Compiled with the library's sources and assertions
+ * on, whatever the build. */
+#include "davar/davar.h"
+#include "unity.h"
+
+#include <setjmp.h>
+#include <signal.h>
+
+static jmp_buf back;
+static davar_t davar;
+static davar_config_t config;
+static uint64_t memory[2048];
+static const uint32_t taus[2] = {1U, 2U};
+
+static void aborted(int signal_number)
+{
+    (void)signal_number;
+    longjmp(back, 1);
+}
+
+/* True when `statement` runs into an assertion. */
+#define ASSERTS(statement) (signal(SIGABRT, aborted), (setjmp(back) != 0) ? true : ((void)(statement), false))
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 1.0;
+    config.unit_per_count = 1.0;
+    config.full_scale = 1.0;
+    config.taus = taus;
+    config.tau_count = 2U;
+}
+
+void tearDown(void) {}
+
+static void test_a_push_of_another_type_than_init_s(void)
+{
+    const int16_t narrow = 0;
+    const int32_t wide = 0;
+    const float rate = 0.0F;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    TEST_ASSERT_FALSE(ASSERTS(davar_push_q15(&davar, &narrow, 1U)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_push_q31(&davar, &wide, 1U)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_push_f32(&davar, &rate, 1U)));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory, sizeof memory));
+    TEST_ASSERT_FALSE(ASSERTS(davar_push_f32(&davar, &rate, 1U)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_push_q31(&davar, &wide, 1U)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_push_q15(&davar, &narrow, 1U)));
+}
+
+static void test_a_sample_or_a_gap_after_the_record_was_finished(void)
+{
+    const int16_t count = 0;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    for (unsigned i = 0U; i < 600U; i++) {
+        (void)davar_push_q15(&davar, &count, 1U);
+    }
+    TEST_ASSERT_TRUE(davar_flush(&davar));
+    TEST_ASSERT_TRUE(ASSERTS(davar_push_q15(&davar, &count, 1U)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_gap(&davar, 1U), 0)));
+    davar_reset(&davar);
+    TEST_ASSERT_FALSE(ASSERTS(davar_push_q15(&davar, &count, 1U)));
+}
+
+static void test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span(void)
+{
+    davar_fit_plan_t plan;
+    TEST_ASSERT_TRUE(ASSERTS((davar_fit_plan(&plan, taus, 0U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS(davar_edf(DAVAR_ANGLE_RANDOM_WALK, 2U, 3U)));
+    TEST_ASSERT_FALSE(ASSERTS(davar_edf(DAVAR_ANGLE_RANDOM_WALK, 2U, 4U)));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_push_of_another_type_than_init_s);
+    RUN_TEST(test_a_sample_or_a_gap_after_the_record_was_finished);
+    RUN_TEST(test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span);
+    return UNITY_END();
+}

@@ -1,0 +1,28 @@
+"""How often the window law calls plain white noise unstable: the README's figures."""
+
+import unittest
+
+from sim_case import SimCase
+
+
+class FalseAlarms(SimCase):
+    def setUp(self):
+        super().setUp()
+        self.path = self.recording(count=200_000)
+
+    def rate(self, *options):
+        rows = self.results(self.path, "--lsb", "0.01", *options)
+        return sum(row["unstable"] == "1" for row in rows) / len(rows)
+
+    def test_the_paper_s_bounds_misjudge_one_window_in_five(self):
+        self.assertAlmostEqual(0.19, self.rate(), delta=0.04)
+
+    def test_both_criteria_together_misjudge_few(self):
+        self.assertAlmostEqual(0.03, self.rate("--policy", "and"), delta=0.015)
+
+    def test_wider_bounds_misjudge_next_to_none(self):
+        self.assertLess(self.rate("--kurtosis", "2:4", "--contribution", "0:0.2"), 0.01)
+
+
+if __name__ == "__main__":
+    unittest.main()
