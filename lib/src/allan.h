@@ -88,8 +88,8 @@ static inline uint32_t allan_straight(const allan_t *allan, edge_t head, edge_t 
 /* The whole window moves by one sample, for cluster sizes whose taps lie on one side of the end of the ring. */
 static void slide_straight(tau_t *tau, const tau_t *end, const uint32_t *m, const sample_t *head, const sample_t *tail)
 {
-    const difference_t newest = *head;
-    const difference_t oldest = *tail;
+    const difference_t newest = (difference_t)*head;
+    const difference_t oldest = (difference_t)*tail;
     for (; tau != end; tau++, m++) {
         const ptrdiff_t lag = (ptrdiff_t)*m;
         const difference_t leading = tau->head + newest - (2 * (difference_t)head[-lag]) + head[-2 * lag];

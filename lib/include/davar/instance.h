@@ -59,12 +59,14 @@ typedef struct davar {
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 8, 4) / 8];
  * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 (176U + (12U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 (240U + (12U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)176U + (12U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)240U + (12U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
-    (DAVAR_STAGES_BYTES_Q15 + (16U * (taus)) + DAVAR_ROUND8(2U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)))
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + 1U)) +                \
+     DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_Q31(window_max, taus, gaps)                                                                       \
-    (DAVAR_STAGES_BYTES_Q31 + (32U * (taus)) + DAVAR_ROUND8(4U * ((window_max) + 1U)) + DAVAR_ROUND8(4U * (gaps)))
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) + DAVAR_ROUND8((size_t)4U * ((window_max) + 1U)) +                \
+     DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, taus, gaps)
 
 #ifdef __cplusplus
