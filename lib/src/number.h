@@ -10,6 +10,7 @@
 typedef struct davar_number {
     size_t (*memory_size)(const davar_config_t *config);
     void (*start)(davar_t *davar, void *memory);
+    void (*resume)(davar_t *davar); /* its memory has been read back: lay it out anew */
     void (*gap)(davar_t *davar);
     bool (*flush)(davar_t *davar);
     void (*collect)(const davar_t *davar, davar_result_t *result);

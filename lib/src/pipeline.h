@@ -12,6 +12,7 @@
 #include "sliding.h"
 
 #include <math.h>
+#include <string.h>
 
 /* --- memory ------------------------------------------------------------------------------------------------------ */
 
@@ -35,14 +36,12 @@ static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *conf
     stages->ring.sample = davar_arena_take(&arena, stages->ring.capacity, sizeof(sample_t));
     davar->gaps.position = davar_arena_take(&arena, config->gaps_max, sizeof(uint32_t));
     davar->gaps.capacity = config->gaps_max;
+    stages->allan.m = config->taus;
     stages->grid = NULL;
     if (config->stride > 1U) {
-        grid_t laid_out = {0};
+        grid_t only_counted;
         stages->grid = davar_arena_take(&arena, 1U, sizeof(grid_t));
-        grid_carve(&arena, &laid_out, config);
-        if (stages->grid != NULL) {
-            *stages->grid = laid_out;
-        }
+        grid_carve(&arena, (memory == NULL) ? &only_counted : stages->grid, config);
     }
     return arena.used;
 }
@@ -69,7 +68,6 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
 static void start_allan(allan_t *allan, const davar_config_t *config)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
-    allan->m = config->taus;
     allan->count = config->tau_count;
     allan->span_max = 2U * config->taus[config->tau_count - 1U];
     allan->run = 0U;
@@ -127,6 +125,7 @@ static void start(davar_t *davar, uint64_t origin, uint32_t skip)
 static void pipeline_start(davar_t *davar, void *memory)
 {
     davar->stages = memory;
+    memset(memory, 0, carve(davar->stages, davar, davar->config, memory));
     (void)carve(davar->stages, davar, davar->config, memory);
     start_samples(davar->stages, davar->config, davar->is_float);
     start(davar, 0U, 0U);
@@ -302,6 +301,16 @@ static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t coun
     return consumed;
 }
 
+/* The memory has been read back: every pointer in it is set anew, the rest stands. */
+static void pipeline_resume(davar_t *davar)
+{
+    stages_t *const stages = davar->stages;
+    (void)carve(stages, davar, davar->config, stages);
+    if ((stages->grid != NULL) && davar->ready) {
+        grid_place(stages, davar);
+    }
+}
+
 /* --- weather ----------------------------------------------------------------------------------------------------- */
 
 /* Throws the window away and starts again at the next boundary of the grid of epochs. */
@@ -430,8 +439,8 @@ static void pipeline_collect(const davar_t *davar, davar_result_t *result)
 
 #define PIPELINE_NUMBER                                                                                                \
     {                                                                                                                  \
-        pipeline_memory_size, pipeline_start, pipeline_gap, pipeline_flush, pipeline_collect, NUMBER_SUM_BITS,         \
-            NUMBER_SAMPLE_BITS_MAX, NUMBER_SAMPLE_BITS_DEFAULT, NUMBER_WINDOW_MAX                                      \
+        pipeline_memory_size, pipeline_start, pipeline_resume, pipeline_gap, pipeline_flush, pipeline_collect,         \
+            NUMBER_SUM_BITS, NUMBER_SAMPLE_BITS_MAX, NUMBER_SAMPLE_BITS_DEFAULT, NUMBER_WINDOW_MAX                     \
     }
 
 #endif

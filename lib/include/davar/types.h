@@ -22,31 +22,34 @@ extern "C" {
 #define DAVAR_EXPAND(name, count) DAVAR_JOIN(name, count)
 #define DAVAR_SIZED(name) DAVAR_EXPAND(name, DAVAR_TAUS_MAX)
 
-/* Why init refused. One code per cause; davar_status_text() says it in words. */
+/* Why init (or restoring a state) refused. One code per cause; davar_status_text() says it in words. */
 typedef enum {
     DAVAR_OK = 0,
-    DAVAR_ERR_NULL,         /* a pointer that must not be null is null */
-    DAVAR_ERR_MEMORY_SIZE,  /* memory smaller than davar_memory_size_*() */
-    DAVAR_ERR_MEMORY_ALIGN, /* memory not aligned to 8 bytes */
-    DAVAR_ERR_RATE,         /* rate_hz not a positive finite number */
-    DAVAR_ERR_SCALE,        /* unit_per_count (or full_scale for f32) not a positive finite number */
-    DAVAR_ERR_SAMPLE_BITS,  /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
-    DAVAR_ERR_MODE,         /* mode not in davar_mode_t */
-    DAVAR_ERR_POLICY,       /* policy not in davar_policy_t */
-    DAVAR_ERR_WINDOW_MAX,   /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
-    DAVAR_ERR_WINDOW_MIN,   /* window_min outside 1..window_max */
-    DAVAR_ERR_WINDOW_ODD,   /* window_max or window_min odd in centred mode */
-    DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
-    DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
-    DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
-    DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
-    DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
-    DAVAR_ERR_TAU_COUNT,    /* no cluster size, or more than DAVAR_TAUS_MAX */
-    DAVAR_ERR_TAU_ORDER,    /* cluster sizes not strictly ascending */
-    DAVAR_ERR_TAU_ZERO,     /* cluster size 0 */
-    DAVAR_ERR_TAU_LONG,     /* two clusters longer than window_max */
-    DAVAR_ERR_TAU_OVERFLOW  /* window_max * m^2 beyond the exact accumulators of this type; use q31 */
+    DAVAR_ERR_NULL,          /* a pointer that must not be null is null */
+    DAVAR_ERR_MEMORY_SIZE,   /* memory smaller than davar_memory_size_*() */
+    DAVAR_ERR_MEMORY_ALIGN,  /* memory not aligned to 8 bytes */
+    DAVAR_ERR_RATE,          /* rate_hz not a positive finite number */
+    DAVAR_ERR_SCALE,         /* unit_per_count (or full_scale for f32) not a positive finite number */
+    DAVAR_ERR_SAMPLE_BITS,   /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
+    DAVAR_ERR_MODE,          /* mode not in davar_mode_t */
+    DAVAR_ERR_POLICY,        /* policy not in davar_policy_t */
+    DAVAR_ERR_WINDOW_MAX,    /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
+    DAVAR_ERR_WINDOW_MIN,    /* window_min outside 1..window_max */
+    DAVAR_ERR_WINDOW_ODD,    /* window_max or window_min odd in centred mode */
+    DAVAR_ERR_SEGMENT,       /* segment 0 or not smaller than window_min */
+    DAVAR_ERR_KURTOSIS,      /* kurtosis bounds not finite, negative, or low > high */
+    DAVAR_ERR_CONTRIBUTION,  /* contribution bounds not finite, negative, or low > high */
+    DAVAR_ERR_STEP,          /* grow or shrink moves an edge backwards (centred: 0 or 2) */
+    DAVAR_ERR_SHRINK,        /* shrink * stride beyond 2^31 - 1 */
+    DAVAR_ERR_STRIDE,        /* stride 0 or above 2^24 */
+    DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
+    DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
+    DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
+    DAVAR_ERR_TAU_LONG,      /* two clusters longer than window_max */
+    DAVAR_ERR_TAU_OVERFLOW,  /* window_max * m^2 beyond the exact accumulators of this type; use q31 */
+    DAVAR_ERR_STATE_STORAGE, /* state: a slot is too small, or the storage failed */
+    DAVAR_ERR_STATE_NONE,    /* state: no whole image */
+    DAVAR_ERR_STATE_FOREIGN  /* state: an image of another version, number type, configuration or machine */
 } davar_status_t;
 
 /* Who decides the length of the window. [SONG18] section 4, DESIGN (4.1). */

@@ -1,0 +1,211 @@
+/* davar - saves and restores an instance. The caller's memory is saved as it lies there, pointers and all; restoring lays
+ * it out anew, which overwrites every pointer. */
+#include "davar/state.h"
+
+#include "number.h"
+
+#include <string.h>
+
+#define MAGIC 0x52564144U /* "DAVR" */
+#define FORMAT 1U
+#define SLOTS 2U
+
+/* In front of each image; `check` covers all fields above it and the payload. */
+typedef struct {
+    uint32_t magic;
+    uint32_t bytes;       /* of the payload */
+    uint32_t fingerprint; /* of format, number type, configuration and machine */
+    uint32_t order;       /* one more than that of the image before, modulo 2^32 */
+    uint32_t check;
+} header_t;
+
+/* What the instance itself holds, without its pointers. */
+typedef struct {
+    davar_window_t window;
+    davar_health_t health;
+    uint32_t produced;
+    uint32_t seen;
+    uint32_t taken;
+    uint16_t gaps;
+    bool ready;
+    bool in_gap;
+} saved_t;
+
+/* CRC-32 (IEEE 802.3, reflected), four bits at a time. */
+static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
+{
+    static const uint32_t TABLE[16] = {
+        0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU, 0x76DC4190U, 0x6B6B51F4U, 0x4DB26158U, 0x5005713CU,
+        0xEDB88320U, 0xF00F9344U, 0xD6D6A3E8U, 0xCB61B38CU, 0x9B64C2B0U, 0x86D3D2D4U, 0xA00AE278U, 0xBDBDF21CU,
+    };
+    const unsigned char *const byte = data;
+    uint32_t crc = ~check;
+    for (size_t i = 0U; i < bytes; i++) {
+        crc = (crc >> 4U) ^ TABLE[(crc ^ byte[i]) & 15U];
+        crc = (crc >> 4U) ^ TABLE[(crc ^ ((uint32_t)byte[i] >> 4U)) & 15U];
+    }
+    return ~crc;
+}
+
+static uint32_t header_check(const header_t *header)
+{
+    return check_of(0U, header, offsetof(header_t, check));
+}
+
+/* Field by field: padding is nobody's. */
+static uint32_t fingerprint(const davar_t *davar)
+{
+    const davar_config_t *const config = davar->config;
+    const double numbers[] = {config->rate_hz,          config->unit_per_count, config->full_scale,
+                              config->kurtosis_low,     config->kurtosis_high,  config->contribution_low,
+                              config->contribution_high};
+    const uint32_t counts[] = {FORMAT,
+                               (uint32_t)sizeof(void *),
+                               davar->number->sum_bits,
+                               davar->is_float ? 1U : 0U,
+                               config->sample_bits,
+                               (uint32_t)config->mode,
+                               (uint32_t)config->policy,
+                               config->window_max,
+                               config->window_min,
+                               config->segment,
+                               config->grow,
+                               config->shrink,
+                               config->stride,
+                               config->tau_count,
+                               config->gaps_max,
+                               config->mirrored_end ? 1U : 0U,
+                               (uint32_t)sizeof(saved_t)};
+    uint32_t check = check_of(0U, numbers, sizeof numbers);
+    check = check_of(check, counts, sizeof counts);
+    return check_of(check, config->taus, config->tau_count * sizeof config->taus[0]);
+}
+
+static size_t memory_bytes(const davar_t *davar)
+{
+    return davar->number->memory_size(davar->config);
+}
+
+size_t davar_state_bytes(const davar_t *davar)
+{
+    return sizeof(header_t) + sizeof(saved_t) + memory_bytes(davar);
+}
+
+/* --- reading ----------------------------------------------------------------------------------------------------- */
+
+static bool read_header(const davar_storage_t *storage, unsigned slot, header_t *header)
+{
+    return storage->read(storage->context, slot * storage->slot_bytes, header, sizeof *header);
+}
+
+/* Is the image of this header whole? False also when it cannot be read. */
+static bool is_whole(const davar_storage_t *storage, unsigned slot, const header_t *header)
+{
+    if ((header->magic != MAGIC) || (header->bytes > (storage->slot_bytes - sizeof *header))) {
+        return false;
+    }
+    uint32_t check = header_check(header);
+    size_t offset = (slot * storage->slot_bytes) + sizeof *header;
+    for (size_t left = header->bytes; left > 0U;) {
+        unsigned char part[64];
+        const size_t bytes = (left < sizeof part) ? left : sizeof part;
+        if (!storage->read(storage->context, offset, part, bytes)) {
+            return false;
+        }
+        check = check_of(check, part, bytes);
+        offset += bytes;
+        left -= bytes;
+    }
+    return check == header->check;
+}
+
+/* What the two slots hold. */
+typedef struct {
+    header_t header[SLOTS];
+    bool whole[SLOTS];
+    unsigned newest; /* of the whole ones; slot 1 when there is none, so that slot 0 comes next */
+} slots_t;
+
+static bool read_slots(const davar_storage_t *storage, slots_t *slots)
+{
+    for (unsigned slot = 0U; slot < SLOTS; slot++) {
+        if (!read_header(storage, slot, &slots->header[slot])) {
+            return false;
+        }
+        slots->whole[slot] = is_whole(storage, slot, &slots->header[slot]);
+    }
+    const bool first_is_newer = (int32_t)(slots->header[0].order - slots->header[1].order) > 0;
+    slots->newest = (slots->whole[0] && (first_is_newer || !slots->whole[1])) ? 0U : 1U;
+    return true;
+}
+
+static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot)
+{
+    saved_t saved;
+    const size_t offset = (slot * storage->slot_bytes) + sizeof(header_t);
+    if (!storage->read(storage->context, offset, &saved, sizeof saved) ||
+        !storage->read(storage->context, offset + sizeof saved, davar->stages, memory_bytes(davar))) {
+        return false;
+    }
+    davar->window = saved.window;
+    davar->health = saved.health;
+    davar->produced = saved.produced;
+    davar->seen = saved.seen;
+    davar->taken = saved.taken;
+    davar->ready = saved.ready;
+    davar->in_gap = saved.in_gap;
+    davar->number->resume(davar);
+    davar->gaps.count = saved.gaps;
+    return true;
+}
+
+davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)
+{
+    const uint32_t own = fingerprint(davar);
+    slots_t slots;
+    if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {
+        return DAVAR_ERR_STATE_STORAGE;
+    }
+    for (unsigned i = 0U; i < SLOTS; i++) {
+        const unsigned slot = slots.newest ^ i;
+        if (slots.whole[slot] && (slots.header[slot].fingerprint == own)) {
+            return read_payload(davar, storage, slot) ? DAVAR_OK : DAVAR_ERR_STATE_STORAGE;
+        }
+    }
+    return (slots.whole[0] || slots.whole[1]) ? DAVAR_ERR_STATE_FOREIGN : DAVAR_ERR_STATE_NONE;
+}
+
+/* --- writing ----------------------------------------------------------------------------------------------------- */
+
+static saved_t saved_of(const davar_t *davar)
+{
+    saved_t saved;
+    memset(&saved, 0, sizeof saved); /* its padding is saved too */
+    saved.window = davar->window;
+    saved.health = davar->health;
+    saved.produced = davar->produced;
+    saved.seen = davar->seen;
+    saved.taken = davar->taken;
+    saved.gaps = davar->gaps.count;
+    saved.ready = davar->ready;
+    saved.in_gap = davar->in_gap;
+    return saved;
+}
+
+davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage)
+{
+    slots_t slots;
+    if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {
+        return DAVAR_ERR_STATE_STORAGE;
+    }
+    const saved_t saved = saved_of(davar);
+    const size_t bytes = memory_bytes(davar);
+    const uint32_t order = slots.whole[slots.newest] ? (slots.header[slots.newest].order + 1U) : 0U;
+    header_t header = {MAGIC, (uint32_t)(sizeof saved + bytes), fingerprint(davar), order, 0U};
+    header.check = check_of(check_of(header_check(&header), &saved, sizeof saved), davar->stages, bytes);
+    const size_t at = (slots.newest ^ 1U) * storage->slot_bytes;
+    const bool written = storage->write(storage->context, at + sizeof header, &saved, sizeof saved) &&
+                         storage->write(storage->context, at + sizeof header + sizeof saved, davar->stages, bytes) &&
+                         storage->write(storage->context, at, &header, sizeof header);
+    return written ? DAVAR_OK : DAVAR_ERR_STATE_STORAGE;
+}
