@@ -67,8 +67,8 @@ static bool replay(run_t *run, sim_error_t *error)
                                   .output = &run->output,
                                   .progress = &run->progress,
                                   .times_real_time = run->options->pace};
-    output_open(&run->output, stdout, run->options, &run->engine.config, &run->recording.selection);
-    if (!replay_open(&run->replay, &setup, error)) {
+    if (!output_open(&run->output, stdout, run->options, &run->engine, &run->recording.selection, error) ||
+        !replay_open(&run->replay, &setup, error)) {
         return false;
     }
     const davar_port_t port = replay_port(&run->replay);
@@ -108,6 +108,7 @@ bool simulate(const options_t *options, sim_error_t *error)
     const bool good = work(run, error);
     progress_clear(&run->progress);
     replay_close(&run->replay);
+    output_close(&run->output);
     engine_free(&run->engine);
     recording_free(&run->recording);
     free(run);
