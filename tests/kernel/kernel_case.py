@@ -23,6 +23,7 @@ SIM, NODE = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_NODE
 RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
 REPLAY = (RECORDING, "--lsb", "0.05", "--stride", "100", "--progress", "never")
 N_SLCAN = 17  # line discipline
+SIOCGIFNAME = 0x8910
 
 
 def shell(*command):
@@ -52,12 +53,12 @@ def near(a, b, relative=2 ** -24):
 class SerialCan:
     """A real SLCAN interface whose serial line ends here: the test is the adapter."""
 
-    def __init__(self, name="slcan0"):
+    def __init__(self):
         self.master, self.slave = pty.openpty()
         tty.setraw(self.slave)
         fcntl.ioctl(self.slave, termios.TIOCSETD, struct.pack("i", N_SLCAN))
-        self.name = name
-        shell("ip", "link", "set", name, "txqueuelen", "10", "up")
+        self.name = fcntl.ioctl(self.slave, SIOCGIFNAME, bytes(40)).split(b"\0")[0].decode()
+        shell("ip", "link", "set", self.name, "txqueuelen", "10", "up")
 
     def say(self, text):
         os.write(self.master, text)
@@ -117,7 +118,11 @@ class KernelCase(unittest.TestCase):
 
         def work():
             while not done.is_set():
-                message = bus.recv(0.1)
+                try:
+                    message = bus.recv(0.1)
+                except can.CanError:  # the interface is down; the socket stays good
+                    time.sleep(0.05)
+                    continue
                 if message and not message.is_error_frame:
                     result = receiver.push(message.arbitration_id, bytes(message.data))
                     collected.extend([result] if result else [])

@@ -58,6 +58,7 @@ class Sequence:
 
     def __init__(self):
         self.last = None
+        self.missing = 0
         self.seen = deque(maxlen=HISTORY)  # (counter, data), newest last
         self.holes = {}  # counters that did not come yet -> how many frames ago they were due
 
@@ -141,6 +142,7 @@ class Receiver:
         else:
             kind, missing = self.sequences.setdefault(identifier, Sequence()).judge(data[1] & 15, data)
             self.faults.missing += missing
+            self.sequences[identifier].missing += missing
             self.faults.good += kind in ("good", "swapped")
         if kind != "good":
             setattr(self.faults, kind, getattr(self.faults, kind) + 1)
