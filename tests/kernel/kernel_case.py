@@ -108,7 +108,7 @@ class KernelCase(unittest.TestCase):
         words = errors.strip().splitlines()[-1].removeprefix("davar-node: ").split(", ")
         return {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in words}
 
-    def listen(self, interface):
+    def listen(self, interface, patience_s=0.1):
         """A Receiver fed by a thread; stop_listening() ends it."""
         import can
         import wire
@@ -119,7 +119,7 @@ class KernelCase(unittest.TestCase):
         def work():
             while not done.is_set():
                 try:
-                    message = bus.recv(0.1)
+                    message = bus.recv(patience_s)
                 except can.CanError:  # the interface is down; the socket stays good
                     time.sleep(0.05)
                     continue

@@ -32,7 +32,7 @@ class TenHours(KernelCase):
         fast = subprocess.run(options, text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()
         wanted = list(csv.DictReader(fast))
         interface = self.vcan()
-        receiver, stop_listening = self.listen(interface)
+        receiver, stop_listening = self.listen(interface, patience_s=600)
         start = time.monotonic()
         subprocess.run([*options, "--pace", "realtime", "--out", f"can:{interface}"], check=True)
         passed = time.monotonic() - start
