@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "kernel"))
 
 from kernel_case import SIM, KernelCase, near, sim_csv  # noqa: E402
 
-HOURS, RATE_HZ = 10, 10
+HOURS, RATE_HZ = 10, 2
 
 
 class TenHours(KernelCase):
@@ -27,7 +27,7 @@ class TenHours(KernelCase):
 
     def test_a_replay_at_real_pace_ends_with_the_values_of_full_speed_and_no_drop(self):
         import csv
-        options = [SIM, str(self.recording()), "--rate", str(RATE_HZ), "--lsb", "0.01", "--stride", "600", "--progress",
+        options = [SIM, str(self.recording()), "--rate", str(RATE_HZ), "--lsb", "0.01", "--stride", "120", "--progress",
                    "never"]
         fast = subprocess.run(options, text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()
         wanted = list(csv.DictReader(fast))
