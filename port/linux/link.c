@@ -127,7 +127,8 @@ bool davar_link_is_up(const davar_link_t *link)
 void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
 {
     /* A full transmit queue (ENOBUFS) does not show in poll(): sleep a little and try again. */
-    const struct timespec nap = {.tv_sec = milliseconds / 1000U, .tv_nsec = (long)(milliseconds % 1000U) * 1000000L};
+    const struct timespec nap = {.tv_sec = (time_t)(milliseconds / 1000U),
+                                 .tv_nsec = (long)(milliseconds % 1000U) * 1000000L};
     (void)nanosleep(&nap, NULL);
     davar_link_poll(link);
 }

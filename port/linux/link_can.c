@@ -26,7 +26,7 @@ static bool bind_interface(int descriptor, const davar_link_t *link)
 {
     struct ifreq request = {0};
     struct sockaddr_can address = {.can_family = AF_CAN};
-    (void)snprintf(request.ifr_name, sizeof request.ifr_name, "%s", link->name);
+    memcpy(request.ifr_name, link->name, strlen(link->name)); /* shorter than IFNAMSIZ: open_can has checked */
     if (ioctl(descriptor, SIOCGIFINDEX, &request) != 0) {
         return false;
     }
