@@ -184,12 +184,43 @@ static bool apply_out(options_t *options, const char *text, sim_error_t *error)
 {
     static const char *const WORDS[] = {"csv", "jsonl"};
     if ((strncmp(text, "can:", 4) == 0) || (strncmp(text, "slcan:", 6) == 0)) {
-        return sim_fail(error, "--out: CAN output is not part of this version, found '%s'; use csv or jsonl", text);
+        options->out = OUT_LINK;
+        options->link = text;
+        return true;
     }
     size_t choice = 0;
     const bool good = value_choice("out", text, WORDS, 2, &choice, error);
     options->out = (out_t)choice;
     return good;
+}
+
+static bool apply_can_base(options_t *options, const char *text, sim_error_t *error)
+{
+    char *end = NULL;
+    const unsigned long value = strtoul(text, &end, 16);
+    const size_t prefix = ((text[0] == '0') && ((text[1] == 'x') || (text[1] == 'X'))) ? 2U : 0U;
+    const bool digits = (strspn(text + prefix, "0123456789abcdefABCDEF") == strlen(text + prefix));
+    if (!digits || (text[prefix] == '\0') || (value > DAVAR_WIRE_LAST_ID)) {
+        return sim_fail(error, "--can-base: a hexadecimal identifier up to 7F0 expected, found '%s'", text);
+    }
+    options->can_base = (uint32_t)value;
+    return true;
+}
+
+static bool apply_can_content(options_t *options, const char *text, sim_error_t *error)
+{
+    static const char *const WORDS[] = {"summary", "full", "intervals", "fd"};
+    static const uint32_t CONTENT[] = {0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
+                                       DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS, DAVAR_SEND_FD};
+    size_t choice = 0;
+    const bool good = value_choice("can-content", text, WORDS, 4, &choice, error);
+    options->can_content = CONTENT[choice];
+    return good;
+}
+
+static bool apply_baud(options_t *options, const char *text, sim_error_t *error)
+{
+    return value_u32("baud", text, &options->baud, error);
 }
 
 static bool apply_pace(options_t *options, const char *text, sim_error_t *error)
@@ -237,6 +268,9 @@ const option_entry_t OPTION_TABLE[] = {
     {"taus", apply_taus},
     {"stride", apply_stride},
     {"out", apply_out},
+    {"can-base", apply_can_base},
+    {"can-content", apply_can_content},
+    {"baud", apply_baud},
     {"details", NULL},
     {"pace", apply_pace},
     {"progress", apply_progress},

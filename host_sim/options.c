@@ -112,7 +112,9 @@ static options_status_t take_rest(options_t *options, int argc, char **argv, sim
 
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
 {
-    *options = (options_t){.policy = DAVAR_POLICY_OR};
+    *options = (options_t){.policy = DAVAR_POLICY_OR,
+                           .can_base = DAVAR_WIRE_BASE,
+                           .can_content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS};
     const options_status_t status = walk(options, argc, argv, error);
     return (status == OPTIONS_RUN) ? take_rest(options, argc, argv, error) : status;
 }

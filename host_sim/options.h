@@ -2,6 +2,7 @@
 #ifndef OPTIONS_H
 #define OPTIONS_H
 
+#include "davar/codec.h"
 #include "davar/types.h"
 #include "sim_error.h"
 
@@ -21,6 +22,7 @@ typedef enum {
 typedef enum {
     OUT_CSV = 0,
     OUT_JSONL,
+    OUT_LINK, /* can: or slcan: */
 } out_t;
 
 typedef enum {
@@ -67,7 +69,11 @@ typedef struct {
     uint32_t taus[DAVAR_TAUS_MAX]; /* list */
     size_t tau_count;
     out_t out;
-    double pace; /* times real time; 0: as fast as it goes */
+    const char *link;     /* of OUT_LINK: can:IFACE or slcan:PATH */
+    uint32_t can_base;    /* identifier of channel 0 */
+    uint32_t can_content; /* DAVAR_SEND_* */
+    uint32_t baud;        /* of a serial line; 0: as it is */
+    double pace;          /* times real time; 0: as fast as it goes */
     show_t progress;
     bool details;
 } options_t;

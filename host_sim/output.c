@@ -7,21 +7,22 @@
 #include <errno.h>
 #include <string.h>
 
-void output_open(output_t *output, FILE *file, const options_t *options, const davar_config_t *config,
-                 const selection_t *selection)
+bool output_open(output_t *output, FILE *file, const options_t *options, const engine_t *engine,
+                 const selection_t *selection, sim_error_t *error)
 {
     output->file = file;
     output->format = options->out;
     output->selection = selection;
     output->flush_rows = (options->pace > 0.0);
     output->rows = 0;
-    fields_make(&output->fields, config->taus, config->tau_count, options->details);
+    fields_make(&output->fields, engine->config.taus, engine->config.tau_count, options->details);
+    return (options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error);
 }
 
 static void write_csv(const output_t *output, size_t channel, const epoch_row_t *row)
 {
     const bool named = (output->selection->count > 1U);
-    if (output->rows == 0U) {
+    if (output->rows == 1U) {
         csv_out_header(output->file, &output->fields, named);
     }
     csv_out_row(output->file, &output->fields, named ? output->selection->name[channel] : NULL, row);
@@ -38,7 +39,10 @@ static bool check(const output_t *output, bool flush, sim_error_t *error)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *row, sim_error_t *error)
 {
+    output->rows++;
     switch (output->format) {
+    case OUT_LINK:
+        return wire_out_result(&output->wire, channel, row->result, error);
     case OUT_JSONL:
         jsonl_out_row(output->file, &output->fields, output->selection->name[channel], row);
         break;
@@ -47,11 +51,16 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *row, sim_er
         write_csv(output, channel, row);
         break;
     }
-    output->rows++;
     return check(output, output->flush_rows, error);
 }
 
 bool output_finish(output_t *output, sim_error_t *error)
 {
-    return check(output, true, error);
+    const bool told = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
+    return told && check(output, true, error);
+}
+
+void output_close(output_t *output)
+{
+    wire_out_close(&output->wire);
 }

@@ -1,10 +1,11 @@
-/* davar-sim - where results go: a stream in one of the formats. */
+/* davar-sim - where results go: a stream in one of the formats, or frames on a link. */
 #ifndef OUTPUT_H
 #define OUTPUT_H
 
 #include "fields.h"
 #include "options.h"
 #include "selection.h"
+#include "wire_out.h"
 
 #include <stdio.h>
 
@@ -15,15 +16,20 @@ typedef struct {
     const selection_t *selection;
     bool flush_rows; /* somebody watches */
     uint64_t rows;   /* written so far */
+    wire_out_t wire; /* of OUT_LINK */
 } output_t;
 
-void output_open(output_t *output, FILE *file, const options_t *options, const davar_config_t *config,
-                 const selection_t *selection);
+/* All of it belongs to the caller and must outlive the output. False: the link of --out cannot be opened. */
+bool output_open(output_t *output, FILE *file, const options_t *options, const engine_t *engine,
+                 const selection_t *selection, sim_error_t *error);
 
 /* Writes one row, before the first one the header. False: the stream takes no more. */
 bool output_row(output_t *output, size_t channel, const epoch_row_t *row, sim_error_t *error);
 
 /* Flushes. False: the stream did not take everything. */
 bool output_finish(output_t *output, sim_error_t *error);
+
+/* Allowed on one that is all zero. */
+void output_close(output_t *output);
 
 #endif

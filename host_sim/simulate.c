@@ -43,7 +43,8 @@ static bool load(run_t *run, sim_error_t *error)
     run->quantisation = quantise_plan(options, &run->recording.extent);
     return timing_find(&run->timing, &run->recording, options, error) &&
            engine_start(&run->engine, &run->settings, &run->quantisation, run->timing.rate_hz,
-                        run->recording.selection.count, options, error);
+                        run->recording.selection.count, options, error) &&
+           output_open(&run->output, stdout, options, &run->engine, &run->recording.selection, error);
 }
 
 static bool step_to_the_end(run_t *run)
@@ -67,7 +68,6 @@ static bool replay(run_t *run, sim_error_t *error)
                                   .output = &run->output,
                                   .progress = &run->progress,
                                   .times_real_time = run->options->pace};
-    output_open(&run->output, stdout, run->options, &run->engine.config, &run->recording.selection);
     if (!replay_open(&run->replay, &setup, error)) {
         return false;
     }
@@ -108,6 +108,7 @@ bool simulate(const options_t *options, sim_error_t *error)
     const bool good = work(run, error);
     progress_clear(&run->progress);
     replay_close(&run->replay);
+    output_close(&run->output);
     engine_free(&run->engine);
     recording_free(&run->recording);
     free(run);

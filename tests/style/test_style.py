@@ -14,14 +14,16 @@ README = ROOT / "README.md"
 FUNCTION_LINES_MAX = 60
 VERSION_HEADER = "lib/include/davar/version.h"
 # Where an included name is looked for, after the includer's own folder.
-INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support")
+INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/linux", "host_sim",
+                "tests/support")
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
     "lib/include": (),
     "lib/src": ("lib/include",),
     "port/include": ("lib/include",),
     "port/node": ("lib/include", "port/include"),
-    "port/": ("port/include",),
+    "port/": ("port/include", "lib/include"),
+    "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
     "host_sim": ("lib/include", "port/include", "port/node"),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),

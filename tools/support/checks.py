@@ -125,7 +125,7 @@ def tool(*command, log=None):
 
 
 def sources(*suffixes):
-    folders = ("lib", "port", "host_sim", "tests")
+    folders = ("lib", "port", "host_sim", "gateway", "tests")
     return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*")
                   if path.suffix in suffixes)
 
@@ -146,7 +146,7 @@ def clang_tidy():
 def cppcheck():
     return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
                 "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
-                "-Ilib/include", "-Iport/include", "-Iport/node", "lib/src", "port", "host_sim")
+                "-Ilib/include", "-Iport/include", "-Iport/node", "lib/src", "port", "host_sim", "gateway")
 
 
 def shell():
@@ -155,11 +155,11 @@ def shell():
     return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
 
 
-def python_suite(folder, **env):
-    """Runs the unittest modules of tests/<folder>."""
+def python_suite(folder, python=sys.executable, command=None, **env):
+    """Runs the unittest modules of tests/<folder>, with another Python or another command that ends in one if asked."""
     if not list((ROOT / "tests" / folder).glob("test_*.py")):
         raise Broken(f"no tests in tests/{folder}")
-    status, output = run([sys.executable, "-B", "-m", "unittest", "discover", "-v", "-s", f"tests/{folder}"],
+    status, output = run([*(command or [python]), "-B", "-m", "unittest", "discover", "-v", "-s", f"tests/{folder}"],
                          f"{folder}.log", {**os.environ, **env})
     ran = re.search(r"^Ran (\d+) test", output, re.MULTILINE)
     if not ran:
@@ -175,6 +175,35 @@ def command_line(preset):
     return python_suite("cli", DAVAR_SIM=program("host_sim/davar-sim", preset))
 
 
+def wire_python():
+    """The Python of build/venv-wire, made when missing or when the pins have changed."""
+    status, output = run(["bash", "-c", ". tools/support/setup.sh && python_environment venv-wire "
+                          "tools/support/requirements-wire.txt"], "wire-python.log")
+    if status:
+        raise Broken(output)
+    return output.splitlines()[-1]
+
+
+def wire():
+    return python_suite("wire", python=wire_python(), DAVAR_WIRE_PROBE=program("tests/wire_probe", "release"),
+                        DAVAR_SIM=program("host_sim/davar-sim", "release"))
+
+
+def kernel():
+    """The tests of tests/kernel inside a User-Mode Linux kernel, which is built when the cache has none."""
+    python = wire_python()
+    status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
+    if status:
+        raise Broken(output)
+    guest = ["tools/support/uml/run", "-t", "300", output.splitlines()[-1], "env",
+             f"PATH={Path(python).parent}:{os.environ['PATH']}", f"DAVAR_SIM={program('host_sim/davar-sim', 'release')}",
+             f"DAVAR_NODE={program('gateway/davar-node', 'release')}", python]
+    virtual = [*guest[:1], "-T", *guest[1:]]
+    tally = python_suite("kernel", command=guest)
+    tally.add(python_suite("kernel_virtual", command=virtual))
+    return tally
+
+
 PARTS = {
     "debug": ("unit, property and published tests, assertions on", lambda: ctest("debug")),
     "release": ("the same and the long ones, as shipped", lambda: ctest("release")),
@@ -184,6 +213,8 @@ PARTS = {
     "cli": ("davar-sim through its command line", lambda: command_line("release")),
     "cli-sanitize": ("the same, under the sanitizers", lambda: command_line("sanitize")),
     "tools": ("the commands in tools/ and the bundled recording", lambda: python_suite("tools")),
+    "wire": ("frames against davar.dbc, read by cantools; the receiver against a million faults", wire),
+    "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included", kernel),
     "consumer": ("find_package and add_subdirectory from outside", lambda: python_suite("consumer")),
     "style": ("the house rules: includes, no heap, function length, one version", lambda: python_suite("style")),
     "format": ("clang-format", lambda: tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))),

@@ -32,6 +32,11 @@ have() {
     zlib1g-dev) compiles -include zlib.h ;;
     gcc-multilib) compiles -m32 -include stdio.h ;;
     python3-venv) python3 -c 'import ensurepip, venv' >/dev/null 2>&1 ;;
+    libgpiod-dev) compiles -include gpiod.h ;;
+    linux-source-6.1) [[ -e /usr/src/linux-source-6.1.tar.xz ]] && dpkg-query --show "$1" >/dev/null 2>&1 ;;
+    can-utils) command -v candump >/dev/null ;;
+    gpiod) command -v gpiomon >/dev/null ;;
+    iproute2) command -v ip >/dev/null ;;
     xz-utils) command -v xz >/dev/null ;;
     ca-certificates) [[ -e /etc/ssl/certs/ca-certificates.crt ]] ;;
     *) command -v "$1" >/dev/null ;;

@@ -1,0 +1,297 @@
+/* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial line, alarm to a pin. */
+#include "alarm.h"
+#include "davar_node.h"
+#include "gpio.h"
+#include "outbox.h"
+#include "settings.h"
+#include "source.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define POLL_MS 20
+#define FAREWELL_MS 500U
+#define WHY_BYTES 512U
+
+typedef struct {
+    node_settings_t settings;
+    source_t source;
+    gpio_edges_t *edges;
+    gpio_output_t *pin;
+    alarm_level_t alarm;
+    outbox_t outbox;
+    davar_encoder_t encoder;
+    davar_t davar;
+    davar_node_channel_t channel;
+    davar_node_t node;
+    davar_wire_health_t health;
+    int32_t count;
+    davar_port_samples_t samples;
+    uint32_t owed; /* samples missing before the next good one */
+    void *memory;
+} gateway_t;
+
+static volatile sig_atomic_t stopped;
+
+static void stop(int signal)
+{
+    (void)signal;
+    stopped = 1;
+}
+
+static void count(gateway_t *gateway, davar_health_item_t item, uint32_t by)
+{
+    uint32_t *counter = &gateway->health.count[item];
+    *counter = (by < UINT32_MAX - *counter) ? *counter + by : UINT32_MAX;
+}
+
+/* One data-ready edge; true without a data-ready line. A lost edge takes its line of a recorded file with it. */
+static bool wait_edge(gateway_t *gateway)
+{
+    uint32_t lost = 0;
+    int32_t skipped = 0;
+    if (gateway->edges == NULL) {
+        return true;
+    }
+    const gpio_read_t answer = gpio_edges_read(gateway->edges, &lost);
+    if (answer != GPIO_EDGE) {
+        return false;
+    }
+    count(gateway, DAVAR_HEALTH_EDGES_LOST, lost);
+    gateway->owed += lost;
+    for (uint32_t i = 0; (i < lost) && !gateway->source.is_value; i++) {
+        (void)source_read(&gateway->source, &skipped);
+    }
+    return true;
+}
+
+static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
+{
+    gateway_t *gateway = context;
+    if (stopped != 0) {
+        return DAVAR_PORT_READ_END;
+    }
+    if (!wait_edge(gateway)) {
+        return DAVAR_PORT_READ_AGAIN;
+    }
+    switch (source_read(&gateway->source, &gateway->count)) {
+    case SOURCE_SAMPLE:
+        *block = (davar_port_block_t){.samples = &gateway->samples, .count = 1U, .missing = gateway->owed};
+        gateway->owed = 0;
+        return DAVAR_PORT_READ_BLOCK;
+    case SOURCE_END:
+        return DAVAR_PORT_READ_END;
+    case SOURCE_FAULT:
+        gateway->owed++;
+        count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, 1U);
+        return DAVAR_PORT_READ_FAULT;
+    case SOURCE_AGAIN: /* with an edge, this sample is lost: nobody had it ready */
+    default:
+        gateway->owed += (gateway->edges != NULL) ? 1U : 0U;
+        count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, (gateway->edges != NULL) ? 1U : 0U);
+        return DAVAR_PORT_READ_AGAIN;
+    }
+}
+
+static void take_health(gateway_t *gateway)
+{
+    const davar_health_t health = davar_health(&gateway->davar);
+    const uint32_t counts[] = {health.gaps,       health.missing,  health.saturated,
+                               health.not_finite, health.restarts, health.missed};
+    memcpy(gateway->health.count, counts, sizeof counts);
+    davar_link_health(gateway->outbox.link, &gateway->health);
+}
+
+static void update_alarm(gateway_t *gateway, const davar_result_t *result)
+{
+    const bool before = gateway->alarm.high;
+    const bool now = alarm_step(&gateway->alarm, result->epoch, result->unstable);
+    if (now && !before) {
+        count(gateway, DAVAR_HEALTH_ALARMS, 1U);
+    }
+    if ((gateway->pin != NULL) && (now != before)) {
+        (void)gpio_output_set(gateway->pin, now);
+    }
+}
+
+static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
+{
+    gateway_t *gateway = context;
+    (void)channel;
+    update_alarm(gateway, result);
+    take_health(gateway);
+    davar_encoder_begin(&gateway->encoder, result, &gateway->health);
+    outbox_put(&gateway->outbox, &gateway->encoder);
+    outbox_flush(&gateway->outbox);
+    return DAVAR_PORT_SEND_DONE;
+}
+
+static bool open_pins(gateway_t *gateway, char *why)
+{
+    const node_settings_t *settings = &gateway->settings;
+    const uint64_t period_ns = (uint64_t)(1e9 / settings->config.rate_hz);
+    if (settings->edges != NULL) {
+        gateway->edges = gpio_edges_open(settings->edges, period_ns, why, WHY_BYTES);
+    }
+    if (settings->alarm != NULL) {
+        gateway->pin = ((settings->edges == NULL) || (gateway->edges != NULL))
+                           ? gpio_output_open(settings->alarm, why, WHY_BYTES)
+                           : NULL;
+    }
+    gateway->alarm.on_samples = (uint64_t)(settings->alarm_on_s * settings->config.rate_hz);
+    gateway->alarm.off_samples = (uint64_t)(settings->alarm_off_s * settings->config.rate_hz);
+    return ((settings->edges == NULL) || (gateway->edges != NULL)) &&
+           ((settings->alarm == NULL) || (gateway->pin != NULL));
+}
+
+static bool open_link(gateway_t *gateway, char *why)
+{
+    const node_settings_t *settings = &gateway->settings;
+    const davar_link_options_t wanted = {.where = settings->out,
+                                         .fd = (settings->content & DAVAR_SEND_FD) != 0U,
+                                         .baud = settings->baud,
+                                         .wait = settings->wait};
+    if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)settings->base, (uint8_t)settings->channel,
+                            (uint8_t)settings->content)) {
+        (void)snprintf(why, WHY_BYTES, "--base: channel %u does not fit into 11-bit identifiers", settings->channel);
+        return false;
+    }
+    gateway->outbox.link = davar_link_open(&wanted, why, WHY_BYTES);
+    if ((gateway->outbox.link != NULL) && (strcmp(settings->out, "slcan:pty") == 0)) {
+        (void)fprintf(stderr, "davar-node: slcan on %s\n", davar_link_name(gateway->outbox.link));
+    }
+    return gateway->outbox.link != NULL;
+}
+
+static bool start_library(gateway_t *gateway, char *why)
+{
+    const size_t bytes = davar_memory_size_q31(&gateway->settings.config);
+    gateway->memory = calloc(1U, bytes);
+    const davar_status_t status =
+        (gateway->memory == NULL) ? DAVAR_ERR_MEMORY_SIZE
+                                  : davar_init_q31(&gateway->davar, &gateway->settings.config, gateway->memory, bytes);
+    (void)snprintf(why, WHY_BYTES, "%s", davar_status_text(status));
+    return status == DAVAR_OK;
+}
+
+static bool start(gateway_t *gateway, char *why)
+{
+    if (!source_open(&gateway->source, gateway->settings.source)) {
+        (void)snprintf(why, WHY_BYTES, "--source: %s: %s", gateway->settings.source, strerror(errno));
+        return false;
+    }
+    gateway->samples.q31 = &gateway->count;
+    gateway->channel = (davar_node_channel_t){.davar = &gateway->davar, .number = DAVAR_PORT_Q31};
+    return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
+}
+
+/* Sleeps until an edge or a line is there, or a moment has passed. */
+static void rest(gateway_t *gateway)
+{
+    struct pollfd one = {.fd = gateway->source.descriptor, .events = POLLIN};
+    if (gateway->edges != NULL) {
+        one.fd = gpio_edges_descriptor(gateway->edges);
+    }
+    outbox_flush(&gateway->outbox);
+    davar_link_poll(gateway->outbox.link);
+    (void)poll(&one, 1, (gateway->outbox.count > 0U) ? 1 : POLL_MS);
+}
+
+/* Every counter once more, as far as the link takes it in half a second. */
+static void farewell(gateway_t *gateway)
+{
+    take_health(gateway);
+    davar_encoder_finish(&gateway->encoder, &gateway->health);
+    outbox_put(&gateway->outbox, &gateway->encoder);
+    for (uint32_t ms = 0; (gateway->outbox.count > 0U) && (ms < FAREWELL_MS); ms++) {
+        outbox_flush(&gateway->outbox);
+        davar_link_wait(gateway->outbox.link, 1U);
+    }
+    if (gateway->pin != NULL) {
+        (void)gpio_output_set(gateway->pin, false);
+    }
+}
+
+static void run(gateway_t *gateway)
+{
+    const davar_port_t port = {.context = gateway, .read = read_sample, .send = send_result};
+    davar_node_init(&gateway->node, &gateway->channel, 1U, &port);
+    davar_node_state_t state = DAVAR_NODE_RUNNING;
+    uint32_t steps = 0;
+    while (state != DAVAR_NODE_DONE) {
+        state = davar_node_step(&gateway->node);
+        if (state == DAVAR_NODE_IDLE) {
+            rest(gateway);
+        }
+        steps++;
+        if (steps % 64U == 0U) {
+            davar_link_poll(gateway->outbox.link);
+        }
+    }
+    farewell(gateway);
+}
+
+static void report(const gateway_t *gateway)
+{
+    static const char *const names[DAVAR_HEALTH_COUNT] = {
+        "gaps",           "missing samples", "saturated samples", "not finite", "window restarts", "results missed",
+        "frames dropped", "send retries",    "error passive",     "bus off",    "link lost",       "link back",
+        "noise bytes",    "edges lost",      "source faults",     "alarms"};
+    (void)fprintf(stderr, "davar-node: %llu samples, %llu results", (unsigned long long)gateway->node.counters.samples,
+                  (unsigned long long)gateway->node.counters.results);
+    for (size_t item = 0; item < DAVAR_HEALTH_COUNT; item++) {
+        if (gateway->health.count[item] > 0U) {
+            (void)fprintf(stderr, ", %u %s", gateway->health.count[item], names[item]);
+        }
+    }
+    (void)fputc('\n', stderr);
+}
+
+static void finish(gateway_t *gateway)
+{
+    if (gateway->source.descriptor > 0) {
+        source_close(&gateway->source);
+    }
+    davar_link_close(gateway->outbox.link);
+    gpio_edges_close(gateway->edges);
+    gpio_output_close(gateway->pin);
+    free(gateway->memory);
+    free(gateway);
+}
+
+static int work(gateway_t *gateway, int argc, char **argv)
+{
+    char why[WHY_BYTES] = "";
+    if (!settings_parse(&gateway->settings, argc, argv, why, sizeof why) ||
+        (!gateway->settings.help && !start(gateway, why))) {
+        (void)fprintf(stderr, "davar-node: %s\n", why);
+        return 2;
+    }
+    if (gateway->settings.help) {
+        settings_help();
+        return 0;
+    }
+    run(gateway);
+    take_health(gateway);
+    report(gateway);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    const struct sigaction action = {.sa_handler = stop};
+    (void)sigaction(SIGINT, &action, NULL);
+    (void)sigaction(SIGTERM, &action, NULL);
+    gateway_t *gateway = calloc(1U, sizeof *gateway);
+    if (gateway == NULL) {
+        return 2;
+    }
+    const int status = work(gateway, argc, argv);
+    finish(gateway);
+    return status;
+}

@@ -1,0 +1,24 @@
+/* davar-node - outbox. */
+#include "outbox.h"
+
+void outbox_put(outbox_t *outbox, davar_encoder_t *encoder)
+{
+    davar_frame_t frame;
+    while (davar_encoder_next(encoder, &frame)) {
+        if (outbox->count == OUTBOX_FRAMES) {
+            davar_link_dropped(outbox->link);
+        } else {
+            outbox->frame[(outbox->first + outbox->count) % OUTBOX_FRAMES] = frame;
+            outbox->count++;
+        }
+    }
+}
+
+void outbox_flush(outbox_t *outbox)
+{
+    while ((outbox->count > 0U) &&
+           (davar_link_send(outbox->link, &outbox->frame[outbox->first]) != DAVAR_PORT_SEND_AGAIN)) {
+        outbox->first = (outbox->first + 1U) % OUTBOX_FRAMES;
+        outbox->count--;
+    }
+}

@@ -1,0 +1,22 @@
+/* davar-node - frames on their way out: a queue in front of the link, so that a slow bus never holds up the samples. */
+#ifndef OUTBOX_H
+#define OUTBOX_H
+
+#include "davar_link.h"
+
+#define OUTBOX_FRAMES 512U /* about ten full results */
+
+typedef struct {
+    davar_link_t *link;
+    size_t first;
+    size_t count;
+    davar_frame_t frame[OUTBOX_FRAMES];
+} outbox_t;
+
+/* Takes the frames of the result that the encoder has begun. What finds no room is dropped and counted. */
+void outbox_put(outbox_t *outbox, davar_encoder_t *encoder);
+
+/* Sends what goes now. */
+void outbox_flush(outbox_t *outbox);
+
+#endif

@@ -1,0 +1,204 @@
+/* davar-node - command line. */
+#include "settings.h"
+
+#include "davar/codec.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char HELP[] =
+    "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
+    "\n"
+    "Reads gyro counts, follows their Allan variance, sends the results to a CAN bus or a serial line (lib/WIRE.md).\n"
+    "\n"
+    "  --source SRC      '-', a file or a FIFO with a count per line, or value:PATH, a file that is read anew for "
+    "each\n"
+    "                    sample (an IIO in_anglvel_x_raw); value: needs --edges\n"
+    "  --edges CHIP:LINE take one sample per rising edge of a data-ready line. An edge that was lost is a lost "
+    "sample:\n"
+    "                    a gap in the data, and its line of a recorded file is skipped\n"
+    "  --rate HZ         sample rate\n"
+    "  --lsb DPS         size of a count in deg/s\n"
+    "  --bits N          width of a count, 2 to 32 (default 24)\n"
+    "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, 100, 100)\n"
+    "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty and prints its name\n"
+    "  --content WHAT    summary, full (default), intervals or fd\n"
+    "  --base HEX        CAN identifier of channel 0 (default 5D0);  --channel N  (default 0)\n"
+    "  --baud N          of the serial line (default: as it is)\n"
+    "  --wait            start even when the interface or tty is not there yet\n"
+    "  --alarm CHIP:LINE high while the noise is unstable\n"
+    "  --alarm-on S      unstable for so long before it rises (default 0);  --alarm-off S  stable before it falls (1)\n"
+    "  --help\n"
+    "\n"
+    "A lost link is waited for; what could not be sent is counted in DAVAR_Health. Ends at the end of the source, or "
+    "at\n"
+    "SIGINT or SIGTERM, with every counter sent once more. Exit status: 0 done, 2 bad option or source.\n";
+
+void settings_help(void)
+{
+    (void)fputs(HELP, stdout);
+}
+
+typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT } kind_t;
+
+typedef struct {
+    const char *name;
+    kind_t kind;
+    size_t offset;
+} entry_t;
+
+#define AT(member) offsetof(node_settings_t, member)
+
+/* sample_bits is a byte and is checked by hand. */
+static const entry_t TABLE[] = {
+    {"source", TEXT, AT(source)},
+    {"out", TEXT, AT(out)},
+    {"edges", TEXT, AT(edges)},
+    {"alarm", TEXT, AT(alarm)},
+    {"rate", REAL, AT(config.rate_hz)},
+    {"lsb", REAL, AT(config.unit_per_count)},
+    {"alarm-on", REAL, AT(alarm_on_s)},
+    {"alarm-off", REAL, AT(alarm_off_s)},
+    {"window-max", WHOLE, AT(config.window_max)},
+    {"window-min", WHOLE, AT(config.window_min)},
+    {"segment", WHOLE, AT(config.segment)},
+    {"stride", WHOLE, AT(config.stride)},
+    {"channel", WHOLE, AT(channel)},
+    {"baud", WHOLE, AT(baud)},
+    {"base", HEX, AT(base)},
+    {"content", CONTENT, AT(content)},
+    {"bits", WHOLE, 0},
+    {"wait", FLAG, AT(wait)},
+    {"help", FLAG, AT(help)},
+};
+#define ENTRIES (sizeof TABLE / sizeof TABLE[0])
+
+static bool set_content(node_settings_t *settings, const char *text)
+{
+    static const char *const WORDS[] = {"summary", "full", "intervals", "fd"};
+    static const uint32_t CONTENT_BITS[] = {0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
+                                            DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS,
+                                            DAVAR_SEND_FD};
+    for (size_t i = 0; i < 4U; i++) {
+        if (strcmp(text, WORDS[i]) == 0) {
+            settings->content = CONTENT_BITS[i];
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool set_number(node_settings_t *settings, const entry_t *entry, const char *text)
+{
+    char *end = NULL;
+    void *where = (char *)settings + entry->offset;
+    if (entry->kind == REAL) {
+        const double value = strtod(text, &end);
+        memcpy(where, &value, sizeof value);
+        return (end != text) && (*end == '\0') && isfinite(value) && (value >= 0.0);
+    }
+    const unsigned long long value = strtoull(text, &end, (entry->kind == HEX) ? 16 : 10);
+    const uint32_t small = (uint32_t)value;
+    if ((end == text) || (*end != '\0') || (strchr(text, '-') != NULL) || (value > UINT32_MAX)) {
+        return false;
+    }
+    if (strcmp(entry->name, "bits") == 0) {
+        settings->config.sample_bits = (uint8_t)((small <= 32U) ? small : 0U);
+        return (small >= 2U) && (small <= 32U);
+    }
+    memcpy(where, &small, sizeof small);
+    return true;
+}
+
+static bool apply(node_settings_t *settings, const entry_t *entry, const char *text)
+{
+    switch (entry->kind) {
+    case TEXT:
+        memcpy((char *)settings + entry->offset, &text, sizeof text);
+        return true;
+    case FLAG:
+        *((bool *)((char *)settings + entry->offset)) = true;
+        return true;
+    case CONTENT:
+        return set_content(settings, text);
+    case REAL:
+    case WHOLE:
+    case HEX:
+    default:
+        return set_number(settings, entry, text);
+    }
+}
+
+static bool walk(node_settings_t *settings, int argc, char **argv, char *why, size_t size)
+{
+    struct option options[ENTRIES + 1U] = {{0}};
+    int found = 0;
+    for (size_t i = 0; i < ENTRIES; i++) {
+        options[i] = (struct option){TABLE[i].name, (TABLE[i].kind == FLAG) ? no_argument : required_argument, NULL,
+                                     (int)(i + 256U)};
+    }
+    opterr = 0;
+    while ((found = getopt_long(argc, argv, ":", options, NULL)) != -1) {
+        if (found < 256) {
+            (void)snprintf(why, size, "%s '%s' (see --help)", (found == ':') ? "no value for" : "unknown option",
+                           argv[optind - 1]);
+            return false;
+        }
+        const entry_t *entry = &TABLE[found - 256];
+        if (!apply(settings, entry, optarg)) {
+            (void)snprintf(why, size, "--%s: found '%s' (see --help)", entry->name, optarg);
+            return false;
+        }
+    }
+    if (optind < argc) {
+        (void)snprintf(why, size, "unexpected argument '%s' (see --help)", argv[optind]);
+        return false;
+    }
+    return true;
+}
+
+static bool check(const node_settings_t *settings, char *why, size_t size)
+{
+    const char *missing = (settings->source == NULL) ? "source" : ((settings->out == NULL) ? "out" : NULL);
+    if (missing != NULL) {
+        (void)snprintf(why, size, "--%s: is needed (see --help)", missing);
+        return false;
+    }
+    if ((strncmp(settings->source, "value:", 6) == 0) && (settings->edges == NULL)) {
+        (void)snprintf(why, size, "--source: value:PATH needs --edges to say when");
+        return false;
+    }
+    if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
+        (void)snprintf(why, size, "--%s: beyond 11-bit identifiers", (settings->channel > 34U) ? "channel" : "base");
+        return false;
+    }
+    return true;
+}
+
+bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why, size_t size)
+{
+    *settings = (node_settings_t){.base = DAVAR_WIRE_BASE,
+                                  .alarm_off_s = 1.0,
+                                  .content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
+                                  .config = davar_default_config};
+    settings->config.mode = DAVAR_MODE_TRAILING;
+    settings->config.grow = 1U;
+    settings->config.stride = 100U;
+    if (!walk(settings, argc, argv, why, size) || (!settings->help && !check(settings, why, size))) {
+        return false;
+    }
+    settings->config.taus = settings->taus;
+    settings->config.tau_count = davar_taus_octave(settings->config.window_max, settings->taus, DAVAR_TAUS_MAX);
+    const davar_status_t status = davar_memory_size_q31(&settings->config) > 0U ? DAVAR_OK : DAVAR_ERR_NULL;
+    if (settings->help || (status == DAVAR_OK)) {
+        return true;
+    }
+    davar_t probe;
+    uint64_t none[1];
+    (void)snprintf(why, size, "--rate, --lsb, --window-max, --window-min, --segment or --stride: %s",
+                   davar_status_text(davar_init_q31(&probe, &settings->config, none, sizeof none)));
+    return false;
+}

@@ -1,0 +1,29 @@
+/* davar-node - what the command line says. */
+#ifndef NODE_SETTINGS_H
+#define NODE_SETTINGS_H
+
+#include "davar/davar.h"
+
+typedef struct {
+    const char *source;
+    const char *out;
+    const char *edges; /* null: samples come as fast as the source gives them */
+    const char *alarm; /* null: none */
+    double alarm_on_s;
+    double alarm_off_s;
+    uint32_t base;
+    uint32_t channel;
+    uint32_t content;
+    uint32_t baud;
+    bool wait;
+    bool help;
+    davar_config_t config;
+    uint32_t taus[DAVAR_TAUS_MAX];
+} node_settings_t;
+
+/* False: `why` names the option. */
+bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why, size_t size);
+
+void settings_help(void);
+
+#endif

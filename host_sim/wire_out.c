@@ -1,0 +1,124 @@
+/* davar-sim - frames out. */
+#include "wire_out.h"
+
+#include "sim_clock.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define WAIT_MS 1U
+#define STUCK_S 10.0 /* a bus without room for so long is broken */
+
+static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_t *error)
+{
+    wire->encoder = calloc(wire->engine->count, sizeof *wire->encoder);
+    if (wire->encoder == NULL) {
+        return sim_fail(error, "out of memory");
+    }
+    for (size_t c = 0; c < wire->engine->count; c++) {
+        const bool fits = (c <= UINT8_MAX) &&
+                          davar_encoder_init(&wire->encoder[c], &wire->engine->config, (uint16_t)options->can_base,
+                                             (uint8_t)c, (uint8_t)options->can_content);
+        if (!fits) {
+            return sim_fail(error, "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
+                            c, wire->engine->count, options->can_base);
+        }
+    }
+    return true;
+}
+
+bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine, sim_error_t *error)
+{
+    char why[512];
+    const davar_link_options_t wanted = {
+        .where = options->link, .fd = (options->can_content & DAVAR_SEND_FD) != 0U, .baud = options->baud};
+    *wire = (wire_out_t){.engine = engine};
+    if (!make_encoders(wire, options, error)) {
+        return false;
+    }
+    wire->link = davar_link_open(&wanted, why, sizeof why);
+    if (wire->link == NULL) {
+        return sim_fail(error, "--out: %s", why);
+    }
+    if (!davar_link_is_up(wire->link)) {
+        (void)fprintf(stderr, "davar-sim: slcan on %s: waiting for a reader\n", davar_link_name(wire->link));
+    }
+    return true;
+}
+
+/* True while it makes sense to wait: for ever for a reader, not for ever for a bus. */
+static bool wait_for_room(const wire_out_t *wire, double since_s)
+{
+    const bool nobody_yet = !davar_link_is_up(wire->link);
+    davar_link_wait(wire->link, WAIT_MS);
+    return nobody_yet || (sim_clock_s() - since_s < STUCK_S);
+}
+
+static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_error_t *error)
+{
+    double since_s = sim_clock_s();
+    for (;;) {
+        const davar_port_send_t answer = davar_link_send(wire->link, frame);
+        if (answer == DAVAR_PORT_SEND_DONE) {
+            return true;
+        }
+        if (answer == DAVAR_PORT_SEND_FAULT) {
+            return sim_fail(error, "--out: %s: the link is lost", davar_link_name(wire->link));
+        }
+        since_s = davar_link_is_up(wire->link) ? since_s : sim_clock_s();
+        if (!wait_for_room(wire, since_s)) {
+            return sim_fail(error, "--out: %s: no room for %g s (does anybody acknowledge?)",
+                            davar_link_name(wire->link), STUCK_S);
+        }
+    }
+}
+
+static void take_health(wire_out_t *wire, size_t channel)
+{
+    const davar_health_t health = davar_health(&wire->engine->instances[channel]);
+    davar_link_poll(wire->link);
+    davar_link_health(wire->link, &wire->health);
+    wire->health.count[DAVAR_HEALTH_GAPS] = health.gaps;
+    wire->health.count[DAVAR_HEALTH_MISSING_SAMPLES] = health.missing;
+    wire->health.count[DAVAR_HEALTH_SATURATED_SAMPLES] = health.saturated;
+    wire->health.count[DAVAR_HEALTH_NOT_FINITE_SAMPLES] = health.not_finite;
+    wire->health.count[DAVAR_HEALTH_WINDOW_RESTARTS] = health.restarts;
+    wire->health.count[DAVAR_HEALTH_RESULTS_MISSED] = health.missed;
+}
+
+static bool send_all(wire_out_t *wire, size_t channel, sim_error_t *error)
+{
+    davar_frame_t frame;
+    while (davar_encoder_next(&wire->encoder[channel], &frame)) {
+        if (!send_frame(wire, &frame, error)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool wire_out_result(wire_out_t *wire, size_t channel, const davar_result_t *result, sim_error_t *error)
+{
+    take_health(wire, channel);
+    davar_encoder_begin(&wire->encoder[channel], result, &wire->health);
+    return send_all(wire, channel, error);
+}
+
+bool wire_out_finish(wire_out_t *wire, sim_error_t *error)
+{
+    for (size_t c = 0; c < wire->engine->count; c++) {
+        take_health(wire, c);
+        davar_encoder_finish(&wire->encoder[c], &wire->health);
+        if (!send_all(wire, c, error)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+void wire_out_close(wire_out_t *wire)
+{
+    davar_link_close(wire->link);
+    free(wire->encoder);
+    *wire = (wire_out_t){0};
+}

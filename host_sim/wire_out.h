@@ -1,0 +1,28 @@
+/* davar-sim - results as frames on a CAN bus or a serial line (lib/WIRE.md), behind the link contract. */
+#ifndef WIRE_OUT_H
+#define WIRE_OUT_H
+
+#include "davar_link.h"
+#include "engine.h"
+#include "options.h"
+
+typedef struct {
+    davar_link_t *link;
+    const engine_t *engine;
+    davar_encoder_t *encoder; /* one per channel */
+    davar_wire_health_t health;
+} wire_out_t;
+
+/* Opens the link of --out. With slcan:pty the name of the pty goes to standard error. */
+bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine, sim_error_t *error);
+
+/* Sends the frames of one result; waits while there is no room. False: the link is lost. */
+bool wire_out_result(wire_out_t *wire, size_t channel, const davar_result_t *result, sim_error_t *error);
+
+/* Sends every health counter once more. */
+bool wire_out_finish(wire_out_t *wire, sim_error_t *error);
+
+/* Allowed on one that is all zero, and after a failed open. */
+void wire_out_close(wire_out_t *wire);
+
+#endif

@@ -1,0 +1,145 @@
+/* davar - results on a CAN bus or a serial line: result -> frames -> values.
+ * The layout is written for people in lib/WIRE.md and for tools in tools/davar.dbc; a test holds both and this codec
+ * together bit for bit. No heap, no I/O, no floating-point division: small enough for a Cortex-M0.
+ *
+ * Sender:   davar_encoder_init, then per result davar_encoder_begin and davar_encoder_next until it returns false.
+ * Receiver: davar_decode.
+ * An encoder belongs to one thread. Nothing here blocks. */
+#ifndef DAVAR_CODEC_H
+#define DAVAR_CODEC_H
+
+#include "davar/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define DAVAR_WIRE_BASE 0x5D0U    /* default identifier of channel 0; standard 11 bit */
+#define DAVAR_WIRE_STEP 16U       /* identifiers per channel */
+#define DAVAR_WIRE_LAST_ID 0x7FFU /* of a standard frame */
+#define DAVAR_FD_TAUS 8U          /* Allan deviations inside DAVAR_ResultFd */
+
+/* Message of a channel: identifier = base + 16 channel + message. */
+typedef enum {
+    DAVAR_MESSAGE_ARW = 0,
+    DAVAR_MESSAGE_STATE = 1,
+    DAVAR_MESSAGE_STATIONARITY = 2,
+    DAVAR_MESSAGE_ADEV = 3,
+    DAVAR_MESSAGE_COEFFICIENT = 4,
+    DAVAR_MESSAGE_HEALTH = 5,
+    DAVAR_MESSAGE_SETUP = 6,
+    DAVAR_MESSAGE_RESULT_FD = 8,
+    DAVAR_MESSAGE_COUNT = 9
+} davar_message_t;
+
+/* Everything that can be lost has a counter here; DAVAR_Health carries them one by one. */
+typedef enum {
+    DAVAR_HEALTH_GAPS = 0,          /* davar_health_t of the channel: the first six */
+    DAVAR_HEALTH_MISSING_SAMPLES,   /* samples */
+    DAVAR_HEALTH_SATURATED_SAMPLES, /* samples */
+    DAVAR_HEALTH_NOT_FINITE_SAMPLES,
+    DAVAR_HEALTH_WINDOW_RESTARTS,
+    DAVAR_HEALTH_RESULTS_MISSED,
+    DAVAR_HEALTH_FRAMES_DROPPED, /* the link: encoded, and never sent */
+    DAVAR_HEALTH_SEND_RETRIES,   /* times the link had no room */
+    DAVAR_HEALTH_ERROR_PASSIVE,  /* times the bus became error passive */
+    DAVAR_HEALTH_BUS_OFF,        /* times it went off */
+    DAVAR_HEALTH_LINK_LOST,      /* times interface or serial peer vanished */
+    DAVAR_HEALTH_LINK_BACK,      /* times it came back */
+    DAVAR_HEALTH_NOISE_BYTES,    /* received on the serial line, and ignored */
+    DAVAR_HEALTH_EDGES_LOST,     /* the source: data-ready edges that nobody read */
+    DAVAR_HEALTH_SOURCE_FAULTS,  /* samples that could not be read */
+    DAVAR_HEALTH_ALARMS,         /* times the alarm rose */
+    DAVAR_HEALTH_COUNT
+} davar_health_item_t;
+
+typedef struct {
+    uint32_t count[DAVAR_HEALTH_COUNT];
+} davar_wire_health_t;
+
+/* Item of DAVAR_Setup: rate, stride, then cluster size of tau i as DAVAR_SETUP_TAU + i. */
+typedef enum { DAVAR_SETUP_RATE = 0, DAVAR_SETUP_STRIDE = 1, DAVAR_SETUP_TAU = 32 } davar_setup_item_t;
+
+/* Optional frames of a result; DAVAR_Arw, DAVAR_State, DAVAR_Stationarity, DAVAR_Health and DAVAR_Setup always go. */
+#define DAVAR_SEND_ADEV 1U         /* one frame per tau */
+#define DAVAR_SEND_COEFFICIENTS 2U /* five frames */
+#define DAVAR_SEND_INTERVALS 4U    /* ten more: 95 % limits of the coefficients */
+#define DAVAR_SEND_FD 8U           /* one 64-byte frame instead of all of these (taus from the ninth on: DAVAR_Adev) */
+
+/* One frame. length is 8, or 64 for CAN FD. */
+typedef struct {
+    uint16_t identifier;
+    uint8_t length;
+    uint8_t data[64];
+} davar_frame_t;
+
+/* Belongs to the caller; begin with davar_encoder_init. Fields are private. About 120 bytes. */
+typedef struct {
+    const davar_config_t *config;
+    const davar_result_t *result;
+    const davar_wire_health_t *health;
+    uint32_t told[DAVAR_HEALTH_COUNT]; /* health counters as last sent */
+    uint16_t base;
+    uint8_t content;
+    uint8_t stage;
+    uint8_t index; /* within the stage */
+    uint8_t tag;   /* Counter of this result's DAVAR_State (or DAVAR_ResultFd) */
+    uint8_t health_next;
+    uint8_t setup_next;
+    uint8_t counter[DAVAR_MESSAGE_COUNT]; /* of the next frame of each message */
+} davar_encoder_t;
+
+/* Starts an encoder: `config` is the one of the instance (must outlive the encoder), `base` the identifier of channel
+ * 0, `content` a sum of DAVAR_SEND_*. False: the channel's identifiers do not fit into 11 bits; nothing is touched. */
+bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base, uint8_t channel,
+                        uint8_t content);
+
+/* Begins the frames of one result. `result` and `health` must stay valid and unchanged until davar_encoder_next has
+ * returned false. O(1). */
+void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health);
+
+/* Begins the farewell: every health counter once more, so that the last loss is told too. */
+void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health);
+
+/* Writes the next frame; false: there is none. A frame counts as sent: whoever drops it leaves a hole in Counter, which
+ * the receiver sees. O(length). */
+bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame);
+
+typedef enum {
+    DAVAR_DECODED = 0,
+    DAVAR_DECODE_FOREIGN, /* not an identifier of this base */
+    DAVAR_DECODE_LENGTH,  /* not the length of this message */
+    DAVAR_DECODE_CRC,     /* damaged */
+    DAVAR_DECODE_VALUE    /* index, kind or item out of range */
+} davar_decode_status_t;
+
+/* What one frame says. Absent values are NaN. Units as in davar_result_t. */
+typedef struct {
+    davar_message_t message;
+    uint8_t channel;
+    uint8_t counter; /* Counter, 0..15 */
+    uint8_t result; /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in DAVAR_State and DAVAR_ResultFd */
+    uint8_t index;  /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item */
+    float value;    /* the float32 of the message; in DAVAR_ResultFd ARW */
+    uint32_t number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size */
+    uint32_t window_samples;
+    bool unstable;
+    float relative_uncertainty; /* of ARW or of the Allan deviation: half the 95 % interval over the value */
+    float kurtosis;
+    float contribution;
+    float adev[DAVAR_FD_TAUS];                  /* DAVAR_ResultFd */
+    float coefficient[DAVAR_COEFFICIENT_COUNT]; /* DAVAR_ResultFd */
+} davar_wire_t;
+
+/* Reads one frame; *wire is filled when the answer is DAVAR_DECODED. O(length). */
+davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire);
+
+/* CRC-8/SAE-J1850 (polynomial 0x1D, start and final xor 0xFF) of identifier (low byte, high byte) and data from byte 1
+ * on. O(length). */
+uint8_t davar_frame_crc(const davar_frame_t *frame);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

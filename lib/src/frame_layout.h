@@ -1,0 +1,56 @@
+/* davar - where each signal sits in its frame: little endian, start bit and width. Same as tools/davar.dbc (tested). */
+#ifndef DAVAR_FRAME_LAYOUT_H
+#define DAVAR_FRAME_LAYOUT_H
+
+#include "davar/codec.h"
+
+typedef struct {
+    uint16_t start;
+    uint8_t bits;
+} davar_signal_t;
+
+/* A fixed-point signal: raw = value / unit. All ones: absent; all ones but the last bit: this or more. */
+typedef struct {
+    davar_signal_t at;
+    float per_unit; /* 1 / unit */
+    float unit;
+} davar_scaled_t;
+
+/* Every frame. */
+static const davar_signal_t signal_crc = {0, 8};
+static const davar_signal_t signal_counter = {8, 4};
+static const davar_signal_t signal_result = {12, 4}; /* not in DAVAR_State, not in DAVAR_ResultFd */
+static const davar_signal_t signal_value = {32, 32}; /* the float32, or the count */
+
+static const davar_scaled_t scaled_arw_uncertainty = {{16, 16}, 1e4F, 1e-4F};
+static const davar_signal_t signal_epoch = {32, 32};
+static const davar_signal_t signal_window = {12, 19};
+static const davar_signal_t signal_unstable = {31, 1};
+static const davar_scaled_t scaled_kurtosis = {{16, 24}, 1e3F, 1e-3F};
+static const davar_scaled_t scaled_contribution = {{40, 24}, 1e5F, 1e-5F};
+static const davar_signal_t signal_tau_index = {16, 5};
+static const davar_scaled_t scaled_adev_uncertainty = {{21, 11}, 1e3F, 1e-3F};
+static const davar_signal_t signal_kind = {16, 4};
+static const davar_signal_t signal_health_index = {16, 8};
+static const davar_signal_t signal_item = {16, 8};
+
+/* DAVAR_ResultFd. */
+static const davar_signal_t fd_window = {12, 19};
+static const davar_signal_t fd_unstable = {31, 1};
+static const davar_signal_t fd_epoch = {64, 24};
+static const davar_scaled_t fd_arw_uncertainty = {{88, 12}, 1e3F, 1e-3F};
+static const davar_scaled_t fd_contribution = {{100, 12}, 1e3F, 1e-3F};
+static const davar_scaled_t fd_kurtosis = {{112, 16}, 1e3F, 1e-3F};
+#define FD_COEFFICIENT 128U /* four float32: Q, B, K, R; ARW is signal_value */
+#define FD_ADEV 256U        /* eight float32 */
+
+/* Data bytes of a message; 0: no such message. */
+static inline uint8_t message_length(uint32_t message)
+{
+    if (message == (uint32_t)DAVAR_MESSAGE_RESULT_FD) {
+        return 64U;
+    }
+    return (message <= (uint32_t)DAVAR_MESSAGE_SETUP) ? 8U : 0U;
+}
+
+#endif

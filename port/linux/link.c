@@ -1,0 +1,153 @@
+/* davar for Linux - a link of either kind: opening, losing, reopening, counting. */
+#include "link.h"
+
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+uint64_t link_now_ms(void)
+{
+    struct timespec now = {0};
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000U + (uint64_t)now.tv_nsec / 1000000U;
+}
+
+void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by)
+{
+    const uint32_t room = UINT32_MAX - link->count[item];
+    link->count[item] += (by < room) ? by : room;
+}
+
+void link_lost(davar_link_t *link)
+{
+    (void)close(link->descriptor);
+    link->descriptor = -1;
+    link->passive = false;
+    link->off = false;
+    link->pending = 0;
+    link->retry_ms = link_now_ms() + LINK_RETRY_MS;
+    link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
+}
+
+/* Splits can:IFACE and slcan:PATH; null: neither. */
+static const char *parse(const char *where, const link_kind_t **kind)
+{
+    if (strncmp(where, "can:", 4) == 0) {
+        *kind = &link_can;
+        return where + 4;
+    }
+    *kind = &link_tty;
+    return (strncmp(where, "slcan:", 6) == 0) ? where + 6 : NULL;
+}
+
+static bool check(const davar_link_options_t *options, const char *name, const link_kind_t *kind, char *why,
+                  size_t size)
+{
+    if ((name == NULL) || (*name == '\0') || (strlen(name) >= LINK_NAME_BYTES)) {
+        (void)snprintf(why, size, "can:IFACE or slcan:PATH expected, found '%s'", options->where);
+        return false;
+    }
+    if (options->fd && (kind == &link_tty)) {
+        (void)snprintf(why, size, "%s: a serial line carries no CAN FD frames", options->where);
+        return false;
+    }
+    return true;
+}
+
+davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, size_t size)
+{
+    const link_kind_t *kind = NULL;
+    const char *name = parse(options->where, &kind);
+    davar_link_t *link = check(options, name, kind, why, size) ? calloc(1U, sizeof *link) : NULL;
+    if (link == NULL) {
+        return NULL;
+    }
+    link->kind = kind;
+    link->options = *options;
+    link->descriptor = -1;
+    link->make_pty = (kind == &link_tty) && (strcmp(name, "pty") == 0);
+    (void)snprintf(link->name, sizeof link->name, "%s", name);
+    if (kind->open(link, why, size) || (options->wait && !link->make_pty)) {
+        return link;
+    }
+    free(link);
+    return NULL;
+}
+
+const char *davar_link_name(const davar_link_t *link)
+{
+    return link->name;
+}
+
+davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame)
+{
+    const davar_port_send_t answer = (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : link->kind->send(link, frame);
+    if (answer == DAVAR_PORT_SEND_AGAIN) {
+        link_count(link, DAVAR_HEALTH_SEND_RETRIES, 1U);
+    } else if (answer == DAVAR_PORT_SEND_FAULT) {
+        link_count(link, DAVAR_HEALTH_FRAMES_DROPPED, 1U);
+    }
+    return answer;
+}
+
+void davar_link_dropped(davar_link_t *link)
+{
+    link_count(link, DAVAR_HEALTH_FRAMES_DROPPED, 1U);
+}
+
+static void reopen(davar_link_t *link)
+{
+    char why[256];
+    if (link_now_ms() < link->retry_ms) {
+        return;
+    }
+    link->retry_ms = link_now_ms() + LINK_RETRY_MS;
+    if (link->kind->open(link, why, sizeof why)) {
+        link_count(link, DAVAR_HEALTH_LINK_BACK, 1U);
+    }
+}
+
+void davar_link_poll(davar_link_t *link)
+{
+    if (link->descriptor < 0) {
+        reopen(link);
+    } else {
+        link->kind->poll(link);
+    }
+}
+
+bool davar_link_is_up(const davar_link_t *link)
+{
+    return (link->descriptor >= 0) && !link->off && (!link->make_pty || link->peer);
+}
+
+void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
+{
+    /* A full transmit queue (ENOBUFS) does not show in poll(): sleep a little and try again. */
+    const struct timespec nap = {.tv_sec = (time_t)(milliseconds / 1000U),
+                                 .tv_nsec = (long)(milliseconds % 1000U) * 1000000L};
+    (void)nanosleep(&nap, NULL);
+    davar_link_poll(link);
+}
+
+void davar_link_health(const davar_link_t *link, davar_wire_health_t *health)
+{
+    for (size_t item = DAVAR_HEALTH_FRAMES_DROPPED; item <= (size_t)DAVAR_HEALTH_NOISE_BYTES; item++) {
+        health->count[item] = link->count[item];
+    }
+}
+
+void davar_link_close(davar_link_t *link)
+{
+    if (link == NULL) {
+        return;
+    }
+    if (link->descriptor >= 0) {
+        link->kind->drain(link);
+        (void)close(link->descriptor);
+    }
+    free(link);
+}

@@ -1,0 +1,46 @@
+/* davar for Linux - what the kinds of link share. */
+#ifndef LINUX_LINK_H
+#define LINUX_LINK_H
+
+#include "davar_link.h"
+
+#define LINK_NAME_BYTES 256U
+#define LINK_TEXT_BYTES 64U
+#define LINK_RETRY_MS 100U /* between attempts to reopen */
+
+/* Functions of one kind of link. */
+typedef struct {
+    bool (*open)(davar_link_t *link, char *why, size_t size); /* false: not there (yet); nothing stays open */
+    davar_port_send_t (*send)(davar_link_t *link, const davar_frame_t *frame);
+    void (*poll)(davar_link_t *link);
+    void (*drain)(davar_link_t *link);
+} link_kind_t;
+
+struct davar_link {
+    const link_kind_t *kind;
+    davar_link_options_t options;
+    char name[LINK_NAME_BYTES]; /* interface or path */
+    int descriptor;             /* -1: lost */
+    bool peer;                  /* pty: somebody has opened it */
+    bool make_pty;
+    bool passive; /* CAN: error passive now */
+    bool off;     /* CAN: bus off now */
+    uint64_t retry_ms;
+    size_t pending; /* tty: characters that a short write left over */
+    char text[LINK_TEXT_BYTES];
+    size_t heard; /* tty: characters of the line being received */
+    bool odd;     /* tty: it holds something that is no SLCAN */
+    uint32_t count[DAVAR_HEALTH_COUNT];
+};
+
+extern const link_kind_t link_can;
+extern const link_kind_t link_tty;
+
+void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by);
+
+/* Closes the descriptor and counts the loss. */
+void link_lost(davar_link_t *link);
+
+uint64_t link_now_ms(void);
+
+#endif

@@ -1,0 +1,193 @@
+/* davar for Linux - SLCAN text on a tty, or on a pty of our own. We play the adapter: slcand or python-can is the host. */
+#include "link.h"
+
+#include "davar/slcan.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+
+#define DRAIN_MS 2000U
+#define LINE_MAX_SLCAN 32U
+
+static const struct {
+    uint32_t baud;
+    speed_t code;
+} speeds[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},   {57600, B57600},     {115200, B115200},
+              {230400, B230400}, {460800, B460800}, {921600, B921600}, {1000000, B1000000}, {3000000, B3000000}};
+
+static bool set_speed(struct termios *line, uint32_t baud)
+{
+    for (size_t i = 0; i < sizeof speeds / sizeof speeds[0]; i++) {
+        if (speeds[i].baud == baud) {
+            return (cfsetispeed(line, speeds[i].code) == 0) && (cfsetospeed(line, speeds[i].code) == 0);
+        }
+    }
+    errno = EINVAL;
+    return baud == 0U;
+}
+
+/* Raw: eight bits, no echo, no translation. */
+static bool make_raw(int descriptor, uint32_t baud)
+{
+    struct termios line;
+    if (tcgetattr(descriptor, &line) != 0) {
+        return false;
+    }
+    line.c_iflag &= ~(tcflag_t)(IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL | IXON | IXOFF);
+    line.c_oflag &= ~(tcflag_t)OPOST;
+    line.c_lflag &= ~(tcflag_t)(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
+    line.c_cflag &= ~(tcflag_t)(CSIZE | PARENB);
+    line.c_cflag |= (tcflag_t)(CS8 | CLOCAL | CREAD);
+    return set_speed(&line, baud) && (tcsetattr(descriptor, TCSANOW, &line) == 0);
+}
+
+/* Opening and closing the other side once makes the kernel report "hung up" until a peer is there. */
+static bool open_pty(davar_link_t *link)
+{
+    link->descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if ((link->descriptor < 0) || (grantpt(link->descriptor) != 0) || (unlockpt(link->descriptor) != 0) ||
+        (fcntl(link->descriptor, F_SETFL, O_NONBLOCK) != 0)) {
+        return false;
+    }
+    (void)snprintf(link->name, sizeof link->name, "%s", ptsname(link->descriptor));
+    const int other = open(link->name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    return (other >= 0) && make_raw(other, 0U) && (close(other) == 0);
+}
+
+static bool open_file(davar_link_t *link)
+{
+    link->descriptor = open(link->name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    return (link->descriptor >= 0) && make_raw(link->descriptor, link->options.baud);
+}
+
+static bool open_tty(davar_link_t *link, char *why, size_t size)
+{
+    if (!(link->make_pty ? open_pty(link) : open_file(link))) {
+        (void)snprintf(why, size, "slcan:%s: %s", link->name, strerror(errno));
+        (void)((link->descriptor >= 0) && (close(link->descriptor) == 0));
+        link->descriptor = -1;
+        return false;
+    }
+    link->text[0] = '\r'; /* ends whatever a lost line began */
+    link->pending = 1U;
+    return true;
+}
+
+/* Writes what is pending; false: nothing more goes now. */
+static bool push_pending(davar_link_t *link)
+{
+    while (link->pending > 0U) {
+        const ssize_t done = write(link->descriptor, link->text, link->pending);
+        if (done <= 0) {
+            if ((done < 0) && (errno != EAGAIN) && (errno != EINTR)) {
+                link_lost(link);
+            }
+            return false;
+        }
+        link->pending -= (size_t)done;
+        memmove(link->text, link->text + done, link->pending);
+    }
+    return true;
+}
+
+static bool hung_up(const davar_link_t *link)
+{
+    struct pollfd one = {.fd = link->descriptor, .events = POLLOUT};
+    return (poll(&one, 1, 0) > 0) && ((one.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0);
+}
+
+/* A pty is never closed: its peer comes and goes. */
+static void watch_peer(davar_link_t *link)
+{
+    const bool there = !hung_up(link);
+    if (link->peer && !there) {
+        (void)tcflush(link->descriptor, TCIOFLUSH);
+        link->text[0] = '\r';
+        link->pending = 1U;
+        link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
+    } else if (!link->peer && there && (link->count[DAVAR_HEALTH_LINK_LOST] > 0U)) {
+        link_count(link, DAVAR_HEALTH_LINK_BACK, 1U);
+    }
+    link->peer = there;
+}
+
+static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame)
+{
+    if (link->make_pty) {
+        watch_peer(link);
+        if (!link->peer) {
+            return (link->count[DAVAR_HEALTH_LINK_LOST] > 0U) ? DAVAR_PORT_SEND_FAULT : DAVAR_PORT_SEND_AGAIN;
+        }
+    }
+    if (!push_pending(link)) {
+        return (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : DAVAR_PORT_SEND_AGAIN;
+    }
+    link->pending = davar_slcan_encode(frame, link->text);
+    (void)push_pending(link);
+    return (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : DAVAR_PORT_SEND_DONE;
+}
+
+/* Commands of an SLCAN host (O, C, S6, V, t..., and their answers) are no noise. */
+static void hear(davar_link_t *link, unsigned char byte)
+{
+    link->odd = link->odd || ((byte != '\r') && (byte != '\n') && !isalnum(byte)) || (link->heard > LINE_MAX_SLCAN);
+    if (byte != '\r') {
+        link->heard++;
+        return;
+    }
+    link_count(link, DAVAR_HEALTH_NOISE_BYTES, link->odd ? (uint32_t)link->heard : 0U);
+    link->heard = 0;
+    link->odd = false;
+}
+
+static void poll_tty(davar_link_t *link)
+{
+    unsigned char bytes[256];
+    ssize_t got = 0;
+    if (link->make_pty) {
+        watch_peer(link);
+    }
+    while ((got = read(link->descriptor, bytes, sizeof bytes)) > 0) {
+        for (ssize_t i = 0; i < got; i++) {
+            hear(link, bytes[i]);
+        }
+    }
+    if (!link->make_pty && (((got < 0) && (errno != EAGAIN) && (errno != EINTR)) || hung_up(link))) {
+        link_lost(link);
+    } else {
+        (void)push_pending(link);
+    }
+}
+
+/* Closing a pty throws away what the peer has not read yet. */
+static bool everything_read(const davar_link_t *link)
+{
+    int unread = 0;
+    const int other = open(link->name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    const bool known = (other >= 0) && (ioctl(other, FIONREAD, &unread) == 0);
+    (void)((other >= 0) && (close(other) == 0));
+    return !known || (unread == 0);
+}
+
+static void drain_tty(davar_link_t *link)
+{
+    const uint64_t until = link_now_ms() + DRAIN_MS;
+    const struct timespec nap = {.tv_nsec = 5000000L};
+    while ((link_now_ms() < until) && !hung_up(link) && (link->descriptor >= 0)) {
+        if (push_pending(link) && (!link->make_pty || everything_read(link))) {
+            break;
+        }
+        (void)nanosleep(&nap, NULL);
+    }
+}
+
+const link_kind_t link_tty = {open_tty, send_tty, poll_tty, drain_tty};

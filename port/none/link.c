@@ -1,0 +1,56 @@
+/* davar - no link: for systems without SocketCAN and termios. */
+#include "davar_link.h"
+
+#include <stdio.h>
+
+davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, size_t size)
+{
+    (void)snprintf(why, size, "%s: CAN and serial output need Linux", options->where);
+    return NULL;
+}
+
+const char *davar_link_name(const davar_link_t *link)
+{
+    (void)link;
+    return "";
+}
+
+davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame)
+{
+    (void)link;
+    (void)frame;
+    return DAVAR_PORT_SEND_FAULT;
+}
+
+void davar_link_dropped(davar_link_t *link)
+{
+    (void)link;
+}
+
+void davar_link_poll(davar_link_t *link)
+{
+    (void)link;
+}
+
+bool davar_link_is_up(const davar_link_t *link)
+{
+    (void)link;
+    return false;
+}
+
+void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
+{
+    (void)link;
+    (void)milliseconds;
+}
+
+void davar_link_health(const davar_link_t *link, davar_wire_health_t *health)
+{
+    (void)link;
+    (void)health;
+}
+
+void davar_link_close(davar_link_t *link)
+{
+    (void)link;
+}

@@ -1,0 +1,150 @@
+"""What every test on a real kernel needs. These tests run as root inside the guest of tools/support/uml/run."""
+
+import csv
+import fcntl
+import io
+import os
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import termios
+import threading
+import time
+import tty
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools/davarlab"))
+SIM, NODE = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_NODE", "davar-node")
+RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
+REPLAY = (RECORDING, "--lsb", "0.05", "--stride", "100", "--progress", "never")
+N_SLCAN = 17  # line discipline
+SIOCGIFNAME = 0x8910
+
+
+def shell(*command):
+    return subprocess.run([*map(str, command)], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout
+
+
+def wait_for(condition, what, seconds=20):
+    """Waits until condition() is true; its value."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError(f"waited in vain for {what}")
+
+
+def sim_csv(*options):
+    done = subprocess.run([SIM, *REPLAY, *options], text=True, stdout=subprocess.PIPE, check=True)
+    return list(csv.DictReader(io.StringIO(done.stdout)))
+
+
+def near(a, b, relative=2 ** -24):
+    return abs(a - b) <= relative * abs(b) * 1.01
+
+
+class SerialCan:
+    """A real SLCAN interface whose serial line ends here: the test is the adapter."""
+
+    def __init__(self):
+        self.master, self.slave = pty.openpty()
+        tty.setraw(self.slave)
+        fcntl.ioctl(self.slave, termios.TIOCSETD, struct.pack("i", N_SLCAN))
+        self.name = fcntl.ioctl(self.slave, SIOCGIFNAME, bytes(40)).split(b"\0")[0].decode()
+        shell("ip", "link", "set", self.name, "txqueuelen", "10", "up")
+
+    def say(self, text):
+        os.write(self.master, text)
+
+    def close(self):
+        os.close(self.slave)
+        os.close(self.master)
+
+
+class KernelCase(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def vcan(self, name="vcan0", mtu=None, up=True):
+        shell("ip", "link", "add", name, "type", "vcan")
+        self.addCleanup(lambda: subprocess.run(["ip", "link", "del", name], stderr=subprocess.DEVNULL, check=False))
+        if mtu:
+            shell("ip", "link", "set", name, "mtu", mtu)
+        if up:
+            shell("ip", "link", "set", name, "up")
+        return name
+
+    def start(self, *command, **keywords):
+        process = subprocess.Popen([*map(str, command)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   **keywords)
+        self.addCleanup(self.end, process)
+        return process
+
+    @staticmethod
+    def end(process):
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+    def node(self, *options, source="-", **keywords):
+        return self.start(NODE, "--source", source, "--rate", "1000", "--lsb", "0.05", "--window-max", "200",
+                          "--window-min", "100", "--segment", "30", "--stride", "50", *options, stdin=subprocess.PIPE,
+                          **keywords)
+
+    def stop(self, node):
+        """Ends a node by SIGTERM; its last line as {name: count}."""
+        node.send_signal(signal.SIGTERM)
+        _, errors = node.communicate(timeout=20)
+        self.assertEqual(0, node.returncode, errors)
+        words = errors.strip().splitlines()[-1].removeprefix("davar-node: ").split(", ")
+        return {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in words}
+
+    def listen(self, interface, patience_s=0.1):
+        """A Receiver fed by a thread; stop_listening() ends it."""
+        import can
+        import wire
+        receiver = wire.Receiver()
+        bus = can.Bus(interface="socketcan", channel=interface, fd=True)
+        done, collected = threading.Event(), []
+
+        def work():
+            while not done.is_set():
+                try:
+                    message = bus.recv(patience_s)
+                except can.CanError:  # the interface is down; the socket stays good
+                    time.sleep(0.05)
+                    continue
+                if message and not message.is_error_frame:
+                    result = receiver.push(message.arbitration_id, bytes(message.data))
+                    collected.extend([result] if result else [])
+            collected.extend(receiver.finish())
+            bus.shutdown()
+
+        thread = threading.Thread(target=work)
+        thread.start()
+
+        def stop_listening():
+            time.sleep(0.3)
+            done.set()
+            thread.join()
+            return collected
+
+        self.addCleanup(done.set)
+        return receiver, stop_listening
+
+    def feed(self, node, count, first=0):
+        """Counts that look like noise, the same every time."""
+        value = 12345 + first
+        for _ in range(count):
+            value = (1103515245 * value + 12345) % 2 ** 31
+            node.stdin.write(f"{(value >> 16) % 200 - 100}\n")
+        node.stdin.flush()

@@ -1,0 +1,154 @@
+"""SocketCAN: values, and every fault of a bus, on a real kernel."""
+
+import subprocess
+import time
+import unittest
+
+from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, SerialCan, near, shell, sim_csv, wait_for
+
+
+class Values(KernelCase):
+    def check(self, content):
+        interface = self.vcan()
+        receiver, stop_listening = self.listen(interface)
+        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", content, "--pace", "200"], check=True)
+        found, wanted = stop_listening(), sim_csv()
+        self.assertEqual(0, receiver.faults.total(), receiver.faults)
+        self.assertEqual([int(row["epoch"]) for row in wanted], [result.epoch for result in found])
+        for row, result in zip(wanted, found):
+            if row["arw_deg_per_sqrt_h"]:
+                self.assertTrue(near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"])))
+            self.assertEqual(int(row["window_samples"]), result.values["window_samples"])
+            self.assertEqual(int(row["unstable"]), result.values["unstable"])
+            for index, m in enumerate((1, 2, 4, 8, 16, 32, 64) if content != "summary" else ()):
+                self.assertTrue(near(result.adev[index], float(row[f"adev_{m}"])), (row, result))
+
+    def test_the_values_on_the_bus_are_those_of_the_csv(self):
+        self.check("full")
+
+    def test_in_can_fd_frames_too(self):
+        self.check("fd")
+
+    def test_can_fd_on_a_classical_interface_is_refused(self):
+        interface = self.vcan(mtu=16)
+        done = subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], text=True,
+                              capture_output=True, check=False)
+        self.assertEqual((2, "davar-sim: --out: can:vcan0: the interface is not set to CAN FD (mtu 72)\n"),
+                         (done.returncode, done.stderr))
+
+    def test_candump_and_cantools_read_it(self):
+        interface = self.vcan()
+        command = f"candump -n 5 {interface} | cantools decode {ROOT}/tools/davar.dbc"
+        decoder = self.start("bash", "-c", command)
+        time.sleep(2)
+        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True)
+        text, errors = decoder.communicate(timeout=60)
+        for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", "ArwDegPerSqrtH: 0.46", "deg/sqrt(h)"):
+            self.assertIn(word, text, errors)
+
+
+class Link(KernelCase):
+    def refused(self, *command):
+        done = subprocess.run([*map(str, command)], text=True, capture_output=True, check=False)
+        self.assertEqual((2, ""), (done.returncode, done.stdout))
+        self.assertEqual(1, done.stderr.count("\n"), done.stderr)
+        return done.stderr
+
+    def test_a_missing_interface_is_one_clear_error(self):
+        self.assertEqual("davar-sim: --out: can:can9: No such device\n", self.refused(SIM, *REPLAY, "--out", "can:can9"))
+        self.assertEqual("davar-node: can:can9: No such device\n",
+                         self.refused(NODE, "--source", "-", "--rate", 100, "--lsb", 1, "--out", "can:can9"))
+
+    def test_an_interface_that_is_down_is_one_clear_error(self):
+        self.vcan(up=False)
+        self.assertEqual("davar-sim: --out: can:vcan0: Network is down\n", self.refused(SIM, *REPLAY, "--out", "can:vcan0"))
+
+    def test_down_and_up_again_loses_frames_that_are_counted_on_both_sides(self):
+        interface = self.vcan()
+        receiver, stop_listening = self.listen(interface)
+        node = self.node("--out", f"can:{interface}")
+        self.feed(node, 1000)
+        wait_for(lambda: receiver.faults.good > 100, "frames")
+        shell("ip", "link", "set", interface, "down")
+        time.sleep(0.3)
+        self.feed(node, 500, first=1)
+        time.sleep(0.3)
+        shell("ip", "link", "set", interface, "up")
+        before = receiver.faults.good
+        time.sleep(0.5)
+        self.feed(node, 1000, first=2)
+        wait_for(lambda: receiver.faults.good > before + 100, "frames after the interface came back")
+        told = self.stop(node)
+        found = stop_listening()
+        health = receiver.channels[0].health
+        self.assertEqual((1, 1), (told["link lost"], told["link back"]))
+        self.assertGreater(told["frames dropped"], 100)
+        self.assertEqual(told["frames dropped"], health["FramesDropped"])
+        state = receiver.sequences[0x5D1]
+        self.assertEqual(told["results"] - len(found), state.missing + receiver.faults.missing_results)
+        self.assertEqual(2500, told["samples"])
+
+    def test_a_node_may_start_before_its_interface(self):
+        node = self.node("--out", "can:vcan0", "--wait")
+        self.feed(node, 500)
+        time.sleep(0.3)
+        interface = self.vcan()
+        receiver, stop_listening = self.listen(interface)
+        time.sleep(0.3)
+        self.feed(node, 500)
+        wait_for(lambda: receiver.faults.good > 50, "frames")
+        told = self.stop(node)
+        stop_listening()
+        self.assertEqual(1, told["link back"])
+        self.assertGreater(told["frames dropped"], 50)
+
+
+class Bus(KernelCase):
+    def test_a_full_transmit_queue_is_waited_for_and_loses_nothing(self):
+        import os
+        import wire
+        line = SerialCan()
+        self.addCleanup(line.close)
+        sim = self.start(SIM, *REPLAY, "--out", f"can:{line.name}")
+        time.sleep(1)
+        self.assertIsNone(sim.poll(), "the simulator should wait for room")
+        receiver, text = wire.Receiver(), b""
+        os.set_blocking(line.master, False)
+        while sim.poll() is None or text.count(b"\r"):
+            try:
+                text += os.read(line.master, 4096)
+            except BlockingIOError:
+                time.sleep(0.001)
+            *lines, text = text.split(b"\r")
+            for one in lines:
+                receiver.push(int(one[1:4], 16), bytes.fromhex(one[5:].decode()))
+        time.sleep(0.2)
+        self.assertEqual(0, sim.returncode)
+        self.assertEqual(0, receiver.faults.total(), receiver.faults)
+        self.assertGreater(receiver.channels[0].health["SendRetries"], 0)
+        self.assertGreater(receiver.faults.good, 1000)
+
+    def test_error_passive_and_bus_off_are_counted_and_survived(self):
+        line = SerialCan()
+        self.addCleanup(line.close)
+        node = self.node("--out", f"can:{line.name}")
+        time.sleep(0.3)
+        line.say(b"sp130130\r")
+        time.sleep(0.3)
+        line.say(b"sa000000\r")
+        time.sleep(0.3)
+        line.say(b"sp130130\r")
+        time.sleep(0.3)
+        line.say(b"sb255255\r")
+        time.sleep(0.3)
+        self.feed(node, 2000)
+        time.sleep(0.3)
+        line.say(b"sa000000\r")
+        time.sleep(0.3)
+        told = self.stop(node)
+        self.assertEqual((2, 1, 1), (told["error passive"], told["bus off"], told["link back"]), told)
+        self.assertEqual(2000, told["samples"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,136 @@
+"""Data-ready edges and the alarm on a simulated chip of a real kernel (gpio-sim)."""
+
+import os
+import signal
+import subprocess
+import time
+import unittest
+from pathlib import Path
+
+from kernel_case import NODE, KernelCase, wait_for
+
+CONFIG = Path("/sys/kernel/config/gpio-sim/davar")
+EDGE, ALARM = 2, 5
+PERIOD_S = 0.004
+
+
+class Chip:
+    """A gpio-sim chip of eight lines."""
+
+    def __init__(self):
+        (CONFIG / "bank").mkdir(parents=True)
+        (CONFIG / "bank/num_lines").write_text("8")
+        (CONFIG / "live").write_text("1")
+        self.name = (CONFIG / "bank/chip_name").read_text().strip()
+        device = (CONFIG / "dev_name").read_text().strip()
+        self.lines = Path("/sys/devices/platform") / device / self.name
+
+    def edge(self):
+        pull = self.lines / f"sim_gpio{EDGE}/pull"
+        pull.write_text("pull-up")
+        time.sleep(PERIOD_S / 2)  # gpio-sim merges edges closer than a tick
+        pull.write_text("pull-down")
+        time.sleep(PERIOD_S / 2)
+
+    def alarm(self):
+        return (self.lines / f"sim_gpio{ALARM}/value").read_text().strip() == "1"
+
+    def close(self):
+        (CONFIG / "live").write_text("0")
+        (CONFIG / "bank").rmdir()
+        CONFIG.rmdir()
+
+
+class Gpio(KernelCase):
+    def setUp(self):
+        super().setUp()
+        self.chip = Chip()
+        self.addCleanup(self.chip.close)
+        self.interface = self.vcan()
+
+    def gateway(self, source, *options, rate=1 / PERIOD_S):
+        node = self.start(NODE, "--source", source, "--rate", rate, "--lsb", "0.05", "--window-max", 40, "--window-min",
+                          20, "--segment", 6, "--stride", 4, "--out", f"can:{self.interface}", "--edges",
+                          f"{self.chip.name}:{EDGE}", *options)
+        time.sleep(0.5)
+        return node
+
+    def recording(self, values):
+        path = self.folder / "counts.csv"
+        path.write_text("gyro_z_counts\n" + "".join(f"{value}\n" for value in values))
+        return path
+
+    def test_one_edge_is_one_sample(self):
+        receiver, stop_listening = self.listen(self.interface)
+        node = self.gateway(self.recording(range(200)), rate=1)
+        for _ in range(100):
+            self.chip.edge()
+        time.sleep(0.3)
+        told = self.stop(node)
+        self.assertEqual(100, told["samples"])
+        self.assertEqual(0, told.get("edges lost", 0))
+        self.assertEqual(told["results"], len(stop_listening()))
+        self.assertEqual(0, receiver.faults.total())
+
+    def test_edges_faster_than_anybody_reads_are_a_counted_gap(self):
+        """The kernel keeps 16 edges of a line; the node is stopped for 60 of them."""
+        node = self.gateway(self.recording(range(1000)))
+        for _ in range(20):
+            self.chip.edge()
+        time.sleep(0.2)
+        node.send_signal(signal.SIGSTOP)
+        for _ in range(60):
+            self.chip.edge()
+        node.send_signal(signal.SIGCONT)
+        time.sleep(0.3)
+        self.chip.edge()
+        time.sleep(0.3)
+        told = self.stop(node)
+        self.assertGreaterEqual(told["edges lost"], 40)
+        self.assertGreaterEqual(told["gaps"], 1)
+        self.assertGreaterEqual(told["missing samples"], told["edges lost"])
+
+    def test_the_alarm_rises_when_the_noise_becomes_unstable_and_falls_again(self):
+        quiet = [(7 * n * n + 3 * n) % 11 - 5 for n in range(200)]
+        burst = [400 if n % 9 == 0 else 0 for n in range(40)]
+        node = self.gateway(self.recording(quiet[:80] + burst + quiet), "--alarm", f"{self.chip.name}:{ALARM}",
+                            "--alarm-off", "0.05")
+        seen = []
+        for _ in range(300):
+            self.chip.edge()
+            seen.append(self.chip.alarm())
+        told = self.stop(node)
+        self.assertIn(True, seen[80:140], told)
+        self.assertGreaterEqual(told["alarms"], 1)
+        self.assertFalse(self.chip.alarm(), "low again at the end")
+
+    def test_a_value_file_is_read_at_each_edge(self):
+        value = self.folder / "in_anglvel_z_raw"
+        value.write_text("17\n")
+        node = self.gateway(f"value:{value}")
+        for _ in range(30):
+            self.chip.edge()
+        time.sleep(0.2)
+        self.assertEqual(30, self.stop(node)["samples"])
+
+    def refused(self, *options):
+        done = subprocess.run([NODE, "--source", "-", "--rate", "100", "--lsb", "1", "--out", f"can:{self.interface}",
+                               *options], text=True, capture_output=True, check=False, stdin=subprocess.DEVNULL)
+        self.assertEqual((2, ""), (done.returncode, done.stdout))
+        self.assertEqual(1, done.stderr.count("\n"), done.stderr)
+        return done.stderr
+
+    def test_a_chip_or_line_that_does_not_exist_is_named(self):
+        self.assertIn("no gpio chip 'gpiochip77'", self.refused("--edges", "gpiochip77:0"))
+        self.assertIn(f"{self.chip.name}:8: ", self.refused("--edges", f"{self.chip.name}:8"))
+        self.assertIn("CHIP:LINE expected", self.refused("--alarm", "five"))
+
+    def test_a_busy_line_is_named(self):
+        holder = self.start("gpiomon", self.chip.name, EDGE)
+        time.sleep(0.3)
+        self.assertIn("busy: another program holds it", self.refused("--edges", f"{self.chip.name}:{EDGE}"))
+        holder.kill()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,100 @@
+"""SLCAN text on serial lines: a real slcan interface at the other end, and peers that misbehave."""
+
+import os
+import re
+import subprocess
+import time
+import tty
+import unittest
+
+from kernel_case import REPLAY, SIM, KernelCase, near, sim_csv, wait_for
+
+import wire
+
+
+def take(text, receiver):
+    """Feeds the whole lines of SLCAN text to a receiver; returns the rest."""
+    *lines, rest = text.split(b"\r")
+    for line in lines:
+        if re.fullmatch(rb"t[0-9A-F]{3}8[0-9A-F]{16}", line):
+            receiver.push(int(line[1:4], 16), bytes.fromhex(line[5:].decode()))
+        elif line:
+            receiver.faults.noise += 1
+    return rest
+
+
+class Serial(KernelCase):
+    def pty_of(self, process):
+        line = process.stderr.readline()
+        return re.search(r"/dev/pts/\d+", line).group()
+
+    def test_slcand_turns_the_line_into_an_interface_with_the_same_values(self):
+        sim = self.start(SIM, *REPLAY, "--out", "slcan:pty", "--pace", "50")
+        line = self.pty_of(sim)
+        self.start("slcand", "-F", line, "slcan0")
+        wait_for(lambda: os.path.exists("/sys/class/net/slcan0"), "slcan0")
+        subprocess.run(["ip", "link", "set", "slcan0", "up"], check=True)
+        receiver, stop_listening = self.listen("slcan0")
+        sim.wait(timeout=60)
+        found, wanted = {result.epoch: result for result in stop_listening()}, sim_csv()
+        self.assertEqual(0, receiver.faults.total(), receiver.faults)
+        self.assertGreater(len(found), 20)
+        for row in wanted:
+            result = found.get(int(row["epoch"]))
+            if result and row["arw_deg_per_sqrt_h"]:
+                self.assertTrue(near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"])))
+
+    def test_a_slow_reader_gets_every_frame(self):
+        """The pty takes some hundred bytes at a time: short writes all along."""
+        sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
+        descriptor = os.open(self.pty_of(sim), os.O_RDWR | os.O_NOCTTY)
+        receiver, text = wire.Receiver(), b""
+        try:
+            while chunk := os.read(descriptor, 37):
+                text = take(text + chunk, receiver)
+        except OSError:
+            pass  # the other end is closed
+        os.close(descriptor)
+        self.assertEqual((0, 0), (sim.wait(timeout=10), receiver.faults.total()), receiver.faults)
+        self.assertEqual(60 * 17 + 16, receiver.faults.good)
+
+    def test_a_peer_that_goes_and_comes_back(self):
+        node = self.node("--out", "slcan:pty")
+        line = self.pty_of(node)
+        receiver = wire.Receiver()
+        first = os.open(line, os.O_RDWR | os.O_NOCTTY)
+        self.feed(node, 1000)
+        time.sleep(0.5)
+        take(os.read(first, 100000), receiver)
+        os.close(first)
+        time.sleep(0.2)
+        self.feed(node, 1000, first=1)
+        time.sleep(0.5)
+        second = os.open(line, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(second)
+        time.sleep(0.2)
+        self.feed(node, 300, first=2)
+        time.sleep(0.5)
+        take(os.read(second, 100000), receiver)
+        told = self.stop(node)
+        os.close(second)
+        self.assertEqual((1, 1, 2300), (told["link lost"], told["link back"], told["samples"]), told)
+        self.assertGreater(told["frames dropped"], 0)
+        self.assertGreater(receiver.faults.missing, 0)
+
+    def test_noise_on_the_line_is_counted_and_an_slcan_host_is_no_noise(self):
+        node = self.node("--out", "slcan:pty")
+        descriptor = os.open(self.pty_of(node), os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(descriptor)
+        os.write(descriptor, b"C\rS6\rO\rV\r")
+        os.write(descriptor, b"\xff\x00garbage!\r" + b"x" * 50 + b"\r")
+        time.sleep(0.3)
+        self.feed(node, 200)
+        time.sleep(0.2)
+        told = self.stop(node)
+        os.close(descriptor)
+        self.assertEqual(60, told["noise bytes"])
+
+
+if __name__ == "__main__":
+    unittest.main()

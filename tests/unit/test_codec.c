@@ -1,0 +1,198 @@
+/* davar tests - frames: what tests/wire does not reach without Python, and the refusals. */
+#include "davar/codec.h"
+#include "davar/slcan.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+static const uint32_t taus[10] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512};
+static davar_config_t config;
+static davar_encoder_t encoder;
+static davar_result_t result;
+static davar_wire_health_t health;
+static davar_frame_t frame;
+static davar_wire_t wire;
+
+void setUp(void)
+{
+    config = (davar_config_t){.rate_hz = 100.0, .stride = 7U, .taus = taus, .tau_count = 3};
+    health = (davar_wire_health_t){{0}};
+    result = (davar_result_t){.epoch = 0x123456789AU,
+                              .window_samples = 600U,
+                              .unstable = true,
+                              .kurtosis = 3.1,
+                              .contribution = (double)NAN,
+                              .tau_count = 3};
+    for (size_t t = 0; t < 10U; t++) {
+        result.tau[t] = (davar_adev_t){.adev = 0.5 + (double)t, .low = 0.4 + (double)t, .high = 0.6 + (double)t};
+    }
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        result.coefficient[k] = (davar_coefficient_t){.value = 1.0 + (double)k, .low = 0.5, .high = 9.0};
+    }
+}
+
+void tearDown(void) {}
+
+static size_t count_frames(uint8_t content, uint8_t tau_count)
+{
+    size_t count = 0;
+    config.tau_count = tau_count;
+    result.tau_count = tau_count;
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, content));
+    davar_encoder_begin(&encoder, &result, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        count++;
+    }
+    return count;
+}
+
+static void test_the_content_decides_how_many_frames_a_result_has(void)
+{
+    TEST_ASSERT_EQUAL(5, count_frames(0U, 3U));
+    TEST_ASSERT_EQUAL(8, count_frames(DAVAR_SEND_ADEV, 3U));
+    TEST_ASSERT_EQUAL(13, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS, 3U));
+    TEST_ASSERT_EQUAL(23, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_INTERVALS, 3U));
+    TEST_ASSERT_EQUAL(3, count_frames(DAVAR_SEND_FD, 8U));
+    result.unstable = false;
+    TEST_ASSERT_EQUAL(5, count_frames(DAVAR_SEND_FD, 10U));
+    TEST_ASSERT_EQUAL(5, count_frames(0U, 10U));
+}
+
+static void test_an_encoder_without_a_result_has_no_frame(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
+    TEST_ASSERT_FALSE(davar_encoder_next(&encoder, &frame));
+}
+
+static void test_identifiers_beyond_eleven_bits_are_refused(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
+    TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, 0x7F1U, 0U, 0U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 34U, 0U));
+    TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 35U, 0U));
+}
+
+/* The item of the first health frame of the next result. */
+static uint8_t next_health_item(void)
+{
+    davar_encoder_begin(&encoder, &result, &health);
+    uint8_t item = 255U;
+    while (davar_encoder_next(&encoder, &frame)) {
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        item = (wire.message == DAVAR_MESSAGE_HEALTH) ? wire.index : item;
+    }
+    return item;
+}
+
+static void test_a_health_counter_that_changed_goes_first(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
+    TEST_ASSERT_EQUAL(0, next_health_item());
+    TEST_ASSERT_EQUAL(1, next_health_item());
+    health.count[DAVAR_HEALTH_BUS_OFF] = 1U;
+    TEST_ASSERT_EQUAL(DAVAR_HEALTH_BUS_OFF, next_health_item());
+    TEST_ASSERT_EQUAL(DAVAR_HEALTH_BUS_OFF + 1, next_health_item());
+}
+
+static void test_the_farewell_tells_every_counter(void)
+{
+    uint32_t told = 0U;
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 2U, 3U));
+    davar_encoder_finish(&encoder, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        TEST_ASSERT_EQUAL(2, wire.channel);
+        told |= 1U << wire.index;
+    }
+    TEST_ASSERT_EQUAL_HEX32((1U << DAVAR_HEALTH_COUNT) - 1U, told);
+}
+
+static void test_extreme_values_saturate_and_absent_ones_are_nan(void)
+{
+    result.kurtosis = 1e9;
+    result.window_samples = UINT32_MAX;
+    result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value = (double)NAN;
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_FD));
+    davar_encoder_begin(&encoder, &result, &health);
+    TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(0x7FFFF, wire.window_samples);
+    TEST_ASSERT_EQUAL_FLOAT(65.534F, wire.kurtosis);
+    TEST_ASSERT_TRUE(isnan(wire.contribution) && isnan(wire.value) && isnan(wire.relative_uncertainty));
+    TEST_ASSERT_TRUE(isnan(wire.adev[3])); /* three taus only */
+}
+
+static void seal(void)
+{
+    frame.data[0] = davar_frame_crc(&frame);
+}
+
+static void test_what_is_not_a_frame_of_ours_is_named(void)
+{
+    frame = (davar_frame_t){.identifier = 0x5D4U, .length = 8U, .data = {0, 0, 15}};
+    seal();
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.identifier = 0x5D6U;
+    frame.data[2] = 2U;
+    seal();
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.data[2] = 64U;
+    seal();
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.data[3] = 1U;
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.length = 7U;
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.identifier = 0x5D7U;
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.identifier = 0x5CFU;
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+}
+
+static bool slcan(const char *text)
+{
+    return davar_slcan_decode(text, strlen(text), &frame);
+}
+
+static void test_slcan_text_goes_there_and_back(void)
+{
+    char text[DAVAR_SLCAN_BYTES];
+    const davar_frame_t sent = {.identifier = 0x5D1U, .length = 8U, .data = {0, 1, 0x9A, 0xBC, 0xDE, 0xF0, 0x7F, 255}};
+    TEST_ASSERT_EQUAL(22, davar_slcan_encode(&sent, text));
+    TEST_ASSERT_EQUAL_STRING_LEN("t5D1800019ABCDEF07FFF\r", text, 22);
+    TEST_ASSERT_TRUE(davar_slcan_decode(text, 21U, &frame));
+    TEST_ASSERT_EQUAL_HEX16(sent.identifier, frame.identifier);
+    TEST_ASSERT_EQUAL_MEMORY(sent.data, frame.data, 8);
+    TEST_ASSERT_TRUE(slcan("t5d1800019abcdef07fff"));
+    TEST_ASSERT_EQUAL_HEX16(sent.identifier, frame.identifier);
+    TEST_ASSERT_EQUAL_MEMORY(sent.data, frame.data, 8);
+    TEST_ASSERT_TRUE(slcan("t5D12AB011234")); /* with a time stamp */
+    TEST_ASSERT_TRUE(slcan("t5D10"));
+}
+
+static void test_slcan_text_that_is_no_frame_is_refused(void)
+{
+    static const char *const bad[] = {"",      "t5D1",      "T5D10",        "t5G10",      "t5D1x",
+                                      "t8000", "t5D19000",  "t5D12AB0",     "t5D12AB0G1", "t5D12AB011",
+                                      "r5D10", "t5D12AB:1", "t5D12AB01123", "t5D1@",      "t5D1-"};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        TEST_ASSERT_FALSE_MESSAGE(slcan(bad[i]), bad[i]);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_the_content_decides_how_many_frames_a_result_has);
+    RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
+    RUN_TEST(test_identifiers_beyond_eleven_bits_are_refused);
+    RUN_TEST(test_a_health_counter_that_changed_goes_first);
+    RUN_TEST(test_the_farewell_tells_every_counter);
+    RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
+    RUN_TEST(test_what_is_not_a_frame_of_ours_is_named);
+    RUN_TEST(test_slcan_text_goes_there_and_back);
+    RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
+    return UNITY_END();
+}

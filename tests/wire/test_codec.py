@@ -1,0 +1,215 @@
+"""The C codec against tools/davar.dbc, read by cantools: random values, every message, both directions."""
+
+import math
+import os
+import random
+import struct
+import subprocess
+import unittest
+from pathlib import Path
+
+import cantools
+
+ROOT = Path(__file__).resolve().parents[2]
+PROBE = os.environ.get("DAVAR_WIRE_PROBE", "wire_probe")
+DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
+BASE, STEP = 0x5D0, 16
+COEFFICIENTS = ("QuantizationDeg", "ArwDegPerSqrtH", "BiasInstabilityDegPerH", "RateRandomWalkDegPerHPerSqrtH",
+                "RateRampDegPerH2")
+
+
+def crc8(data, crc=0xFF):
+    """CRC-8/SAE-J1850, bit by bit from its definition: polynomial 0x1D, start and final xor 0xFF."""
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = ((crc << 1) ^ 0x1D) & 0xFF if crc & 0x80 else crc << 1
+    return crc ^ 0xFF
+
+
+def single(value):
+    """The nearest float32, as a double."""
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+def probe(*arguments, stdin=None):
+    done = subprocess.run([PROBE, *map(str, arguments)], input=stdin, text=True, stdout=subprocess.PIPE, check=True)
+    return done.stdout.splitlines()
+
+
+def results(seed, count, content, channel=0):
+    """Yields (values, frames) of random results; frames are (identifier, data)."""
+    values, frames = None, []
+    for line in [*probe("encode", seed, count, content, channel), "R end"]:
+        word = line.split()
+        if word[0] == "R":
+            if values:
+                yield values, frames
+            values, frames = {"R": word[1:], "T": [], "C": [], "H": []}, []
+        elif word[0] == "F":
+            frames.append((int(word[1], 16), bytes.fromhex(word[2]), word[3] if len(word) > 3 else None))
+        elif word[0] == "H":
+            values["H"].append(int(word[2]))
+        else:
+            values[word[0]].append([float(number) for number in word[2:]])
+
+
+def relative(value, low, high):
+    return 0.5 * (high - low) / value if value and not math.isnan(value) else \
+        (math.inf if value == 0 and high > low else math.nan)
+
+
+class Codec(unittest.TestCase):
+    def assert_float(self, expected, found):
+        same = expected != expected and found != found or single(expected) == single(found)
+        self.assertTrue(same, f"expected {expected!r}, found {found!r}")
+
+    def assert_scaled(self, expected, found, unit, bits):
+        if math.isnan(expected):
+            self.assertEqual("absent", found)
+        elif expected >= (2 ** bits - 1.5) * unit:
+            self.assertEqual("beyond", found)
+        else:
+            self.assertLessEqual(abs(expected - found), 0.5000001 * unit)
+
+    def check_arw(self, values, signals):
+        self.assert_float(values["C"][1][0], signals["ArwDegPerSqrtH"])
+        self.assert_scaled(relative(*values["C"][1]), signals["ArwRelativeUncertainty"], 1e-4, 16)
+
+    def check_state(self, values, signals):
+        epoch, window, unstable = map(int, values["R"][:3])
+        self.assertEqual(epoch % 2 ** 32, signals["Epoch"])
+        self.assertEqual(min(window, 2 ** 19 - 1), signals["WindowSamples"])
+        self.assertEqual(unstable, signals["Unstable"])
+
+    def check_stationarity(self, values, signals):
+        self.assert_scaled(float(values["R"][3]), signals["Kurtosis"], 1e-3, 24)
+        self.assert_scaled(float(values["R"][4]), signals["Contribution"], 1e-5, 24)
+
+    def check_adev(self, values, signals):
+        tau = values["T"][signals["TauIndex"]]
+        self.assert_float(tau[0], signals["AdevDps"])
+        self.assert_scaled(relative(*tau), signals["AdevRelativeUncertainty"], 1e-3, 11)
+
+    def check_coefficient(self, values, signals):
+        name = str(signals["Kind"])
+        kind = signals["Kind"].value
+        self.assert_float(values["C"][kind % 5][kind // 5], signals[name])
+
+    def check_health(self, values, signals):
+        self.assertEqual(values["H"][signals["HealthIndex"].value], signals[str(signals["HealthIndex"])])
+
+    def check_setup(self, values, signals):
+        if signals["Item"] == 0:
+            self.assertEqual(single(99.3), signals["RateHz"])
+        elif signals["Item"] == 1:
+            self.assertEqual(4000000000, signals["Stride"])
+        else:
+            index = signals["Item"] - 32
+            self.assertEqual(2 ** index if index < 11 else 2 ** 32 - 1, signals["ClusterSamples"])
+
+    def check_resultfd(self, values, signals):
+        self.assertEqual(int(values["R"][0]) % 2 ** 24, signals["Epoch"])
+        self.assertEqual(min(int(values["R"][1]), 2 ** 19 - 1), signals["WindowSamples"])
+        self.assertEqual(int(values["R"][2]), signals["Unstable"])
+        self.assert_scaled(float(values["R"][3]), signals["Kurtosis"], 1e-3, 16)
+        self.assert_scaled(float(values["R"][4]), signals["Contribution"], 1e-3, 12)
+        self.assert_scaled(relative(*values["C"][1]), signals["ArwRelativeUncertainty"], 1e-3, 12)
+        for name, coefficient in zip(COEFFICIENTS, values["C"]):
+            self.assert_float(coefficient[0], signals[name])
+        for index in range(8):
+            self.assert_float(values["T"][index][0], signals[f"Adev{index}Dps"])
+
+    def check(self, seed, content, names, channel=0, count=300):
+        counters, state = {}, None
+        for values, frames in results(seed, count, content, channel):
+            seen = []
+            for identifier, data, slcan in frames:
+                message = DBC.get_message_by_frame_id(identifier - STEP * channel)
+                signals = message.decode(data)
+                short = message.name.removeprefix("DAVAR_")
+                seen.append(short)
+                self.assertEqual(message.length, len(data))
+                self.assertEqual(crc8(identifier.to_bytes(2, "little") + data[1:]), signals["Crc"])
+                self.assertEqual(counters.get(short, 0), signals["Counter"])
+                counters[short] = (signals["Counter"] + 1) % 16
+                state = signals["Counter"] if short in ("State", "ResultFd") else state
+                self.assertEqual(state, signals.get("Result", state))
+                if slcan:
+                    self.assertEqual(f"t{identifier:03X}8{data.hex().upper()}", slcan)
+                getattr(self, "check_" + short.lower())(values, signals)
+            self.assertEqual(names, seen)
+
+    def test_the_check_value_of_the_crc_is_the_published_one(self):
+        self.assertEqual(0x4B, crc8(b"123456789"))
+
+    def test_a_summary_is_five_frames(self):
+        self.check(1, 0, ["State", "Stationarity", "Arw", "Health", "Setup"], channel=3)
+
+    def test_everything_in_classical_frames(self):
+        self.check(2, 7, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 15 + ["Health", "Setup"])
+
+    def test_the_default_content(self):
+        self.check(3, 3, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup"],
+                   channel=34)
+
+    def test_a_result_in_one_fd_frame(self):
+        self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup"])
+
+    def test_a_channel_beyond_the_standard_identifiers_is_refused(self):
+        with self.assertRaises(subprocess.CalledProcessError):
+            probe("encode", 1, 1, 0, 35)
+
+    def test_cantools_encodes_what_the_device_decodes(self):
+        source, lines, expected = random.Random(5), [], []
+        for _ in range(3000):
+            message = source.choice(DBC.messages)
+            raw = bytearray(source.randbytes(message.length))
+            raw[2] = source.choice((0, 1, 32, 40)) if message.name == "DAVAR_Setup" else \
+                source.randrange(15) if message.name in ("DAVAR_Coefficient", "DAVAR_Health") else raw[2]
+            channel = source.randrange(35)
+            identifier = message.frame_id + STEP * channel
+            raw[0] = crc8(identifier.to_bytes(2, "little") + raw[1:])
+            lines.append(f"{identifier:03X}#{raw.hex()}")
+            expected.append((message, channel, message.decode(bytes(raw), decode_choices=False)))
+        for (message, channel, signals), answer in zip(expected, probe("decode", stdin="\n".join(lines) + "\n")):
+            word = answer.split()
+            self.assertEqual(["D", str(message.frame_id - BASE), str(channel), str(signals["Counter"])], word[:4])
+            self.check_decoded(message, signals, word)
+
+    def check_decoded(self, message, signals, word):
+        scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12}
+        whole = {"Epoch": 7, "Stride": 7, "ClusterSamples": 7, "WindowSamples": 8, "Unstable": 9, "TauIndex": 5,
+                 "Kind": 5, "HealthIndex": 5, "Item": 5}
+        coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
+        # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
+        for name, value in signals.items():
+            signal = message.get_signal_by_name(name)
+            if name in scaled:
+                found = float(word[scaled[name]])
+                top = round(value / float(signal.scale)) == 2 ** signal.length - 1
+                self.assertTrue(math.isnan(found) if top else abs(found - value) <= 1e-6 * abs(value), (name, word))
+            elif name in whole:
+                self.assertEqual(value, int(word[whole[name]]), name)
+            elif message.name == "DAVAR_ResultFd" and name in coefficient:
+                self.assert_float(value, float(word[coefficient[name]]))
+            elif name.startswith("Adev") and name != "AdevDps":
+                self.assert_float(value, float(word[18 + int(name[4])]))
+            elif signal.is_float:
+                self.assert_float(value, float(word[6]))
+            elif message.name == "DAVAR_Health" and name not in ("Crc", "Counter", "Result"):
+                self.assertEqual(value, int(word[7]), name)
+
+    def test_damaged_and_foreign_frames_are_named(self):
+        identifier, data, _ = next(results(6, 1, 0))[1][0]
+        good = f"{identifier:03X}#{data.hex()}"
+        damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"
+        lines = [good, damaged, f"5CF#{data.hex()}", f"5D7#{data.hex()}", f"5D1#{data[:7].hex()}"]
+        unknown = bytes([0, 99, 0, 0, 0, 0, 0])  # HealthIndex 99, with the right Crc
+        lines.append(f"5D5#{crc8(bytes([0xD5, 5]) + unknown):02x}{unknown.hex()}")
+        answers = [line.split()[:2] for line in probe("decode", stdin="\n".join(lines) + "\n")]
+        self.assertEqual([["D", "1"], ["E", "3"], ["E", "1"], ["E", "1"], ["E", "2"], ["E", "4"]], answers)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,70 @@
+"""lib/WIRE.md: every table, example and figure is recomputed."""
+
+import re
+import unittest
+from pathlib import Path
+
+import cantools
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = (ROOT / "lib/WIRE.md").read_text(encoding="utf-8")
+DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
+HEADER = ("Crc", "Counter", "Result")
+FRAME_BITS = 64 + 47 + (34 + 64 - 1) // 4  # classical, 8 bytes: data, the rest with the gap, worst stuffing
+FRAMES = {"summary": 5, "full": 5 + 8 + 5, "intervals": 5 + 8 + 15}
+
+
+def rows(columns):
+    found = [[cell.strip() for cell in line.strip("|").split("|")] for line in TEXT.splitlines() if line.startswith("|")]
+    return [row for row in found if len(row) == columns and not set(row[0]) <= {"-"}]
+
+
+class Documentation(unittest.TestCase):
+    def test_the_table_of_signals_is_that_of_the_dbc(self):
+        documented = {(row[0], re.match(r"`(\w+)`", row[1]).group(1)): row[2:] for row in rows(7)
+                      if row[0].startswith("DAVAR_")}
+        there = {(message.name, signal.name): [str(signal.start), str(signal.length),
+                                               "float32" if signal.is_float else "unsigned", f"{float(signal.scale):g}",
+                                               signal.unit or ""]
+                 for message in DBC.messages for signal in message.signals if signal.name not in HEADER}
+        self.assertEqual(there, documented)
+
+    def test_every_signal_is_little_endian_and_the_header_is_everywhere(self):
+        for message in DBC.messages:
+            self.assertTrue(all(signal.byte_order == "little_endian" for signal in message.signals))
+            wanted = {"Crc": (0, 8), "Counter": (8, 4), "Result": (12, 4)}
+            if message.name in ("DAVAR_State", "DAVAR_ResultFd"):
+                del wanted["Result"]
+            self.assertEqual(wanted, {s.name: (s.start, s.length) for s in message.signals if s.name in HEADER})
+
+    def test_the_table_of_messages_is_that_of_the_dbc(self):
+        documented = {row[0].strip("`"): (int(row[1]), int(row[2])) for row in rows(4) if row[0].startswith("`DAVAR_")}
+        self.assertEqual({m.name: (m.frame_id - 0x5D0, m.length) for m in DBC.messages}, documented)
+
+    def test_the_examples_decode_to_what_is_said(self):
+        examples = [row for row in rows(3) if "#" in row[0]]
+        self.assertEqual(7, len(examples))
+        for candump, slcan, says in examples:
+            identifier, data = candump.strip("`").split("#")
+            self.assertEqual(f"t{identifier}8{data}", slcan.strip("`"))
+            signals = DBC.decode_message(int(identifier, 16), bytes.fromhex(data))
+            shown = ", ".join(f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
+                              for name, value in signals.items() if name not in HEADER)
+            self.assertEqual(shown, says)
+
+    def test_the_bus_load(self):
+        figures = [row for row in rows(7) if row[0].isdigit()]
+        self.assertEqual(15, len(figures))
+        for rate, content, frames, *loads in figures:
+            self.assertEqual(FRAMES[content], int(frames))
+            bits = int(rate) * int(frames)
+            wanted = [f"{100 * bits * FRAME_BITS / speed:.2f} %" for speed in (125e3, 500e3, 1e6)]
+            self.assertEqual([*wanted, f"{100 * bits * 22 * 10 / 115200:.2f} %"], loads)
+
+    def test_the_bus_load_of_can_fd(self):
+        seconds = 34 / 500e3 + 677 / 2e6 + 2 * FRAME_BITS / 500e3
+        self.assertIn(f"{1e3 * seconds:.3f} ms a result, {100 * 100 * seconds:.2f} % of the bus", TEXT)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,159 @@
+"""The receiver against injected faults: every one is noticed and named, and what cannot be noticed is stated.
+
+DAVAR_WIRE_FAULTS: how many faults to inject (default 10^6).
+"""
+
+import os
+import random
+import struct
+import sys
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools/davarlab"))
+
+import wire  # noqa: E402
+
+FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000"))
+ARW, STATE, SETUP = 0x5D0, 0x5D1, 0x5D6
+
+
+def sealed(identifier, counter, payload, result=0):
+    data = bytes([0, counter % 16 | result % 16 << 4]) + payload
+    return bytes([wire.crc(identifier, data)]) + data[1:]
+
+
+def state(n, stride=100):
+    return sealed(STATE, n, struct.pack("<HI", 600 >> 4, n * stride))
+
+
+class Stream:
+    """Frames of DAVAR_Arw with a running number inside, so that no two within reach are alike."""
+
+    def __init__(self, receiver):
+        self.receiver, self.n = receiver, 0
+
+    def next(self):
+        self.n += 1
+        return sealed(ARW, self.n, struct.pack("<HI", self.n & 0xFFFF, self.n & 0xFFFFFFFF), self.n)
+
+    def good(self, count=1):
+        for _ in range(count):
+            assert self.receiver.check(ARW, self.next()) == "good"
+
+    def corrupted(self, source):
+        """One or two bits anywhere, or anything within eight bits in a row behind the Crc: what it guarantees to catch.
+        Bits in the order of the wire: byte 0 first, most significant bit first."""
+        frame = int.from_bytes(self.next(), "big")
+        if source.random() < 0.5:
+            frame ^= 1 << source.randrange(64)
+            frame ^= 1 << source.randrange(64) if source.random() < 0.5 else 0
+        else:
+            frame ^= source.randrange(1, 256) << source.randrange(49)
+        return frame.to_bytes(8, "big")
+
+
+class Faults(unittest.TestCase):
+    def test_every_injected_fault_is_caught_and_named(self):
+        source, receiver = random.Random(1), wire.Receiver()
+        stream = Stream(receiver)
+        stream.good(20)
+        wanted = wire.Faults()
+        for _ in range(FAULTS):
+            kind = source.randrange(4)
+            if kind == 0:
+                before = stream.n
+                damaged = stream.corrupted(source)
+                intact = sealed(ARW, stream.n, struct.pack("<HI", stream.n & 0xFFFF, stream.n & 0xFFFFFFFF), stream.n)
+                if damaged == intact:  # the same bit twice: no fault
+                    stream.n = before
+                    stream.good()
+                else:
+                    receiver.check(ARW, damaged)
+                    wanted.corrupted += 1
+                    wanted.missing += 1
+            elif kind == 1:
+                frame = stream.next()
+                receiver.check(ARW, frame)
+                for _ in range(source.randrange(1, 3)):
+                    receiver.check(ARW, frame)
+                    wanted.repeated += 1
+            elif kind == 2:
+                first, second = stream.next(), stream.next()
+                receiver.check(ARW, second)
+                receiver.check(ARW, first)
+                wanted.swapped += 1
+            else:
+                lost = source.randrange(1, 8)
+                stream.n += lost
+                wanted.missing += lost
+            stream.good(2)
+        wanted.good = receiver.faults.good
+        self.assertEqual(wanted, receiver.faults)
+
+    def test_runs_of_up_to_fifteen_lost_frames_are_counted_exactly(self):
+        source, receiver = random.Random(2), wire.Receiver()
+        stream, lost = Stream(receiver), 0
+        stream.good(20)
+        for _ in range(2000):
+            run = source.randrange(1, 16)
+            stream.n += run
+            lost += run
+            stream.good(20)
+        self.assertEqual(lost, receiver.faults.missing)
+        self.assertEqual(lost, receiver.faults.total())
+
+    def test_no_one_or_two_bit_error_and_no_burst_of_eight_bits_passes_the_crc(self):
+        """The Crc is linear, so one frame stands for all; identifier, data and Crc together."""
+        def passes(pattern):
+            identifier, data = pattern >> 64, (pattern % 2 ** 64).to_bytes(8, "big")
+            return data[0] == wire.crc(identifier, data) ^ wire.crc(0, bytes(8))
+        bits = range(64 + 11)
+        self.assertEqual([], [a for a in bits if passes(1 << a)])
+        self.assertEqual([], [(a, b) for a in bits for b in bits if a < b and passes(1 << a | 1 << b)])
+        behind_crc = [pattern << at for at in range(49) for pattern in range(1, 256)]
+        self.assertEqual([], [hex(one) for one in behind_crc if passes(one)])
+        astride = {pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2 ** 56}
+        print(f"bursts astride Crc and byte 1 that pass: {sum(map(passes, astride))} of {len(astride)}")
+
+    def test_of_frames_of_random_bytes_one_in_256_passes_the_crc(self):
+        source, passed = random.Random(3), 0
+        for _ in range(100000):
+            data = source.randbytes(8)
+            passed += data[0] == wire.crc(ARW, data)
+        self.assertAlmostEqual(100000 / 256, passed, delta=5 * (100000 / 256) ** 0.5)
+
+    def test_sixteen_lost_results_leave_no_hole_in_the_counter_and_one_in_the_epoch(self):
+        for lost in (16, 32, 160):
+            receiver = wire.Receiver()
+            receiver.push(SETUP, sealed(SETUP, 0, bytes([1, 0]) + struct.pack("<I", 100)))
+            for n in range(20):
+                receiver.push(STATE, state(n))
+                receiver.push(SETUP, sealed(SETUP, n + 1, bytes([1, 0]) + struct.pack("<I", 100), n))
+            receiver.push(STATE, state(19 + lost + 1))
+            self.assertEqual((0, lost), (receiver.faults.missing, receiver.faults.missing_results))
+
+    def test_lost_results_beyond_sixteen_add_up(self):
+        for lost in range(1, 60):
+            receiver = wire.Receiver()
+            receiver.push(SETUP, sealed(SETUP, 0, bytes([1, 0]) + struct.pack("<I", 100)))
+            for n in (*range(20), 20 + lost):
+                receiver.push(STATE, state(n))
+            self.assertEqual(lost, receiver.faults.missing + receiver.faults.missing_results)
+
+    def test_frames_of_others_are_no_fault(self):
+        receiver = wire.Receiver()
+        for identifier in (0x123, 0x5CF, 0x5D7, 0x5DF):
+            receiver.push(identifier, bytes(8))
+        self.assertEqual((4, 0), (receiver.faults.foreign, receiver.faults.total()))
+
+    def test_a_frame_of_another_length_is_corrupted(self):
+        receiver = wire.Receiver()
+        receiver.push(ARW, b"")
+        receiver.push(ARW, bytes(7))
+        self.assertEqual(2, receiver.faults.corrupted)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,140 @@
+/* davar tests - the codec as a filter, for a test in Python that holds it against tools/davar.dbc.
+ *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
+ *   wire_probe decode                                frames on standard input (candump notation): their values */
+#include "davar/codec.h"
+#include "davar/slcan.h"
+#include "random.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
+static const davar_config_t config = {.rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
+
+/* Any magnitude that a sensor could show, now and then absent, zero or beyond every range. */
+static double any(random_t *random)
+{
+    const uint64_t choice = random_next(random) % 20U;
+    if (choice == 0U) {
+        return (double)NAN;
+    }
+    return (choice == 1U) ? 0.0 : pow(10.0, 14.0 * random_uniform(random) - 7.0);
+}
+
+static void make(random_t *random, davar_result_t *result, davar_wire_health_t *health)
+{
+    *result = (davar_result_t){.epoch = random_next(random) >> (random_next(random) % 40U),
+                               .window_samples = (uint32_t)(random_next(random) >> (32U + random_next(random) % 20U)),
+                               .unstable = (random_next(random) & 1U) != 0U,
+                               .kurtosis = any(random),
+                               .contribution = any(random),
+                               .tau_count = 12};
+    for (size_t t = 0; t < 12U; t++) {
+        const double value = any(random);
+        result->tau[t] = (davar_adev_t){.m = taus[t], .adev = value, .low = 0.9 * value, .high = value + any(random)};
+    }
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        const double value = any(random);
+        result->coefficient[k] =
+            (davar_coefficient_t){.value = value, .low = 0.8 * value, .high = (value + any(random)) * 1.1};
+    }
+    health->count[random_next(random) % DAVAR_HEALTH_COUNT] = (uint32_t)random_next(random);
+}
+
+static void print_result(const davar_result_t *result, const davar_wire_health_t *health)
+{
+    (void)printf("R %llu %u %d %.17g %.17g\n", (unsigned long long)result->epoch, result->window_samples,
+                 (int)result->unstable, result->kurtosis, result->contribution);
+    for (size_t t = 0; t < result->tau_count; t++) {
+        (void)printf("T %zu %.17g %.17g %.17g\n", t, result->tau[t].adev, result->tau[t].low, result->tau[t].high);
+    }
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        const davar_coefficient_t *one = &result->coefficient[k];
+        (void)printf("C %zu %.17g %.17g %.17g\n", k, one->value, one->low, one->high);
+    }
+    for (size_t h = 0; h < DAVAR_HEALTH_COUNT; h++) {
+        (void)printf("H %zu %u\n", h, health->count[h]);
+    }
+}
+
+static void print_frame(const davar_frame_t *frame)
+{
+    (void)printf("F %03X ", frame->identifier);
+    for (size_t i = 0; i < frame->length; i++) {
+        (void)printf("%02X", frame->data[i]);
+    }
+    if (frame->length <= 8U) {
+        char text[DAVAR_SLCAN_BYTES];
+        const size_t length = davar_slcan_encode(frame, text);
+        (void)printf(" %.*s", (int)(length - 1U), text);
+    }
+    (void)putchar('\n');
+}
+
+static int encode(char **argv)
+{
+    random_t random = random_seeded(strtoull(argv[2], NULL, 10));
+    davar_encoder_t encoder;
+    davar_result_t result;
+    davar_wire_health_t health = {{0}};
+    davar_frame_t frame;
+    if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
+                            (uint8_t)strtoul(argv[4], NULL, 10))) {
+        return 2;
+    }
+    for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
+        make(&random, &result, &health);
+        print_result(&result, &health);
+        davar_encoder_begin(&encoder, &result, &health);
+        while (davar_encoder_next(&encoder, &frame)) {
+            print_frame(&frame);
+        }
+    }
+    return 0;
+}
+
+static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
+{
+    if (status != DAVAR_DECODED) {
+        (void)printf("E %d\n", (int)status);
+        return;
+    }
+    (void)printf("D %d %u %u %u %u %.9g %u %u %d %.9g %.9g %.9g", (int)wire->message, wire->channel, wire->counter,
+                 wire->result, wire->index, (double)wire->value, wire->number, wire->window_samples,
+                 (int)wire->unstable, (double)wire->relative_uncertainty, (double)wire->kurtosis,
+                 (double)wire->contribution);
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        (void)printf(" %.9g", (double)wire->coefficient[k]);
+    }
+    for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
+        (void)printf(" %.9g", (double)wire->adev[t]);
+    }
+    (void)putchar('\n');
+}
+
+static int decode(void)
+{
+    char line[256];
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        char *hex = strchr(line, '#');
+        davar_frame_t frame = {.identifier = (uint16_t)strtoul(line, NULL, 16)};
+        davar_wire_t wire;
+        for (const char *at = hex + 1; (at[0] > ' ') && (frame.length < 64U); at += 2) {
+            const char pair[3] = {at[0], at[1], '\0'};
+            frame.data[frame.length] = (uint8_t)strtoul(pair, NULL, 16);
+            frame.length++;
+        }
+        const davar_decode_status_t status = davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+        print_wire(status, &wire);
+    }
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    if ((argc == 6) && (strcmp(argv[1], "encode") == 0)) {
+        return encode(argv);
+    }
+    return ((argc == 2) && (strcmp(argv[1], "decode") == 0)) ? decode() : 2;
+}
