@@ -33,7 +33,7 @@ static uint32_t smaller(uint32_t a, uint32_t b)
 
 static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, uint32_t slot)
 {
-    track->sums[(slot * allan->count) + t] = allan->tau[t].sum;
+    sum_copy(&track->sums[(slot * allan->count) + t], &allan->tau[t].sum);
 }
 
 static uint32_t slot_after(const track_t *track, uint32_t slot)
@@ -51,9 +51,9 @@ static uint32_t slot_before(const track_t *track, uint32_t slot)
 static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
 {
     const allan_t *const allan = &stages->allan;
-    const powers_t zero = {0};
-    const sum_t no_sum = {0};
-    track->powers[track->mirrored_slot] = powers_between(&zero, &stages->moments.head);
+    static const powers_t no_powers = {0};
+    static const sum_t no_sum = {0};
+    powers_between(&track->powers[track->mirrored_slot], &no_powers, &stages->moments.head);
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
         if (received > allan->m[t]) {
             track->sums[(track->mirrored_slot * allan->count) + t] = sum_between(no_sum, allan->tau[t].sum);
@@ -66,7 +66,7 @@ static void track_record_mirrored(track_t *track, const stages_t *stages, uint32
 
 static void track_record_powers(track_t *track, const stages_t *stages, uint32_t stride)
 {
-    track->powers[track->slot] = stages->moments.head;
+    powers_copy(&track->powers[track->slot], &stages->moments.head);
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
         for (uint32_t t = 0U; t < stages->allan.count; t++) {
             grid_record_sum(track, &stages->allan, t, track->slot);
@@ -278,11 +278,11 @@ static sum_t grid_sum(const grid_t *grid, uint32_t t)
 }
 
 /* Power sums from the trailing edge to `later`. */
-static powers_t grid_powers(const grid_t *grid, const powers_t *later)
+static void grid_powers(powers_t *powers, const grid_t *grid, const powers_t *later)
 {
-    const powers_t zero = {0};
+    static const powers_t no_powers = {0};
     const powers_t *const tail = grid->records.tail_powers;
-    return powers_between(later, (tail == NULL) ? &zero : tail);
+    powers_between(powers, later, (tail == NULL) ? &no_powers : tail);
 }
 
 #endif

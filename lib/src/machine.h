@@ -1,4 +1,5 @@
-/* davar - 128-bit products and sums, leading zeros: the only place that asks what the machine has. */
+/* davar - products, 128-bit sums, leading zeros: the only place that asks what the machine has. Nothing here calls a
+ * function of the compiler's library on any target. */
 #ifndef DAVAR_SRC_MACHINE_H
 #define DAVAR_SRC_MACHINE_H
 
@@ -10,22 +11,67 @@ typedef struct {
     uint64_t high;
 } davar_u128_t;
 
+/* The product by 16-bit parts, for a Cortex-M0, whose multiplier is 32 bits wide. */
+static inline uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
+{
+    const uint32_t a0 = a & 0xFFFFU;
+    const uint32_t a1 = a >> 16U;
+    const uint32_t b0 = b & 0xFFFFU;
+    const uint32_t b1 = b >> 16U;
+    const uint32_t low = a0 * b0;
+    const uint32_t middle = (a1 * b0) + (low >> 16U); /* at most (2^16 - 1) 2^16 */
+    const uint32_t other = (a0 * b1) + (middle & 0xFFFFU);
+    const uint32_t high = (a1 * b1) + (middle >> 16U) + (other >> 16U);
+    return ((uint64_t)high << 32U) | (other << 16U) | (low & 0xFFFFU);
+}
+
+static inline uint64_t davar_multiply_u32(uint32_t a, uint32_t b)
+{
+#ifdef __ARM_ARCH_6M__
+    return davar_multiply_u32_by_parts(a, b);
+#else
+    return (uint64_t)a * b;
+#endif
+}
+
+/* Signed, as the bits of an int64_t. */
+static inline uint64_t davar_multiply_i32_by_parts(int32_t a, int32_t b)
+{
+    const uint32_t excess = ((a < 0) ? (uint32_t)b : 0U) + ((b < 0) ? (uint32_t)a : 0U);
+    return davar_multiply_u32_by_parts((uint32_t)a, (uint32_t)b) - ((uint64_t)excess << 32U);
+}
+
+static inline uint64_t davar_multiply_i32(int32_t a, int32_t b)
+{
+#ifdef __ARM_ARCH_6M__
+    return davar_multiply_i32_by_parts(a, b);
+#else
+    return (uint64_t)((int64_t)a * b);
+#endif
+}
+
 /* The product by 32-bit parts, for compilers without a 128-bit type (and for the tests of this path on those with). */
 static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
 {
-    const uint64_t a0 = a & UINT32_MAX;
-    const uint64_t a1 = a >> 32U;
-    const uint64_t b0 = b & UINT32_MAX;
-    const uint64_t b1 = b >> 32U;
-    const uint64_t p00 = a0 * b0;
-    const uint64_t p01 = a0 * b1;
-    const uint64_t p10 = a1 * b0;
+    const uint32_t a0 = (uint32_t)a;
+    const uint32_t a1 = (uint32_t)(a >> 32U);
+    const uint32_t b0 = (uint32_t)b;
+    const uint32_t b1 = (uint32_t)(b >> 32U);
+    const uint64_t p00 = davar_multiply_u32(a0, b0);
+    const uint64_t p01 = davar_multiply_u32(a0, b1);
+    const uint64_t p10 = davar_multiply_u32(a1, b0);
     const uint64_t middle = (p00 >> 32U) + (p01 & UINT32_MAX) + (p10 & UINT32_MAX);
     const davar_u128_t product = {
         (middle << 32U) | (p00 & UINT32_MAX),
-        (a1 * b1) + (p01 >> 32U) + (p10 >> 32U) + (middle >> 32U),
+        davar_multiply_u32(a1, b1) + (p01 >> 32U) + (p10 >> 32U) + (middle >> 32U),
     };
     return product;
+}
+
+static inline void davar_u128_copy(davar_u128_t *to, const davar_u128_t *from)
+{
+    to->low = from->low;
+    to->high = from->high;
 }
 
 /* A sum or a difference with its carry by comparison, a product with a small factor by parts: likewise. */
@@ -123,7 +169,7 @@ static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
 static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
 {
     davar_u128_t product = davar_multiply_u64(a.low, factor);
-    product.high += a.high * factor;
+    product.high += davar_multiply_u64(a.high, factor).low;
     return product;
 }
 

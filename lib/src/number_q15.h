@@ -28,18 +28,23 @@ typedef struct {
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {
-    *sum += (uint64_t)((int64_t)difference * difference);
+    *sum += davar_multiply_i32(difference, difference);
 }
 
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)
 {
-    *sum -= (uint64_t)((int64_t)difference * difference);
+    *sum -= davar_multiply_i32(difference, difference);
 }
 
 /* head^2 - tail^2 as one product; neither factor can leave 32 bits, since window_max m^2 < 2^32 (2.4). */
 static inline void sum_slide(sum_t *sum, difference_t head, difference_t tail)
 {
-    *sum += (uint64_t)((int64_t)(head - tail) * (head + tail));
+    *sum += davar_multiply_i32(head - tail, head + tail);
+}
+
+static inline void sum_copy(sum_t *to, const sum_t *from)
+{
+    *to = *from;
 }
 
 static inline sum_t sum_between(sum_t later, sum_t earlier)
@@ -57,36 +62,50 @@ static inline void powers_add(powers_t *powers, sample_t sample, unsigned shift)
     (void)shift; /* 16 bits fit */
     const int32_t value = sample;
     const int32_t square = value * value;
-    const uint64_t fourth = (uint64_t)((int64_t)square * square);
+    const uint64_t fourth = davar_multiply_i32(square, square);
     powers->first += (uint32_t)value;
     powers->second += (uint64_t)square;
-    powers->third += (uint64_t)((int64_t)square * value);
+    powers->third += davar_multiply_i32(square, value);
     powers->fourth_low += (uint32_t)fourth;
     powers->fourth_high += fourth >> 32U;
 }
 
-static inline powers_t powers_between(const powers_t *later, const powers_t *earlier)
+/* Field by field: a struct this large would be copied by a library call on some targets. */
+static inline void powers_copy(powers_t *to, const powers_t *from)
 {
-    const powers_t between = {later->first - earlier->first, later->second - earlier->second,
-                              later->third - earlier->third, later->fourth_low - earlier->fourth_low,
-                              later->fourth_high - earlier->fourth_high};
-    return between;
+    to->first = from->first;
+    to->second = from->second;
+    to->third = from->third;
+    to->fourth_low = from->fourth_low;
+    to->fourth_high = from->fourth_high;
+}
+
+static inline void powers_between(powers_t *between, const powers_t *later, const powers_t *earlier)
+{
+    between->first = later->first - earlier->first;
+    between->second = later->second - earlier->second;
+    between->third = later->third - earlier->third;
+    between->fourth_low = later->fourth_low - earlier->fourth_low;
+    between->fourth_high = later->fourth_high - earlier->fourth_high;
 }
 
 /* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
-static davar_central_t powers_central(const powers_t *powers, uint32_t n)
+static void powers_central(const powers_t *powers, uint32_t n, davar_central_t *central)
 {
-    const int64_t first = (int32_t)powers->first;
-    const uint64_t square = (uint64_t)(first * first);
+    const int32_t first = (int32_t)powers->first;
+    const uint64_t square = davar_multiply_i32(first, first);
     const davar_u128_t high = {powers->fourth_high << 32U, powers->fourth_high >> 32U};
     const davar_u128_t low = {powers->fourth_low, 0U};
+    const uint64_t four_first = (uint64_t)(int64_t)first << 2U;
+    const uint64_t six_second = (powers->second << 2U) + (powers->second << 1U);
     davar_u128_t fourth = davar_u128_scale(davar_u128_add(high, low), n);
-    fourth = davar_u128_subtract(fourth, davar_multiply_i64(4 * first, (int64_t)powers->third));
-    fourth = davar_u128_add(davar_u128_scale(fourth, n), davar_multiply_u64(square, 6U * powers->second));
-    fourth = davar_u128_subtract(davar_u128_scale(fourth, n), davar_multiply_u64(square, 3U * square));
-    const davar_central_t central = {davar_magnitude((n * powers->second) - square, 0),
-                                     davar_magnitude_u128(fourth, 0)};
-    return central;
+    fourth = davar_u128_subtract(fourth, davar_multiply_i64((int64_t)four_first, (int64_t)powers->third));
+    fourth = davar_u128_add(davar_u128_scale(fourth, n), davar_multiply_u64(square, six_second));
+    fourth = davar_u128_subtract(davar_u128_scale(fourth, n), davar_multiply_u64(square, square + (square << 1U)));
+    const davar_u128_t second = {davar_multiply_u64(powers->second, n).low - square, 0U};
+    davar_magnitude(&central->second, &second, 0);
+    const davar_u128_t last = {fourth.low, fourth.high}; /* not `fourth` itself, which should stay in registers */
+    davar_magnitude(&central->fourth, &last, 0);
 }
 
 #endif

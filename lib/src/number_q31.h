@@ -41,6 +41,11 @@ static inline void sum_slide(sum_t *sum, difference_t head, difference_t tail)
     *sum = davar_u128_add(*sum, davar_multiply_i64(head - tail, head + tail));
 }
 
+static inline void sum_copy(sum_t *to, const sum_t *from)
+{
+    davar_u128_copy(to, from);
+}
+
 static inline sum_t sum_between(sum_t later, sum_t earlier)
 {
     return davar_u128_subtract(later, earlier);
@@ -53,36 +58,61 @@ static inline double sum_to_double(sum_t sum)
 
 static inline void powers_add(powers_t *powers, sample_t sample, unsigned shift)
 {
-    const int64_t value = sample >> shift;
-    const int64_t square = value * value;
-    const davar_u128_t second = {(uint64_t)square, 0U};
-    powers->first += (uint64_t)value;
+    const int32_t value = sample >> shift;
+    const uint64_t square = davar_multiply_i32(value, value);
+    const davar_u128_t second = {square, 0U};
+    powers->first += (uint64_t)(int64_t)value;
     powers->second = davar_u128_add(powers->second, second);
-    powers->third = davar_u128_add(powers->third, davar_multiply_i64(square, value));
-    powers->fourth = davar_u128_add(powers->fourth, davar_multiply_i64(square, square));
+    powers->third = davar_u128_add(powers->third, davar_multiply_i64((int64_t)square, value));
+    powers->fourth = davar_u128_add(powers->fourth, davar_multiply_u64(square, square));
 }
 
-static inline powers_t powers_between(const powers_t *later, const powers_t *earlier)
+/* Field by field: a struct this large would be copied by a library call on some targets. */
+static inline void powers_copy(powers_t *to, const powers_t *from)
 {
-    const powers_t between = {later->first - earlier->first, davar_u128_subtract(later->second, earlier->second),
-                              davar_u128_subtract(later->third, earlier->third),
-                              davar_u128_subtract(later->fourth, earlier->fourth)};
-    return between;
+    to->first = from->first;
+    davar_u128_copy(&to->second, &from->second);
+    davar_u128_copy(&to->third, &from->third);
+    davar_u128_copy(&to->fourth, &from->fourth);
+}
+
+static inline void powers_between(powers_t *between, const powers_t *later, const powers_t *earlier)
+{
+    between->first = later->first - earlier->first;
+    between->second = davar_u128_subtract(later->second, earlier->second);
+    between->third = davar_u128_subtract(later->third, earlier->third);
+    between->fourth = davar_u128_subtract(later->fourth, earlier->fourth);
 }
 
 /* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
-static davar_central_t powers_central(const powers_t *powers, uint32_t n)
+static void powers_central(const powers_t *powers, uint32_t n, davar_central_t *central)
 {
-    const wide_t first = wide_from_i64((int64_t)powers->first);
-    const wide_t second = wide_from_u128(powers->second);
-    const wide_t square = wide_multiply(first, first);
-    wide_t fourth = wide_scale(wide_from_u128(powers->fourth), n);
-    fourth = wide_subtract(fourth, wide_scale(wide_multiply(first, wide_from_i128(powers->third)), 4U));
-    fourth = wide_add(wide_scale(fourth, n), wide_scale(wide_multiply(square, second), 6U));
-    fourth = wide_subtract(wide_scale(fourth, n), wide_scale(wide_multiply(square, square), 3U));
-    const davar_central_t central = {wide_magnitude(wide_subtract(wide_scale(second, n), square)),
-                                     wide_magnitude(fourth)};
-    return central;
+    wide_t first;
+    wide_t second;
+    wide_t square;
+    wide_t fourth;
+    wide_t part;
+    wide_from_i64(&first, (int64_t)powers->first);
+    wide_from_u128(&second, &powers->second);
+    wide_multiply(&square, &first, &first);
+    wide_from_i128(&part, &powers->third);
+    wide_multiply(&part, &first, &part);
+    wide_from_u128(&fourth, &powers->fourth);
+    wide_scale(&fourth, n);
+    wide_scale(&part, 4U);
+    wide_subtract(&fourth, &part);
+    wide_scale(&fourth, n);
+    wide_multiply(&part, &square, &second);
+    wide_scale(&part, 6U);
+    wide_add(&fourth, &part);
+    wide_scale(&fourth, n);
+    wide_multiply(&part, &square, &square);
+    wide_scale(&part, 3U);
+    wide_subtract(&fourth, &part);
+    wide_scale(&second, n);
+    wide_subtract(&second, &square);
+    wide_magnitude(&second, &central->second);
+    wide_magnitude(&fourth, &central->fourth);
 }
 
 #endif

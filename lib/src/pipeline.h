@@ -133,25 +133,26 @@ static void pipeline_start(davar_t *davar, void *memory)
 
 /* --- a sample in ------------------------------------------------------------------------------------------------- */
 
-static powers_t window_powers(const stages_t *stages, bool first_part)
+static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
 {
     const moments_t *const moments = &stages->moments;
     if (stages->grid == NULL) {
-        return powers_between(first_part ? &moments->middle : &moments->head, &moments->tail);
+        powers_between(powers, first_part ? &moments->middle : &moments->head, &moments->tail);
+    } else {
+        const records_t *const records = &stages->grid->records;
+        grid_powers(powers, stages->grid, first_part ? records->middle_powers : records->head_powers);
     }
-    const records_t *const records = &stages->grid->records;
-    return grid_powers(stages->grid, first_part ? records->middle_powers : records->head_powers);
 }
 
-static verdict_t window_verdict(const stages_t *stages, const davar_t *davar)
+static void window_verdict(verdict_t *verdict, const stages_t *stages, const davar_t *davar)
 {
     const uint32_t length = davar->window.length;
-    const powers_t whole = window_powers(stages, false);
-    const powers_t first = window_powers(stages, true);
-    verdict_t verdict = {.whole = powers_central(&whole, length),
-                         .first = powers_central(&first, length - stages->moments.segment)};
-    verdict.unstable = davar_stationarity_unstable(davar->config, &verdict.whole, &verdict.first);
-    return verdict;
+    powers_t powers;
+    window_powers(&powers, stages, false);
+    powers_central(&powers, length, &verdict->whole);
+    window_powers(&powers, stages, true);
+    powers_central(&powers, length - stages->moments.segment, &verdict->first);
+    verdict->unstable = davar_stationarity_unstable(davar->config, &verdict->whole, &verdict->first);
 }
 
 /* Puts the window of the epoch that is due where the law wants it. */
@@ -177,7 +178,9 @@ static void window_judge(stages_t *stages, davar_t *davar)
     const davar_config_t *const config = davar->config;
     bool unstable = false;
     if ((config->policy != DAVAR_POLICY_FIXED) && (window->length >= config->window_min)) {
-        unstable = window_verdict(stages, davar).unstable;
+        verdict_t verdict;
+        window_verdict(&verdict, stages, davar);
+        unstable = verdict.unstable;
     }
     window->filling = window->filling && !unstable && (window->length < config->window_max);
     window->next_length = davar_law_next(config, window->length, unstable, window->filling);
@@ -415,7 +418,8 @@ static void collect_stationarity(const stages_t *stages, const davar_t *davar, d
     result->kurtosis = (double)NAN;
     result->contribution = (double)NAN;
     if (stages->moments.segment != 0U) {
-        const verdict_t verdict = window_verdict(stages, davar);
+        verdict_t verdict;
+        window_verdict(&verdict, stages, davar);
         result->unstable = verdict.unstable;
         result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
         result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);

@@ -177,13 +177,13 @@ static void sliding_warm_moments(moments_t *moments, sample_t sample, uint32_t p
     if (moments->segment == 0U) {
         return;
     }
-    const powers_t zero = {0};
+    static const powers_t no_powers = {0};
     powers_add(&moments->head, sample, moments->shift);
-    moments->tail = powers_between(&zero, &moments->head);
+    powers_between(&moments->tail, &no_powers, &moments->head);
     if ((position + moments->segment) < half) {
-        moments->middle = moments->head;
+        powers_copy(&moments->middle, &moments->head);
     } else if ((position + half) < moments->segment) {
-        moments->middle = moments->tail;
+        powers_copy(&moments->middle, &moments->tail);
     } else { /* the middle is nearer to the start than this */
     }
 }

@@ -47,6 +47,13 @@ static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
     return ~crc;
 }
 
+static uint32_t check_of_u32(uint32_t check, uint32_t value)
+{
+    const unsigned char bytes[4] = {(unsigned char)value, (unsigned char)(value >> 8U), (unsigned char)(value >> 16U),
+                                    (unsigned char)(value >> 24U)};
+    return check_of(check, bytes, sizeof bytes);
+}
+
 static uint32_t header_check(const header_t *header)
 {
     return check_of(0U, header, offsetof(header_t, check));
@@ -76,8 +83,15 @@ static uint32_t fingerprint(const davar_t *davar)
                                config->gaps_max,
                                config->mirrored_end ? 1U : 0U,
                                (uint32_t)sizeof(saved_t)};
-    uint32_t check = check_of(0U, numbers, sizeof numbers);
-    check = check_of(check, counts, sizeof counts);
+    uint32_t check = 0U;
+    for (size_t i = 0U; i < (sizeof counts / sizeof counts[0]); i++) {
+        check = check_of_u32(check, counts[i]);
+    }
+    for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
+        uint64_t bits;
+        memcpy(&bits, &numbers[i], sizeof bits);
+        check = check_of_u32(check_of_u32(check, (uint32_t)bits), (uint32_t)(bits >> 32U));
+    }
     return check_of(check, config->taus, config->tau_count * sizeof config->taus[0]);
 }
 

@@ -3,43 +3,42 @@
 #include "stationarity.h"
 
 #include <math.h>
-#include <string.h>
 
-davar_magnitude_t davar_magnitude(uint64_t mantissa, int32_t exponent)
+/* Brings the top bit up; of 128 bits the top 64 are kept. */
+static davar_magnitude_t magnitude(uint64_t mantissa, int32_t exponent)
 {
-    davar_magnitude_t magnitude = {mantissa, 0};
+    davar_magnitude_t result = {mantissa, 0};
     if (mantissa != 0U) {
         const uint32_t zeros = davar_leading_zeros(mantissa);
-        magnitude.mantissa = mantissa << zeros;
-        magnitude.exponent = exponent - (int32_t)zeros;
+        result.mantissa = mantissa << zeros;
+        result.exponent = exponent - (int32_t)zeros;
     }
-    return magnitude;
+    return result;
 }
 
-davar_magnitude_t davar_magnitude_u128(davar_u128_t mantissa, int32_t exponent)
+void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32_t exponent)
 {
-    if (mantissa.high == 0U) {
-        return davar_magnitude(mantissa.low, exponent);
-    }
-    davar_magnitude_t magnitude = davar_magnitude(mantissa.high, exponent + 64);
-    const uint32_t zeros = (uint32_t)(exponent + 64 - magnitude.exponent);
-    if (zeros > 0U) {
-        magnitude.mantissa |= mantissa.low >> (64U - zeros);
-    }
-    return magnitude;
+    const bool wide = (value->high != 0U);
+    const davar_magnitude_t top = magnitude(wide ? value->high : value->low, wide ? (exponent + 64) : exponent);
+    const uint32_t zeros = (uint32_t)(exponent + 64 - top.exponent);
+    result->mantissa = top.mantissa | ((wide && (zeros > 0U)) ? (value->low >> (64U - zeros)) : 0U);
+    result->exponent = top.exponent;
 }
 
 /* A finite, non-negative double taken apart: exact, and free of floating-point instructions. */
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
-    uint64_t bits;
-    memcpy(&bits, value, sizeof bits);
+    const union {
+        double value;
+        uint64_t bits;
+    } number = {*value};
+    const uint64_t bits = number.bits;
     const uint64_t fraction = bits & ((UINT64_C(1) << 52U) - 1U);
     const int32_t exponent = (int32_t)((bits >> 52U) & 0x7FFU);
     if (exponent == 0) {
-        return davar_magnitude(fraction, -1074);
+        return magnitude(fraction, -1074);
     }
-    return davar_magnitude(fraction | (UINT64_C(1) << 52U), exponent - 1075);
+    return magnitude(fraction | (UINT64_C(1) << 52U), exponent - 1075);
 }
 
 static davar_magnitude_t product(davar_magnitude_t a, davar_magnitude_t b)
@@ -70,7 +69,7 @@ static davar_magnitude_t distance(davar_magnitude_t a, davar_magnitude_t b)
     const davar_magnitude_t large = greater(a, b) ? a : b;
     const davar_magnitude_t small = greater(a, b) ? b : a;
     const uint32_t shift = (uint32_t)(large.exponent - small.exponent);
-    return davar_magnitude(large.mantissa - (small.mantissa >> shift), large.exponent);
+    return magnitude(large.mantissa - (small.mantissa >> shift), large.exponent);
 }
 
 static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)

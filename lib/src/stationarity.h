@@ -29,8 +29,7 @@ double davar_stationarity_kurtosis(const davar_central_t *whole);
 /* S = |K - Km| / K (3.2); NaN without variance in either. */
 double davar_stationarity_contribution(const davar_central_t *whole, const davar_central_t *first);
 
-/* Brings a mantissa's top bit up; of 128 bits the top 64 are kept. */
-davar_magnitude_t davar_magnitude(uint64_t mantissa, int32_t exponent);
-davar_magnitude_t davar_magnitude_u128(davar_u128_t mantissa, int32_t exponent);
+/* value * 2^exponent, its top 64 bits. */
+void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32_t exponent);
 
 #endif

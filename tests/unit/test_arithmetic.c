@@ -51,34 +51,6 @@ static void test_products_of_64_bits_agree_however_they_are_made(void)
     }
 }
 
-static void same_u128(davar_u128_t expected, davar_u128_t actual)
-{
-    TEST_ASSERT_EQUAL_UINT64(expected.low, actual.low);
-    TEST_ASSERT_EQUAL_UINT64(expected.high, actual.high);
-}
-
-/* Against the 256-bit integers, whose limbs carry in a loop. */
-static void test_sums_of_128_bits_agree_however_they_are_made(void)
-{
-    random_t random = random_seeded(3U);
-    for (unsigned i = 0U; i < 20000U; i++) {
-        const davar_u128_t a = {any(&random), any(&random)};
-        const davar_u128_t b = {any(&random), any(&random)};
-        const uint32_t factor = (uint32_t)any(&random);
-        const wide_t sum = wide_add(wide_from_u128(a), wide_from_u128(b));
-        const wide_t difference = wide_subtract(wide_from_u128(a), wide_from_u128(b));
-        const wide_t product = wide_scale(wide_from_u128(a), factor);
-        const davar_u128_t expected_sum = {sum.limb[0], sum.limb[1]};
-        const davar_u128_t expected_difference = {difference.limb[0], difference.limb[1]};
-        const davar_u128_t expected_product = {product.limb[0], product.limb[1]};
-        same_u128(expected_sum, davar_u128_add(a, b));
-        same_u128(expected_sum, davar_u128_add_by_parts(a, b));
-        same_u128(expected_difference, davar_u128_subtract(a, b));
-        same_u128(expected_difference, davar_u128_subtract_by_parts(a, b));
-        same_u128(expected_product, davar_u128_scale(a, factor));
-    }
-}
-
 static void test_leading_zeros_agree(void)
 {
     for (uint32_t shift = 0U; shift < 64U; shift++) {
@@ -102,6 +74,73 @@ static void same_wide(wide_t expected, wide_t actual)
     TEST_ASSERT_EQUAL_UINT64_ARRAY(expected.limb, actual.limb, WIDE_LIMBS);
 }
 
+static wide_t from_u128(davar_u128_t value)
+{
+    wide_t wide;
+    wide_from_u128(&wide, &value);
+    return wide;
+}
+
+static void same_u128(const wide_t *expected, davar_u128_t actual)
+{
+    TEST_ASSERT_EQUAL_UINT64(expected->limb[0], actual.low);
+    TEST_ASSERT_EQUAL_UINT64(expected->limb[1], actual.high);
+}
+
+/* Against the 256-bit integers, whose limbs carry in a loop. */
+static void test_sums_of_128_bits_agree_however_they_are_made(void)
+{
+    random_t random = random_seeded(3U);
+    for (unsigned i = 0U; i < 20000U; i++) {
+        const davar_u128_t a = {any(&random), any(&random)};
+        const davar_u128_t b = {any(&random), any(&random)};
+        const uint32_t factor = (uint32_t)any(&random);
+        const wide_t wide_b = from_u128(b);
+        wide_t sum = from_u128(a);
+        wide_t difference = from_u128(a);
+        wide_t product = from_u128(a);
+        wide_add(&sum, &wide_b);
+        wide_subtract(&difference, &wide_b);
+        wide_scale(&product, factor);
+        same_u128(&sum, davar_u128_add(a, b));
+        same_u128(&sum, davar_u128_add_by_parts(a, b));
+        same_u128(&difference, davar_u128_subtract(a, b));
+        same_u128(&difference, davar_u128_subtract_by_parts(a, b));
+        same_u128(&product, davar_u128_scale(a, factor));
+    }
+}
+
+static wide_t plus(wide_t a, wide_t b)
+{
+    wide_add(&a, &b);
+    return a;
+}
+
+static wide_t minus(wide_t a, wide_t b)
+{
+    wide_subtract(&a, &b);
+    return a;
+}
+
+static wide_t times(wide_t a, wide_t b)
+{
+    wide_multiply(&a, &a, &b);
+    return a;
+}
+
+static wide_t scaled(wide_t a, uint64_t factor)
+{
+    wide_scale(&a, factor);
+    return a;
+}
+
+static wide_t from_i64(int64_t value)
+{
+    wide_t wide;
+    wide_from_i64(&wide, value);
+    return wide;
+}
+
 /* Ring laws hold modulo 2^256 for every operand: each ties two ways of computing together. */
 static void test_wide_integers_obey_the_laws_of_a_ring(void)
 {
@@ -111,26 +150,48 @@ static void test_wide_integers_obey_the_laws_of_a_ring(void)
         const wide_t b = any_wide(&random);
         const wide_t c = any_wide(&random);
         const uint64_t factor = any(&random);
-        same_wide(a, wide_subtract(wide_add(a, b), b));
-        same_wide(wide_multiply(a, b), wide_multiply(b, a));
-        same_wide(wide_add(wide_multiply(a, b), wide_multiply(a, c)), wide_multiply(a, wide_add(b, c)));
         const davar_u128_t whole_factor = {factor, 0U};
-        same_wide(wide_multiply(a, wide_from_u128(whole_factor)), wide_scale(a, factor));
-        same_wide(wide_subtract(wide_from_i64(0), a), wide_multiply(a, wide_from_i64(-1)));
+        same_wide(a, minus(plus(a, b), b));
+        same_wide(times(a, b), times(b, a));
+        same_wide(plus(times(a, b), times(a, c)), times(a, plus(b, c)));
+        same_wide(times(a, from_u128(whole_factor)), scaled(a, factor));
+        same_wide(minus(from_i64(0), a), times(a, from_i64(-1)));
     }
 }
 
 static void test_signed_values_widen_and_multiply(void)
 {
     const davar_u128_t minus_three = davar_multiply_i64(-1, 3);
-    same_wide(wide_from_i64(-3), wide_from_i128(minus_three));
-    same_wide(wide_from_i64(12), wide_multiply(wide_from_i64(-4), wide_from_i128(minus_three)));
+    wide_t wide;
+    wide_from_i128(&wide, &minus_three);
+    same_wide(from_i64(-3), wide);
+    same_wide(from_i64(12), times(from_i64(-4), wide));
+    const davar_u128_t three = davar_multiply_i64(1, 3);
+    wide_from_i128(&wide, &three);
+    same_wide(from_i64(3), wide);
     const davar_u128_t huge = davar_multiply_i64(INT64_MIN, INT64_MIN);
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 62U, huge.high);
     TEST_ASSERT_EQUAL_UINT64(0U, huge.low);
     const davar_u128_t negative = davar_multiply_i64(INT64_MIN, 1);
     TEST_ASSERT_EQUAL_UINT64(UINT64_MAX, negative.high);
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 63U, negative.low);
+}
+
+/* The compiler's own 64-bit product is the judge. */
+static void test_products_of_32_bits_agree_however_they_are_made(void)
+{
+    random_t random = random_seeded(4U);
+    for (unsigned i = 0U; i < 20000U; i++) {
+        const uint32_t a = (uint32_t)(any(&random) >> (8U * (i % 4U)));
+        const uint32_t b = (uint32_t)any(&random);
+        const int64_t signed_product = (int64_t)(int32_t)a * (int32_t)b;
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)a * b, davar_multiply_u32_by_parts(a, b));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)a * b, davar_multiply_u32(a, b));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)signed_product, davar_multiply_i32_by_parts((int32_t)a, (int32_t)b));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)signed_product, davar_multiply_i32((int32_t)a, (int32_t)b));
+    }
+    TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 62U, davar_multiply_i32_by_parts(INT32_MIN, INT32_MIN));
+    TEST_ASSERT_EQUAL_UINT64(UINT64_C(0xFFFFFFFE00000001), davar_multiply_u32_by_parts(UINT32_MAX, UINT32_MAX));
 }
 
 /* The 64 leading bits, wherever the leading bit stands. */
@@ -143,7 +204,8 @@ static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
             const uint32_t last = top - 63U; /* the lowest bit that is kept */
             wide.limb[last / 64U] |= UINT64_C(1) << (last % 64U);
         }
-        const davar_magnitude_t magnitude = wide_magnitude(wide);
+        davar_magnitude_t magnitude;
+        wide_magnitude(&wide, &magnitude);
         TEST_ASSERT_EQUAL_INT32((int32_t)top - 63, magnitude.exponent);
         TEST_ASSERT_EQUAL_HEX64((UINT64_C(1) << 63U) | ((top > 63U) ? 1U : 0U) | ((top == 63U) ? 1U : 0U),
                                 magnitude.mantissa);
@@ -155,6 +217,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_products_of_64_bits_agree_however_they_are_made);
     RUN_TEST(test_sums_of_128_bits_agree_however_they_are_made);
+    RUN_TEST(test_products_of_32_bits_agree_however_they_are_made);
     RUN_TEST(test_leading_zeros_agree);
     RUN_TEST(test_wide_integers_obey_the_laws_of_a_ring);
     RUN_TEST(test_signed_values_widen_and_multiply);

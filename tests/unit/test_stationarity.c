@@ -21,7 +21,9 @@ static davar_central_t central_of(const int16_t *sample, uint32_t n)
     for (uint32_t i = 0U; i < n; i++) {
         powers_add(&sums, sample[i], 0U);
     }
-    return powers_central(&sums, n);
+    davar_central_t central;
+    powers_central(&sums, n, &central);
+    return central;
 }
 
 /* Two values, p of n samples the upper one: K = (1 - 3 p q) / (p q) exactly, q = n - p as fractions of n. */
