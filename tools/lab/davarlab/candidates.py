@@ -23,6 +23,7 @@ class Candidate:
     part: Part
     gain: float
     log_p: float
+    state: object = None
 
 
 def shapes_of(effect, recording):
@@ -39,7 +40,9 @@ def available(effect, recording):
 
 
 def log_tail(gain, trials):
-    return min(0.0, float(np.log(trials) + stats.chi2.logsf(max(2 * gain, 0), 1)))
+    x = max(2 * gain, 0.0)
+    tail = stats.chi2.logsf(x, 1) if x < 500 else -x / 2 - 0.5 * np.log(np.pi * x / 2)
+    return min(0.0, float(np.log(trials) + tail))
 
 
 def robust_gain(bench, parts, fit, part):
@@ -119,9 +122,13 @@ def noise_step(bench, parts, blocks):
 
 def with_states(bench, parts, fit, found):
     """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
-    markov, telegraph = (next((c for c in found if c.kind == kind), None) for kind in ("gauss_markov", "telegraph_noise"))
-    if markov is None or telegraph is None or telegraph.log_p > np.log(1e-4):
-        return
+    telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
+    if telegraph is not None and telegraph.log_p < np.log(1e-4):
+        decode_states(bench, parts, telegraph)
+
+
+def decode_states(bench, parts, telegraph):
+    """Two levels against a continuum on the residual of the other parts; decoded when the levels can be seen."""
     trial = refine.refined(bench, parts + [telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
@@ -129,17 +136,13 @@ def with_states(bench, parts, fit, found):
     std = float(np.sqrt(max(joint.sizes[index], 1e-30)))
     rest = bench.y - bench.y.mean() - mean_course(bench, trial, joint)
     white = np.sqrt(joint.level[-1] / bench.recording.rate_hz)
-    more, level, dwell = states.compare(rest, bench.recording.rate_hz, std, telegraph.part.shape["mean_dwell_s"], white)
-    if more > 0:
-        telegraph.gain += more
-        telegraph.log_p -= more
-        part = Part("telegraph_noise", {"mean_dwell_s": float(dwell)}, "decoded" if more > 8 else "raw")
-        if part.form == "decoded":
-            bench.decoded[part.key] = states.decoded(rest, bench.recording.rate_hz, level, dwell, white)
-        telegraph.part = part
-    else:
-        telegraph.gain += more
-        telegraph.log_p -= more
+    rate = bench.recording.rate_hz
+    more, level, dwell = states.compare(rest, rate, std, telegraph.part.shape["mean_dwell_s"], white)
+    telegraph.gain += more
+    telegraph.log_p -= more
+    if more > 8:
+        telegraph.part = Part("telegraph_noise", {"mean_dwell_s": float(dwell)}, "decoded")
+        bench.decoded[telegraph.part.key] = states.decoded(rest, rate, level, dwell, white)
 
 
 def mean_course(bench, parts, fit):

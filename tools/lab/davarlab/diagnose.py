@@ -1,6 +1,6 @@
 """Which physical effect is missing: forward selection, then the whole model before the judge."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,8 +43,30 @@ def start(recording, model, progress=lambda text: None):
     shocks = events.find(y, recording.rate_hz)
     bench = Bench(recording, shocks.clean)
     parts = [part_of(term) for term in model.terms]
-    parts = refine.refined(bench, parts, sweeps=2)
+    parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
+    parts = with_decoded_states(bench, parts)
     return State(bench, parts, bench.fit(parts), shocks)
+
+
+def with_forms(bench, parts):
+    """Acceleration as logged, or without the noise of the accelerometer: whichever the gyro follows."""
+    for index, part in enumerate(parts):
+        if part.role == "mean" and "accel" in part.effect.needs:
+            smooth = parts[:index] + [replace(part, form="smooth")] + parts[index + 1:]
+            if bench.fit(smooth).log_likelihood > bench.fit(parts).log_likelihood:
+                parts = smooth
+    return parts
+
+
+def with_decoded_states(bench, parts):
+    """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
+    for index, part in enumerate(parts):
+        if part.kind == "telegraph_noise":
+            trial = parts[:index] + parts[index + 1:]
+            found = candidates.Candidate(part.kind, part, 0.0, -1e9)
+            candidates.decode_states(bench, trial, found)
+            parts = parts[:index] + [found.part] + parts[index + 1:]
+    return parts
 
 
 def relative_variance(state):
@@ -108,8 +130,15 @@ def close_ones(found):
             and c.gain > 0]
 
 
-def pruned(state):
-    """Terms that another has made needless go (a random walk that was a ramp); the ones of the given model stay."""
+def pruned(state, given):
+    """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
+    for part in state.parts[given:-1]:
+        if part.role not in ("spectrum", "filter", "mean"):
+            continue
+        rest = [other for other in state.parts if other is not part]
+        fit = state.bench.fit(rest)
+        if state.fit.log_likelihood - fit.log_likelihood < CLOSE:
+            return pruned(State(state.bench, rest, fit, state.shocks), given)
     return state
 
 
@@ -125,10 +154,11 @@ def diagnose(recording, model, progress=lambda text: None):
             close = close_ones(found) if significant(found[0], len(found)) else []
         if not found or not significant(found[0], len(found)):
             break
-        state = judged(joined(state, found[0].part))
+        state = judged(pruned(joined(state, found[0].part), len(model.terms)))
         states.append(state)
         added.append(found[0].kind)
+    added = [part.kind for part in states[-1].parts[len(model.terms):]]
     final = states[-1].adequacy
     adequate = final.p_value >= ADEQUATE
-    verdict = "unknown" if not adequate else added[0] if added else "none"
+    verdict = "unknown" if not adequate else next((c.kind for c in first if c.kind in added), "none")
     return Diagnosis(verdict, first, close, added, states)

@@ -40,8 +40,15 @@ def local_scale(w, block):
     return np.interp(np.arange(len(w)), (np.arange(blocks) + 0.5) * block, spread)
 
 
+def local_mean(y, good, width):
+    """Mean of the good samples around each sample."""
+    y0 = np.median(y[good])
+    total = ndimage.uniform_filter1d(np.where(good, y - y0, 0.0), width)
+    return y0 + total / np.maximum(ndimage.uniform_filter1d(good.astype(float), width), 1e-9)
+
+
 def find(y, rate_hz):
-    """Shocks in y (deg/s) and y with a straight line through each."""
+    """Shocks in y (deg/s) and y with the local mean in their place."""
     w = self_whitened(y)
     score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
     wild = np.flatnonzero(score > THRESHOLD)
@@ -51,7 +58,7 @@ def find(y, rate_hz):
     clean, sizes = y.copy(), []
     near = ndimage.binary_dilation(score > THRESHOLD, iterations=REACH)
     good = np.flatnonzero(~near)
-    clean[near] = np.interp(np.flatnonzero(near), good, y[good])
+    clean[near] = local_mean(y, ~near, 201)[near]
     for group in groups:
         low, high = max(0, group[0] - 30), min(len(y), group[-1] + 31)
         sizes.append(np.abs(y[group] - np.median(clean[low:high])).max())
