@@ -111,6 +111,11 @@ def described(recording, model, found, comparison, held_out, detail):
 def improve(recording, model, held_out=None, progress=lambda text: None, detail=0):
     """Adds what is missing, step by step; the error is that of the model as given first, then of each refitted model."""
     found = diagnose.diagnose(recording, model, progress)
+    return improved(recording, model, found, held_out, progress, detail)
+
+
+def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
+    """What a diagnosis comes to: errors, parameters, words."""
     comparison = compare.compare(recording, model, progress, found.states[0])
     steps = [Step(None, model.kinds, comparison.error, comparison.error_floor, held_out_error(held_out, model),
                   comparison.p_value)]
