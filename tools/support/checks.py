@@ -183,6 +183,7 @@ PARTS = {
     "cli": ("davar-sim through its command line", lambda: command_line("release")),
     "cli-sanitize": ("the same, under the sanitizers", lambda: command_line("sanitize")),
     "tools": ("the commands in tools/ and the bundled recording", lambda: python_suite("tools")),
+    "lab": ("tools/davarlab on recordings with known truth", lambda: python_suite("lab")),
     "consumer": ("find_package and add_subdirectory from outside", lambda: python_suite("consumer")),
     "style": ("the house rules: includes, no heap, function length, one version", lambda: python_suite("style")),
     "format": ("clang-format", lambda: tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))),

@@ -9,6 +9,8 @@ from . import signals
 
 BANDS = 14
 TIMES = 24
+STEPS = 1200
+STEP_ORDINATES = 3000
 
 
 @dataclass
@@ -69,15 +71,26 @@ def jump_p(c):
     for width in (16, 64, 256, 1024):
         total = np.concatenate([[0.0], np.cumsum(w)])
         means = (total[width:] - total[:-width]) / np.sqrt(width)
-        places = 4 * len(w) / width
-        best = min(best, places * 2 * stats.norm.sf(np.abs(means).max()))
+        peak = np.abs(means).max()
+        best = min(best, len(w) / width * max(peak ** 2, 4) * 2 * stats.norm.sf(peak))  # Slepian's process
     return float(min(1.0, 4 * best))
 
 
-def judge(c, variance, free, rate_hz, extra=None):
-    """c: whitened residual ordinates; variance: relative white level per sample (mean 1) or None; free: fitted
+def step_p(c, level):
+    """The most likely single step of the bias, by generalised least squares at STEPS places (7.5)."""
+    count = min(STEP_ORDINATES, len(c))
+    k = np.arange(1, count + 1)
+    share = np.arange(1, STEPS) / STEPS
+    sine = np.sin(np.pi * np.outer(share, k))
+    course = 1 / (np.sin(np.pi * k / (2 * (len(c) + 1))) * np.sqrt(level[:count]))
+    z = sine @ (course * c[:count]) / np.sqrt(sine ** 2 @ course ** 2)
+    return float(min(1.0, STEPS * 2 * stats.norm.sf(np.abs(z).max())))
+
+
+def judge(c, level, variance, free, rate_hz, extra=None):
+    """c: whitened residual ordinates; level: the model's at each ordinate; variance: relative white level per sample (mean 1) or None; free: fitted
     parameters; extra: further p-values by name."""
-    tests = {"spectrum": spectrum_score(c, free)}
+    tests = {"spectrum": spectrum_score(c, free), "bias step": step_p(c, level)}
     if variance is not None:
         w = signals.inverse(np.concatenate([[0.0], c])) / np.sqrt(variance)
         c = signals.transform(w)[1:]

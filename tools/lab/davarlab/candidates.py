@@ -45,12 +45,13 @@ def log_tail(gain, trials):
     return min(0.0, float(np.log(trials) + tail))
 
 
-def robust_gain(bench, parts, fit, part):
+def robust_gain(bench, parts, part):
     """The gain with the scatter of the products themselves: vibration must not pass for correlation with vibration."""
-    white = np.sqrt(np.interp(np.log(bench.data.f), np.log(bench.data.f_bin), fit.level))
+    full = bench.fit(parts + [part])
+    white = np.sqrt(np.interp(np.log(bench.data.f), np.log(bench.data.f_bin), full.level))
     x = signals.inverse(np.concatenate([[0.0], bench.data.columns[bench.keys(part)[0]][0] / white]))
-    products = x * bench.residual(parts, fit)
-    return float(products.sum() ** 2 / max(np.sum(products ** 2), 1e-300) / 2)
+    spread = np.sum((x * bench.residual(parts + [part], full)) ** 2)
+    return float((full.coefficients[-1] * np.sum(x ** 2)) ** 2 / max(spread, 1e-300) / 2)
 
 
 def stationary(bench, parts, fit, effect):
@@ -62,7 +63,7 @@ def stationary(bench, parts, fit, effect):
             part = Part(effect.kind, shape, form)
             gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
             if effect.kind == "g_sensitivity" and form == "raw":
-                gain = min(gain, robust_gain(bench, parts, fit, part))
+                gain = min(gain, robust_gain(bench, parts, part))
             if part.role == "mean" and (best is None or gain <= best.gain) and len(part.shape) and effect.kind == "warm_up":
                 bench.forget(part)
             if best is None or gain > best.gain:
@@ -138,11 +139,14 @@ def decode_states(bench, parts, telegraph):
     white = np.sqrt(joint.level[-1] / bench.recording.rate_hz)
     rate = bench.recording.rate_hz
     more, level, dwell = states.compare(rest, rate, std, telegraph.part.shape["mean_dwell_s"], white)
+    part = Part("telegraph_noise", {"mean_dwell_s": float(dwell)}, "decoded")
+    bench.decoded[part.key] = states.decoded(rest, rate, level, dwell, white)
+    if more > 8 and not states.like_chance(bench.decoded[part.key]):
+        more = -more  # a single step or a clock: two levels, but not telegraph noise
     telegraph.gain += more
-    telegraph.log_p -= more
+    telegraph.log_p = min(0.0, telegraph.log_p - more)
     if more > 8:
-        telegraph.part = Part("telegraph_noise", {"mean_dwell_s": float(dwell)}, "decoded")
-        bench.decoded[telegraph.part.key] = states.decoded(rest, rate, level, dwell, white)
+        telegraph.part = part
 
 
 def mean_course(bench, parts, fit):

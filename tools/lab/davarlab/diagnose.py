@@ -88,7 +88,9 @@ def judged(state):
     extra = {}
     if "shocks" not in state.model_kinds:
         extra["shocks"] = float(np.exp(state.shocks.log_p))
-    state.adequacy = adequacy.judge(c, variance, free, state.bench.recording.rate_hz, extra)
+    data = state.bench.data
+    level = np.interp(np.log(data.f), np.log(data.f_bin), state.fit.level)
+    state.adequacy = adequacy.judge(c, level, variance, free, state.bench.recording.rate_hz, extra)
     return state
 
 
@@ -133,13 +135,21 @@ def close_ones(found):
 def pruned(state, given):
     """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
     for part in state.parts[given:-1]:
-        if part.role not in ("spectrum", "filter", "mean"):
-            continue
         rest = [other for other in state.parts if other is not part]
-        fit = state.bench.fit(rest)
-        if state.fit.log_likelihood - fit.log_likelihood < CLOSE:
-            return pruned(State(state.bench, rest, fit, state.shocks), given)
+        if part.role != "events" and loss_without(state, rest, part) < CLOSE:
+            return pruned(State(state.bench, rest, state.bench.fit(rest), state.shocks), given)
     return state
+
+
+def loss_without(state, rest, part):
+    """Log-likelihood that the model loses with this part."""
+    if part.role != "variance":
+        return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
+    recording = state.bench.recording
+    blocks = changes.blocks_of(state.bench.residual(state.parts, state.fit), recording.rate_hz)
+    with_it, without = (changes.fit(blocks, candidates.variance_shapes(parts, recording, blocks))[2]
+                        for parts in (state.parts, rest))
+    return with_it - without
 
 
 def diagnose(recording, model, progress=lambda text: None):

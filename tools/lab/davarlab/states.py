@@ -83,3 +83,13 @@ def decoded(x, rate_hz, level, dwell_s, white):
         back = a / (a + b)
     centres = (np.arange(len(state)) + 0.5) * block
     return np.interp(np.arange(len(x)), centres, np.array(state))
+
+
+def like_chance(path):
+    """Do the switches come at random: five of them at least, and dwells that scatter as exponential ones do?"""
+    up = path[np.abs(path) > 0.5] > 0
+    places = np.flatnonzero(np.abs(path) > 0.5)[1:][np.diff(up.astype(int)) != 0]
+    if len(places) < 5:
+        return False
+    dwells = np.diff(places)
+    return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4
