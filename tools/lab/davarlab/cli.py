@@ -36,6 +36,7 @@ def load(options):
     recording = recordings.read(options.recording, options.rate)
     if not options.rate and model.rate_hz and abs(recording.rate_hz / model.rate_hz - 1) > 0.05:
         raise BadInput(f"{options.model}: rate_hz = {model.rate_hz:g}, but {options.recording} has {recording.rate_hz:.6g} Hz")
+    recording.rate_dps(model.column)
     for kind in model.kinds:
         for need in table.find(kind).needs:
             if not any(name.startswith(need) for name in recording.columns):

@@ -91,12 +91,12 @@ def locate_bad_row(text, first_line, names, path):
 
 
 def read_numbers(text, line, names, path):
+    if not text.strip():
+        raise BadInput(f"{path}: no samples")
     try:
         table = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None)
     except ValueError:
         locate_bad_row(text, line, names, path)
-    if table.size == 0:
-        raise BadInput(f"{path}: no samples")
     if table.shape[1] != len(names):
         locate_bad_row(text, line, names, path)
     bad = np.argwhere(~np.isfinite(table))
