@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import os
 import sys
 
 from . import compare, diagnose, improve, model as models, recording as recordings, simulate
@@ -277,3 +278,6 @@ def main(arguments):
     except BadInput as why:
         print(f"davarlab: {why}", file=sys.stderr)
         return 2
+    except BrokenPipeError:  # the reader had enough (| head)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
