@@ -117,14 +117,14 @@ def right(row):
 
 def run(seeds, size, only, jobs, progress):
     chosen = {name: kinds for name, kinds in scenarios(size).items() if not only or name in only.split(",")}
-    work = [(name, kinds, size, seed) for name, kinds in chosen.items() for seed in range(seeds)]
+    work = [(name, kinds, size, seed) for name, kinds in chosen.items() for seed in seeds]
     rows = []
     with Pool(jobs) as pool:
         for row in pool.imap(one, work):
             rows.append(row)
             if not right(row):
                 progress(f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first {row['first']} p {row['p_value']:.2g} {row['tests']}")
-            if len(rows) % max(1, seeds) == 0:
+            if len(rows) % max(1, len(seeds)) == 0:
                 progress(f"{len(rows)} of {len(work)}")
     return summary(rows, seeds, size)
 
@@ -149,7 +149,7 @@ def summary(rows, seeds, size):
         entry = confusion.setdefault(row["name"], {})
         said = " + ".join(row["added"]) if row["verdict"] not in ("unknown", "none") else row["verdict"]
         entry[said] = entry.get(said, 0) + 1
-    return {"size": size, "seeds": seeds, "whole_right": share(right(r) for r in known),
+    return {"size": size, "seeds": len(seeds), "whole_right": share(right(r) for r in known),
             "first_right": share(r["first"] in r["kinds"] for r in known), "clean_kept": share(right(r) for r in clean),
             "outside_unknown": share(right(r) for r in outside),
             "true_models_rejected_at_5_percent": share(r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None),

@@ -211,7 +211,7 @@ def run_import(options):
 
 def run_benchmark(options):
     from . import benchmark
-    result = benchmark.run(options.seeds, options.size, options.only, options.jobs, progress)
+    result = benchmark.run(range(options.first_seed, options.first_seed + options.seeds), options.size, options.only, options.jobs, progress)
     emit(options, result, benchmark.text(result))
     return 0
 
@@ -244,7 +244,7 @@ COMMANDS = {
         argument("log"), OUT, RATE, argument("--rename", action="append", default=[], help="OLD=NEW"),
         argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
     "benchmark": (run_benchmark, "measures how often the verdict is right", [
-        argument("--seeds", type=int, default=20), argument("--size", choices=("visible", "hard"), default="visible"),
+        argument("--seeds", type=int, default=20), argument("--first-seed", type=int, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
         argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=int, default=2)]),
 }
 
