@@ -18,7 +18,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/davarlab"))
+sys.path.insert(0, str(ROOT / "tools/lab/davarlab"))
 SIM, NODE = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_NODE", "davar-node")
 RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
 REPLAY = (RECORDING, "--lsb", "0.05", "--stride", "100", "--progress", "never")

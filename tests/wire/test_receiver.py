@@ -11,7 +11,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/davarlab"))
+sys.path.insert(0, str(ROOT / "tools/lab/davarlab"))
 
 import wire  # noqa: E402
 

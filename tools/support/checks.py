@@ -222,6 +222,7 @@ PARTS = {
     "tools": ("the commands in tools/ and the bundled recording", lambda: python_suite("tools")),
     "wire": ("frames against davar.dbc, read by cantools; the receiver against a million faults", wire),
     "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included", kernel),
+    "lab": ("tools/davarlab on recordings with known truth", lambda: python_suite("lab")),
     "consumer": ("find_package and add_subdirectory from outside", lambda: python_suite("consumer")),
     "style": ("the house rules: includes, no heap, function length, one version", lambda: python_suite("style")),
     "format": ("clang-format", lambda: tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))),

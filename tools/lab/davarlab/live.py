@@ -123,17 +123,19 @@ def run(source, record=None, count=None, idle_s=None, base=wire.BASE, as_json=Fa
     """Prints results of `source` to `out`; returns the receiver with its counts of faults and health."""
     receiver = wire.Receiver(base)
     recorder = Recorder(record) if record else None
-    with opened(source) as bus:
-        for n, result in enumerate(results(bus, receiver, idle_s), 1):
-            channel = receiver.channels[result.channel]
-            values = row(result, channel)
-            print(json.dumps(values) if as_json else line(values), file=out, flush=True)
-            if recorder:
-                recorder.add(result, channel)
-            if n == count:
-                break
-    if recorder:
-        recorder.close()
+    try:
+        with opened(source) as bus:
+            for n, result in enumerate(results(bus, receiver, idle_s), 1):
+                channel = receiver.channels[result.channel]
+                values = row(result, channel)
+                print(json.dumps(values) if as_json else line(values), file=out, flush=True)
+                if recorder:
+                    recorder.add(result, channel)
+                if n == count:
+                    break
+    finally:  # however it ends, by hand or by a fault
+        if recorder:
+            recorder.close()
     return receiver
 
 

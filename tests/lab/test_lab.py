@@ -1,0 +1,149 @@
+"""tools/davarlab on recordings with known truth, and on bad input. The statistics in full: tools/davarlab benchmark."""
+
+import json
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = ROOT / "tools/davarlab"
+BASE = """[[effect]]
+kind = "angle_random_walk"
+coefficient_deg_per_sqrt_h = 0.3
+[[effect]]
+kind = "bias_instability"
+coefficient_deg_per_h = 5.0
+"""
+SENSOR = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n'
+OWN = '''from davarlab.effects.base import Effect, Parameter
+EFFECT = Effect("square_of_temperature", "The bias bends with temperature.",
+                (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", -1e9, 1e9),), "Heat it.", "mean", "slow",
+                regressor=lambda recording, shape: (recording.column("temp_degC") - 25) ** 2, needs=("temp_degC",))
+'''
+
+
+def run(*arguments):
+    return subprocess.run([COMMAND, *map(str, arguments)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.work = Path(folder.name)
+        self.model = self.file("model.toml", SENSOR + BASE)
+
+    def file(self, name, text):
+        (self.work / name).write_text(text)
+        return self.work / name
+
+    def simulated(self, effect="", seed=3, seconds=3600, options=()):
+        scenario = self.file("scenario.toml", f"{SENSOR}[simulate]\nseed = {seed}\nduration_s = {seconds}\n{BASE}{effect}")
+        recording = self.work / "rec.csv"
+        done = run("simulate", scenario, "-o", recording, *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return recording
+
+    def diagnosed(self, recording, *options):
+        done = run("diagnose", recording, "-m", self.model, "--json", *options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+
+class Verdict(Folder):
+    def test_a_clean_recording_lacks_nothing(self):
+        found = self.diagnosed(self.simulated())
+        self.assertEqual((found["verdict"], found["missing"]), ("none", []))
+
+    def test_temperature_is_named_and_its_coefficient_covered(self):
+        effect = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
+        found = self.diagnosed(self.simulated(effect))
+        self.assertEqual((found["verdict"], found["missing"]), ("temperature", ["temperature"]))
+        estimate = found["candidates"][0]["parameters"]["coefficient_dps_per_degC"]
+        self.assertLess(estimate["low"], 0.02)
+        self.assertGreater(estimate["high"], 0.02)
+
+    def test_improve_lowers_the_error_and_writes_a_model_that_fits(self):
+        effect = '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n'
+        recording, better = self.simulated(effect), self.work / "better.toml"
+        done = run("improve", recording, "-m", self.model, "-o", better, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        steps = json.loads(done.stdout)["steps"]
+        self.assertEqual([step["added"] for step in steps], [None, "sinusoid"])
+        self.assertLess(steps[1]["error"], steps[0]["error"])
+        self.assertEqual(run("compare", recording, "-m", self.model).returncode, 1)
+        self.assertEqual(run("compare", recording, "-m", better).returncode, 0)
+
+    def test_an_effect_of_ones_own_is_a_full_citizen(self):
+        own = self.file("own.py", OWN)
+        effect = '[[effect]]\nkind = "square_of_temperature"\ncoefficient_dps_per_degC2 = 0.02\n'
+        recording = self.simulated(effect, options=("--effects", own))
+        found = self.diagnosed(recording, "--effects", own)
+        self.assertEqual(found["verdict"], "square_of_temperature")
+
+
+class Files(Folder):
+    def test_effects_lists_every_kind_of_the_contract(self):
+        kinds = {effect["kind"] for effect in json.loads(run("effects", "--json").stdout)["effects"]}
+        self.assertLessEqual({"quantization", "telegraph_noise", "shocks", "low_pass", "vibration_noise"}, kinds)
+        self.assertEqual(len(kinds), 17)
+
+    def test_export_compiles_and_holds_white_noise(self):
+        model = self.file("white.toml", SENSOR + BASE.split("[[effect]]\nkind = \"bias")[0])
+        table = self.work / "table.h"
+        self.assertEqual(run("export", model, "-o", table).returncode, 0)
+        source = self.file("use.c", '#include "table.h"\nint main(void) { return davar_model_table[0].m != 1; }\n')
+        subprocess.run(["gcc", "-Wall", "-Werror", source, "-o", self.work / "use"], check=True)
+        subprocess.run([self.work / "use"], check=True)
+        first = float(table.read_text().split("{ 1U, ")[1].split(",")[0])
+        self.assertAlmostEqual(first, 0.3 / 60 * 50 ** 0.5, delta=2e-4 * first)
+
+    def test_plot_and_import_leave_their_files(self):
+        recording = self.simulated(seconds=400)
+        picture, other = self.work / "p.png", self.work / "o.csv"
+        self.assertEqual(run("plot", recording, "-m", self.model, "-o", picture).returncode, 0)
+        self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+        log = self.file("log.csv", "t;g\n" + "".join(f"{i * 0.01:.2f};{i % 7}\n" for i in range(1200)))
+        done = run("import", log, "-o", other, "--rename", "t=time_s", "--rename", "g=gyro_x_dps", "--scale", "gyro_x_dps=0.5")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(other.read_text().splitlines()[2], "0.01,0.5")
+
+
+class BadInput(Folder):
+    def refused(self, words, *arguments):
+        done = run(*arguments)
+        self.assertEqual((done.returncode, done.stdout), (2, ""), done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertIn(words, done.stderr)
+
+    def recording(self, change):
+        rows = [f"{i / 50:.2f},{(i * 7919) % 101 * 0.01:.2f}" for i in range(1500)]
+        change(rows)
+        return self.file("r.csv", "time_s,gyro_z_dps\n" + "\n".join(rows) + "\n")
+
+    def test_models(self):
+        recording = self.recording(lambda rows: None)
+        for text, words in (("[sensor\n", "not TOML"), (SENSOR + '[[effect]]\nkind = "magic"\n', "unknown kind 'magic'"),
+                            (SENSOR + BASE + "speed = 3\n", "no parameter speed"),
+                            (SENSOR + BASE.replace("0.3", "-1"), "outside"),
+                            (SENSOR.replace("gyro_z", "gyro_q") + BASE, "no column gyro_q_dps"),
+                            (SENSOR + BASE + '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 1\n', "temp_degC")):
+            self.refused(words, "compare", recording, "-m", self.file("bad.toml", text))
+
+    def test_recordings(self):
+        def put(row, text):
+            return lambda rows: rows.__setitem__(row, text)
+        for change, words in ((put(7, "0.14,nan"), "r.csv:9: column gyro_z_dps"), (put(7, "0.14,x"), "r.csv:9: column gyro_z"),
+                              (put(7, "0.14"), "r.csv:9: 1 fields"), (put(700, "0.5,1"), "r.csv:702: column time_s: time runs")):
+            self.refused(words, "compare", self.recording(change), "-m", self.model)
+        self.refused("no samples", "compare", self.file("e.csv", "time_s,gyro_z_dps\n"), "-m", self.model)
+        self.refused("none.csv", "compare", self.work / "none.csv", "-m", self.model)
+
+    def test_options(self):
+        self.refused("--speed", "effects", "--speed")
+        self.refused("unknown kind", "add", self.model, "magic", "-o", self.work / "x.toml")
+
+
+if __name__ == "__main__":
+    unittest.main()

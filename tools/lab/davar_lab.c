@@ -1,0 +1,65 @@
+/* One function between Python and the library: a whole recording in, Allan deviations of windows on a grid out.
+ * Built with lib/'s own sources, so the numbers are those of the device. */
+#include "davar/davar.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window, uint32_t stride,
+                      const uint32_t *taus, uint8_t tau_count, double *adev, size_t rows);
+double davar_lab_edf(int noise, uint32_t m, uint32_t window);
+
+static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t row, size_t rows)
+{
+    davar_result_t result;
+    if (!davar_take(davar, &result) || result.window_samples < window || row == rows) {
+        return row;
+    }
+    for (uint8_t t = 0; t < result.tau_count; t++) {
+        adev[(row * result.tau_count) + t] = result.tau[t].adev;
+    }
+    return row + 1;
+}
+
+static size_t run(davar_t *davar, const float *rates, size_t count, uint32_t window, double *adev, size_t rows)
+{
+    size_t row = 0;
+    for (size_t done = 0; done < count;) {
+        done += davar_push_f32(davar, rates + done, count - done);
+        row = take_full(davar, window, adev, row, rows);
+    }
+    return row;
+}
+
+/* Allan deviations (unit of the rates) of the full windows that end at samples k stride - 1, row by row. Returns the
+ * rows written, or -(1 + status) when the library refuses, -100 when memory is short. */
+int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window, uint32_t stride,
+                      const uint32_t *taus, uint8_t tau_count, double *adev, size_t rows)
+{
+    davar_config_t config = davar_default_config;
+    config.rate_hz = 1.0;
+    config.full_scale = full_scale;
+    config.taus = taus;
+    config.tau_count = tau_count;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.window_max = config.window_min = window;
+    config.segment = 0;
+    config.grow = 1;
+    config.stride = stride;
+    const size_t bytes = davar_memory_size_f32(&config);
+    void *memory = malloc(bytes > 0 ? bytes : 8);
+    if (memory == NULL) {
+        return -100;
+    }
+    davar_t davar;
+    const davar_status_t status = davar_init_f32(&davar, &config, memory, bytes);
+    const int done = status == DAVAR_OK ? (int)run(&davar, rates, count, window, adev, rows) : -1 - (int)status;
+    free(memory);
+    return done;
+}
+
+double davar_lab_edf(int noise, uint32_t m, uint32_t window)
+{
+    return davar_edf((davar_coefficient_kind_t)noise, m, window);
+}

@@ -1,0 +1,108 @@
+"""Is the whole model adequate? Standardised residuals in frequency, time and amplitude, one honest p-value (DESIGN 7)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage, stats
+
+from . import signals
+
+BANDS = 14
+TIMES = 24
+STEPS = 1200
+STEP_ORDINATES = 3000
+
+
+@dataclass
+class Adequacy:
+    """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal scores."""
+    p_value: float
+    tests: dict
+    cells: np.ndarray
+    band_hz: np.ndarray
+
+
+def normal_score(energy, freedom):
+    """Wilson and Hilferty: a chi-square over its freedom as a normal score."""
+    return (np.cbrt(energy) - 1 + 2 / (9 * freedom)) / np.sqrt(2 / (9 * freedom))
+
+
+def spectrum_score(c, free):
+    edges = np.unique(np.round(np.geomspace(4, len(c), 70)).astype(int))
+    counts = np.diff(edges)
+    z = normal_score(np.add.reduceat(c[:edges[-1]] ** 2, edges[:-1])[:len(counts)] / counts, counts)
+    return float(stats.chi2.sf(np.sum(z ** 2), max(len(z) - free, 1)))
+
+
+def cells_of(c):
+    """Energies of octave bands in equal stretches of time, as normal scores after each band's own mean is taken out."""
+    edges = np.unique(np.round(np.geomspace(len(c) / 2 ** (BANDS - 1), len(c), BANDS)).astype(int))
+    edges = edges[edges > 12 * TIMES]
+    edges = np.concatenate([[min(12 * TIMES, len(c) // 4)], edges])
+    rows = []
+    for low, high in zip(edges[:-1], edges[1:]):
+        if high - low < 8 * TIMES:
+            continue
+        part = np.zeros(len(c) + 1)
+        part[low + 1:high + 1] = c[low:high]
+        x = signals.inverse(part)
+        length = len(x) // TIMES
+        energy = (x[:length * TIMES].reshape(TIMES, length) ** 2).sum(axis=1)
+        freedom = (high - low) / TIMES
+        rows.append(normal_score(energy / energy.mean(), freedom))
+    return np.array(rows), edges
+
+
+def kurtosis_scores(w):
+    """Two-sided p-values of the kurtosis of the whitened residual, averaged over 1, 4, 16 ... samples."""
+    found = []
+    for width in 4 ** np.arange(7):
+        count = len(w) // width
+        if count < 400:
+            break
+        found.append(float(stats.kurtosistest(w[:count * width].reshape(count, width).sum(axis=1)).pvalue))
+    return found
+
+
+def jump_p(c):
+    """Largest change of a running mean of the whitened residual at a few lengths, against chance."""
+    w = signals.inverse(np.concatenate([[0.0], c]))
+    best = 1.0
+    for width in (16, 64, 256, 1024):
+        total = np.concatenate([[0.0], np.cumsum(w)])
+        means = (total[width:] - total[:-width]) / np.sqrt(width)
+        peak = np.abs(means).max()
+        best = min(best, len(w) / width * max(peak ** 2, 4) * 2 * stats.norm.sf(peak))  # Slepian's process
+    return float(min(1.0, 4 * best))
+
+
+def step_p(c, level):
+    """The most likely single step of the bias, by generalised least squares at STEPS places (7.5)."""
+    count = min(STEP_ORDINATES, len(c))
+    k = np.arange(1, count + 1)
+    share = np.arange(1, STEPS) / STEPS
+    sine = np.sin(np.pi * np.outer(share, k))
+    course = 1 / (np.sin(np.pi * k / (2 * (len(c) + 1))) * np.sqrt(level[:count]))
+    z = sine @ (course * c[:count]) / np.sqrt(sine ** 2 @ course ** 2)
+    return float(min(1.0, STEPS * 2 * stats.norm.sf(np.abs(z).max())))
+
+
+def judge(c, level, variance, free, rate_hz, extra=None):
+    """c: whitened residual ordinates; level: the model's at each ordinate; variance: relative white level per sample (mean 1) or None; free: fitted
+    parameters; extra: further p-values by name."""
+    tests = {"spectrum": spectrum_score(c, free), "bias step": step_p(c, level)}
+    if variance is not None:
+        w = signals.inverse(np.concatenate([[0.0], c])) / np.sqrt(variance)
+        c = signals.transform(w)[1:]
+    cells, edges = cells_of(c)
+    tests["time and frequency"] = float(stats.chi2.sf(np.sum(cells ** 2) * TIMES / (TIMES - 1), cells.size))
+    tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
+    power = np.abs(np.fft.rfft(signals.inverse(np.concatenate([[0.0], c])), 2 * len(c))) ** 2 / len(c)
+    tests["line"] = float(min(1.0, 1.5 * len(c) * np.exp(-power[8:-8].max())))
+    narrow = ndimage.uniform_filter1d(c ** 2, 401)[200:-200:100]
+    tests["narrow band"] = float(min(1.0, 2 * len(narrow) * stats.chi2.sf(401 * narrow.max(), 401)))
+    w = signals.inverse(np.concatenate([[0.0], c]))
+    tests["amplitudes"] = float(min(1.0, min(kurtosis_scores(w)) * len(kurtosis_scores(w))))
+    tests["jumps"] = jump_p(c)
+    tests.update(extra or {})
+    return Adequacy(float(1 - (1 - min(tests.values())) ** len(tests)), tests, cells, edges * rate_hz / (2 * len(c)))

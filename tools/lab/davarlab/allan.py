@@ -1,0 +1,68 @@
+"""Allan deviations: measured by lib/ itself through a shared library, and expected from a model (DESIGN 8)."""
+
+import ctypes
+import os
+from pathlib import Path
+
+import numpy as np
+
+from .errors import BadInput
+
+TAUS_MAX = 24
+
+
+def library():
+    """The shared library that tools/davarlab builds."""
+    default = Path(__file__).resolve().parents[3] / "build/tools/tools/lab/libdavar_lab.so"
+    path = os.environ.get("DAVAR_LAB_LIBRARY", str(default))
+    try:
+        found = ctypes.CDLL(path)
+    except OSError as why:
+        raise BadInput(f"{path}: cannot load the library ({why}); run tools/davarlab") from None
+    pointer = ctypes.POINTER
+    found.davar_lab_windows.argtypes = [pointer(ctypes.c_float), ctypes.c_size_t, ctypes.c_double, ctypes.c_uint32,
+                                        ctypes.c_uint32, pointer(ctypes.c_uint32), ctypes.c_uint8,
+                                        pointer(ctypes.c_double), ctypes.c_size_t]
+    found.davar_lab_edf.argtypes = [ctypes.c_int, ctypes.c_uint32, ctypes.c_uint32]
+    found.davar_lab_edf.restype = ctypes.c_double
+    return found
+
+
+def octaves(window):
+    """1, 2, 4 ... <= window / 9."""
+    return [2 ** i for i in range(TAUS_MAX) if 9 * 2 ** i <= window]
+
+
+def windows(y, window, taus, stride=None):
+    """Allan deviations of the full windows on a grid: (windows, taus), in the unit of y."""
+    stride = stride or window
+    data = np.ascontiguousarray(y - np.mean(y), dtype=np.float32)
+    rows = (len(data) - window) // stride + 1
+    out = np.full((rows, len(taus)), np.nan)
+    array = (ctypes.c_uint32 * len(taus))(*taus)
+    scale = float(np.abs(data).max()) * 1.01 or 1.0
+    done = library().davar_lab_windows(data.ctypes.data_as(ctypes.POINTER(ctypes.c_float)), len(data), scale, window,
+                                       stride, array, len(taus), out.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), rows)
+    if done < 0:
+        raise BadInput(f"the library refused a window of {window} samples (status {-1 - done})")
+    return out[:done]
+
+
+def expected(spectrum, taus, rate_hz):
+    """Allan variance of noise with an ordinate variance spectrum(f): the integral over the response of D (8.1)."""
+    nu = np.concatenate([np.geomspace(1e-8, 1e-4, 2000), np.geomspace(1e-4, 0.5, 40000)[1:]])
+    middle = np.sqrt(nu[1:] * nu[:-1])
+    weight = spectrum(middle * rate_hz) * np.diff(nu) * 4 / np.sin(np.pi * middle) ** 2
+    found = []
+    for m in taus:
+        response = np.sin(np.pi * middle * m) ** 4
+        fast = middle * m > 300  # the grid no longer follows the ripples: their mean
+        response[fast] = 0.375
+        found.append(np.sum(weight * response) / m ** 2)
+    return np.array(found)
+
+
+def freedom(slope, m, window):
+    """Degrees of freedom of the overlapping estimate where the variance goes as tau ** slope."""
+    edf = [library().davar_lab_edf(kind, int(m), int(window)) for kind in (0, 1, 2, 3)]
+    return float(np.interp(slope, [-2, -1, 0, 1], edf))

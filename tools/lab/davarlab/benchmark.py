@@ -1,0 +1,171 @@
+"""How often the verdict is right: every effect, pairs, none, and effects outside the table, over many seeds.
+
+Sizes: a scenario's parameters are drawn per seed around a size that stands clearly above the baseline's Allan deviation
+("visible"); "hard" takes 0.4 of the amplitude."""
+
+import time
+from multiprocessing import Pool
+
+import numpy as np
+
+from . import diagnose, improve, simulate
+from .model import Model, Term
+
+RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
+HARD = 0.4
+HIDDEN = ("quantization", "rate_random_walk", "rate_ramp", "gauss_markov", "sinusoid", "low_pass", "temperature",
+          "temperature_rate", "g_sensitivity", "vibration_noise", "vibration_rectification", "warm_up", "telegraph_noise",
+          "noise_step", "shocks")
+PAIRS = (("temperature", "sinusoid"), ("gauss_markov", "vibration_noise"), ("low_pass", "rate_ramp"),
+         ("g_sensitivity", "shocks"), ("quantization", "warm_up"), ("noise_step", "rate_random_walk"))
+
+
+def drawn(kind, rng, scale):
+    """Parameters of an effect at a size that a person would see, times `scale`."""
+    u, sign = rng.uniform, rng.choice([-1.0, 1.0])
+    axis = str(rng.choice(["x", "y", "z"]))
+    return {
+        "quantization": lambda: {"coefficient_deg": scale * u(2e-4, 6e-4)},
+        "rate_random_walk": lambda: {"coefficient_deg_per_h_per_sqrt_h": scale * u(40, 80)},
+        "rate_ramp": lambda: {"coefficient_deg_per_h2": sign * scale * u(60, 120)},
+        "gauss_markov": lambda: {"std_dps": scale * u(0.003, 0.008), "correlation_time_s": float(np.exp(u(np.log(2), np.log(60))))},
+        "sinusoid": lambda: {"amplitude_dps": scale * u(0.002, 0.02), "frequency_hz": float(np.exp(u(np.log(0.01), np.log(20))))},
+        "low_pass": lambda: {"cutoff_hz": u(4, 15) / scale ** 0.5},
+        "temperature": lambda: {"coefficient_dps_per_degC": sign * scale * u(0.008, 0.02)},
+        "temperature_rate": lambda: {"coefficient_dps_per_degC_per_s": sign * scale * u(0.5, 2)},
+        "g_sensitivity": lambda: {"coefficient_dps_per_g": sign * scale * u(0.3, 1.0), "axis": axis},
+        "vibration_noise": lambda: {"coefficient_dps_per_g": scale * u(0.4, 1.0), "axis": axis},
+        "vibration_rectification": lambda: {"coefficient_dps_per_g2": sign * scale * u(3, 8), "axis": axis},
+        "warm_up": lambda: {"amplitude_dps": sign * scale * u(0.03, 0.06), "time_constant_s": u(200, 1200)},
+        "telegraph_noise": lambda: {"amplitude_dps": scale * u(0.005, 0.01), "mean_dwell_s": u(30, 150)},
+        "noise_step": lambda: (lambda start: {"start_s": start, "stop_s": start + u(300, 2000), "ratio": 1 + scale * u(0.4, 1.0)})(u(500, 5000)),
+        "shocks": lambda: {"rate_per_hour": u(8, 40), "amplitude_dps": scale * u(0.4, 1.0)},
+    }[kind]()
+
+
+def bias_step(t, rng):
+    return 0.02 * (t > rng.uniform(2000, 5000))
+
+
+def sweep(t, rng):
+    low = rng.uniform(0.1, 2)
+    return 0.01 * np.sin(2 * np.pi * (low * t + 0.5 * 2 * low / t[-1] * t ** 2))
+
+
+def breathing_noise(t, rng):
+    return 0.035 * (1 + np.sin(2 * np.pi * t / rng.uniform(300, 900))) * rng.standard_normal(len(t))
+
+
+def resonance(t, rng):
+    f = rng.uniform(3, 20)
+    c = np.fft.rfft(rng.standard_normal(len(t)))
+    nu = np.fft.rfftfreq(len(t), t[1])
+    return 0.02 * np.fft.irfft(c / np.sqrt(1 + ((nu - f) / 0.3) ** 2), len(t)) * 4
+
+
+def square_wave(t, rng):
+    return 0.008 * np.sign(np.sin(2 * np.pi * t / rng.uniform(40, 400) + 1))
+
+
+OUTSIDE = {"bias step": bias_step, "sweeping tone": sweep, "breathing noise": breathing_noise, "resonance": resonance,
+           "square wave": square_wave}
+
+
+def scenarios(size):
+    """name -> kinds in it; names of effects outside the table have none."""
+    single = {kind: [kind] for kind in HIDDEN}
+    pairs = {" + ".join(pair): list(pair) for pair in PAIRS} if size == "visible" else {}
+    return {"none": [], **single, **pairs, **({name: None for name in OUTSIDE} if size == "visible" else {})}
+
+
+def one(job):
+    """One recording: what was in it and what was said."""
+    name, kinds, size, seed = job
+    rng = np.random.default_rng([seed, sum(map(ord, name))])
+    base = [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
+            Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)})]
+    hidden = [Term(kind, drawn(kind, rng, HARD if size == "hard" else 1.0)) for kind in kinds or []]
+    recording = simulate.make(base + hidden, RATE_HZ, COLUMN, seed=int(rng.integers(1 << 31)))
+    if kinds is None:
+        recording.columns[COLUMN] = recording.columns[COLUMN] + OUTSIDE[name](recording.time_s, rng)
+    begin = time.perf_counter()
+    found = diagnose.diagnose(recording, Model(RATE_HZ, COLUMN, base))
+    spent = time.perf_counter() - begin
+    result = improve.improved(recording, Model(RATE_HZ, COLUMN, base), found)
+    truth = {(t.kind, k): v for t in base + hidden for k, v in t.parameters.items() if not isinstance(v, str)}
+    covered = {}
+    if kinds is not None and sorted(found.added) == sorted(kinds):
+        for term, entry in zip(result.model.terms, result.estimates):
+            for key, e in entry.items():
+                if (term.kind, key) in truth and not isinstance(e.value, str) and e.high > e.low:
+                    covered[f"{term.kind}.{key}"] = bool(e.low <= truth[term.kind, key] <= e.high)
+    last = result.steps[-1]
+    return {"name": name, "seed": seed, "kinds": kinds, "verdict": found.verdict, "added": found.added,
+            "first": found.ranking[0].kind, "p_value": found.states[-1].adequacy.p_value, "given_p": result.steps[0].p_value,
+            "covered": covered, "seconds": spent, "before": result.steps[0].error, "after": last.error,
+            "floor": last.error_floor, "alternatives": found.alternatives,
+            "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01}}
+
+
+def right(row):
+    if row["kinds"] is None:
+        return row["verdict"] == "unknown"
+    if not row["kinds"]:
+        return row["verdict"] == "none"
+    return row["verdict"] in row["kinds"] and sorted(row["added"]) == sorted(row["kinds"])
+
+
+def run(seeds, size, only, jobs, progress):
+    chosen = {name: kinds for name, kinds in scenarios(size).items() if not only or name in only.split(",")}
+    work = [(name, kinds, size, seed) for name, kinds in chosen.items() for seed in seeds]
+    rows = []
+    with Pool(jobs) as pool:
+        for row in pool.imap(one, work):
+            rows.append(row)
+            if not right(row):
+                progress(f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first {row['first']} p {row['p_value']:.2g} {row['tests']}")
+            if len(rows) % max(1, len(seeds)) == 0:
+                progress(f"{len(rows)} of {len(work)}")
+    return summary(rows, seeds, size)
+
+
+def share(values):
+    values = list(values)
+    return float(np.mean(values)) if values else None
+
+
+def summary(rows, seeds, size):
+    known = [row for row in rows if row["kinds"]]
+    outside = [row for row in rows if row["kinds"] is None]
+    clean = [row for row in rows if row["kinds"] == []]
+    covered, pooled = {}, []
+    for row in rows:
+        for key, value in row["covered"].items():
+            covered.setdefault(key, []).append(value)
+            pooled.append(value)
+    solved = [row["after"] / row["floor"] for row in known if right(row)]
+    confusion = {}
+    for row in rows:
+        entry = confusion.setdefault(row["name"], {})
+        said = " + ".join(row["added"]) if row["verdict"] not in ("unknown", "none") else row["verdict"]
+        entry[said] = entry.get(said, 0) + 1
+    return {"size": size, "seeds": len(seeds), "whole_right": share(right(r) for r in known),
+            "first_right": share(r["first"] in r["kinds"] for r in known), "clean_kept": share(right(r) for r in clean),
+            "outside_unknown": share(right(r) for r in outside),
+            "true_models_rejected_at_5_percent": share(r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None),
+            "coverage": share(pooled), "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(covered.items())},
+            "error_over_floor_median": float(np.median(solved)) if solved else None,
+            "error_over_floor_95": float(np.percentile(solved, 95)) if solved else None,
+            "seconds_median": float(np.median([r["seconds"] for r in rows])),
+            "seconds_worst": float(max(r["seconds"] for r in rows)), "confusion": confusion}
+
+
+def text(s):
+    lines = [f"size {s['size']}, {s['seeds']} seeds"]
+    lines += [f"{key:<36}{value:.3f}" for key, value in s.items() if isinstance(value, float)]
+    lines += ["", "in the recording: what was said (count)"]
+    lines += [f"  {name}: " + ", ".join(f"{said} {n}" for said, n in sorted(entry.items(), key=lambda i: -i[1]))
+              for name, entry in s["confusion"].items()]
+    lines += ["", "coverage of 95 % intervals"]
+    lines += [f"  {key:<60}{value:.2f} of {n}" for key, (value, n) in s["coverage_by_parameter"].items()]
+    return "\n".join(lines)

@@ -1,0 +1,84 @@
+"""White noise whose variance changes: the likelihood of the energies of short blocks (DESIGN 5)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, special
+
+from . import signals
+
+
+@dataclass
+class Blocks:
+    """Mean squares of the whitened residual in blocks of `length` samples."""
+    energy: np.ndarray
+    length: int
+    period_s: float
+
+
+def blocks_of(w, rate_hz):
+    length = max(8, int(rate_hz))
+    count = len(w) // length
+    return Blocks((w[:count * length].reshape(count, length) ** 2).mean(axis=1), length, length / rate_hz)
+
+
+def log_likelihood(blocks, variance):
+    return -0.5 * blocks.length * float(np.sum(np.log(variance) + blocks.energy / variance))
+
+
+def fit(blocks, shapes):
+    """Non-negative sizes of the shapes (rows) of the variance, and the log-likelihood."""
+    variance = np.full(len(blocks.energy), blocks.energy.mean())
+    for _ in range(30):
+        design = (shapes / variance).T
+        norm = np.maximum(np.linalg.norm(design, axis=0), 1e-30)
+        sizes = optimize.nnls(design / norm, blocks.energy / variance)[0] / norm
+        variance, old = np.maximum(sizes @ shapes, 1e-6 * blocks.energy.mean()), variance
+        if np.max(np.abs(variance / old - 1)) < 1e-7:
+            break
+    return sizes, variance, log_likelihood(blocks, variance)
+
+
+def size_covariance(blocks, shapes, variance):
+    design = shapes / variance * np.sqrt(blocks.length / 2)
+    return np.linalg.pinv(design @ design.T)
+
+
+def vibration_square(recording, axis, blocks):
+    """Mean square of the accelerometer's fast part, per block, g^2."""
+    fast = signals.high_passed(recording.column(f"accel_{axis}_g"), max(3, int(recording.rate_hz)))
+    count = len(blocks.energy)
+    return (fast[:count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1)
+
+
+def best_interval(blocks, variance):
+    """The interval of blocks with the most likely larger variance: (first, last + 1, ratio of variances, gain)."""
+    relative = blocks.energy / variance
+    total = np.concatenate([[0], np.cumsum(relative)])
+
+    def gain(first, last):
+        inside, n = total[last] - total[first], last - first
+        a, b = inside / n, (total[-1] - inside) / np.maximum(len(relative) - n, 1)
+        mean = total[-1] / len(relative)
+        value = len(relative) * np.log(mean) - n * np.log(a) - (len(relative) - n) * np.log(np.maximum(b, 1e-12))
+        return np.where((a > b) & (n < len(relative)), value * blocks.length / 2, 0)
+
+    count = len(relative)
+    step = max(1, count // 360)
+    marks = np.append(np.arange(0, count, step), count)
+    first, last = (marks[i] for i in np.triu_indices(len(marks), 1))
+    best = int(np.argmax(gain(first, last)))
+    low, high = first[best], last[best]
+    for _ in range(3):
+        starts = np.arange(max(0, low - 2 * step), min(high - 1, low + 2 * step) + 1)
+        low = starts[np.argmax(gain(starts, np.full(len(starts), high)))]
+        stops = np.arange(max(low + 1, high - 2 * step), min(count, high + 2 * step) + 1)
+        high = stops[np.argmax(gain(np.full(len(stops), low), stops))]
+    inside = relative[low:high].mean()
+    outside = (relative.sum() - relative[low:high].sum()) / max(count - (high - low), 1)
+    return int(low), int(high), inside / outside, float(gain(np.array([low]), np.array([high]))[0])
+
+
+def trigamma_scatter(blocks):
+    """Variance of the logarithm of one block's energy."""
+    return float(special.polygamma(1, blocks.length / 2))

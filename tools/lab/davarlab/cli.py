@@ -1,0 +1,298 @@
+"""The command line: one function per command; results to standard output, progress to standard error."""
+
+import argparse
+import json
+import math
+import os
+import sys
+
+from . import compare, diagnose, improve, model as models, recording as recordings, simulate
+from .effects import table
+from .errors import BadInput
+
+DETAIL = 3
+
+
+def progress(text):
+    print(f"davarlab: {text}", file=sys.stderr, flush=True)
+
+
+def plain(value):
+    """JSON has no infinity and no NaN."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def emit(options, data, text):
+    print(json.dumps(plain(data), indent=2) if options.json else text)
+
+
+def load(options):
+    model = models.read(options.model)
+    recording = recordings.read(options.recording, options.rate)
+    if not options.rate and model.rate_hz and abs(recording.rate_hz / model.rate_hz - 1) > 0.05:
+        raise BadInput(f"{options.model}: rate_hz = {model.rate_hz:g}, but {options.recording} has {recording.rate_hz:.6g} Hz")
+    recording.rate_dps(model.column)
+    for kind in model.kinds:
+        for need in table.find(kind).needs:
+            if not any(name.startswith(need) for name in recording.columns):
+                raise BadInput(f"{options.recording}: {kind} needs a column {need}...")
+    if len(recording.gaps):
+        progress(f"{len(recording.gaps)} gaps: samples are taken as if they followed each other; times of columns are kept")
+    return recording, model
+
+
+def estimates_json(entries):
+    return {name: {"value": e.value, "low": e.low, "high": e.high} for name, e in entries.items()}
+
+
+def estimates_text(model, entries):
+    lines = []
+    for term, entry in zip(model.terms, entries):
+        lines.append(term.kind)
+        for parameter in table.find(term.kind).parameters:
+            e = entry.get(parameter.name)
+            if e and not isinstance(e.value, str):
+                lines.append(f"  {parameter.name:<36}{e.value:>12.5g}   95 %: {e.low:.5g} .. {e.high:.5g} {parameter.unit}")
+            elif e:
+                lines.append(f"  {parameter.name:<36}{e.value:>12}")
+    return "\n".join(lines)
+
+
+def comparison_json(c):
+    return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
+            "p_value": c.p_value, "adequate": bool(c.adequate), "tests": c.tests,
+            "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
+            "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,
+                       "model_dps": w.model_dps, "ratio": w.ratio, "z": w.z} for w in c.where]}
+
+
+def comparison_text(c):
+    lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p = {c.p_value:.3g}: "
+             f"{'adequate' if c.adequate else 'not adequate'}", improve.misfit_words(c)]
+    lines += [f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
+              f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)" for w in c.where[:8]]
+    lines += [f"  residual goes with {name}: correlation {r:+.3f}" for name, (r, p) in c.correlations.items() if p < 1e-3]
+    return "\n".join(lines)
+
+
+def run_simulate(options):
+    recording = simulate.from_scenario(options.scenario)
+    recordings.write(recording, options.output)
+    emit(options, {"recording": options.output, "samples": recording.samples, "rate_hz": recording.rate_hz},
+         f"{options.output}: {recording.samples} samples at {recording.rate_hz:g} Hz")
+    return 0
+
+
+def run_fit(options):
+    recording, model = load(options)
+    fitted, entries = improve.fit(recording, model, progress)
+    if options.output:
+        models.write(fitted, options.output)
+    emit(options, {"effects": [{"kind": t.kind, "parameters": estimates_json(e)} for t, e in zip(fitted.terms, entries)],
+                   "model": options.output}, estimates_text(fitted, entries))
+    return 0
+
+
+def run_compare(options):
+    recording, model = load(options)
+    found = compare.compare(recording, model, progress)
+    emit(options, comparison_json(found), comparison_text(found))
+    return 0 if found.adequate else 1
+
+
+def diagnosis_json(found):
+    alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
+    return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.diagnosis.added,
+            "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
+            "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
+                            "error_held_out_after": c.error_held_out_after,
+                            "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}
+
+
+def verdict_text(found):
+    added = found.diagnosis.added
+    if found.verdict == "none":
+        return "Nothing is missing: the model's effects explain this recording."
+    if found.verdict == "unknown":
+        known = f" ({', '.join(added)} would help, not suffice)" if added else ""
+        return f"Nothing I know explains this{known}."
+    return f"Missing: {', '.join(added)}. To confirm: {table.find(found.verdict).confirm}"
+
+
+def run_diagnose(options):
+    recording, model = load(options)
+    held_out = recordings.read(options.held_out, options.rate) if options.held_out else None
+    found = improve.improve(recording, model, held_out, progress, DETAIL)
+    lines = [comparison_text(found.comparison), "", verdict_text(found)]
+    lines += [f"This recording cannot tell it from {kind}. {table.find(kind).confirm}" for kind in found.diagnosis.alternatives]
+    lines += [""] + [f"{i}. {c.kind}: {c.why}" for i, c in enumerate(found.candidates[:DETAIL + 2], 1)]
+    emit(options, diagnosis_json(found), "\n".join(lines))
+    return 0
+
+
+def run_improve(options):
+    recording, model = load(options)
+    held_out = recordings.read(options.held_out, options.rate) if options.held_out else None
+    found = improve.improve(recording, model, held_out, progress)
+    if options.output:
+        models.write(found.model, options.output)
+    steps = [vars(step) for step in found.steps]
+    lines = [f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}"]
+    for s in found.steps:
+        outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
+        lines.append(f"{s.added or '(as given)':<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{s.p_value:>11.3g}")
+    emit(options, {"steps": steps, "verdict": found.verdict, "model": options.output},
+         "\n".join([*lines, "", verdict_text(found), "", estimates_text(found.model, found.estimates)]))
+    return 1 if found.verdict == "unknown" else 0
+
+
+def run_add(options):
+    model, effect = models.read(options.model), table.find(options.kind)
+    values = {p.name: "x" if p.name == "axis" else max(1e-3, p.low) for p in effect.parameters}
+    for pair in options.parameters:
+        name, equals, value = pair.partition("=")
+        if not equals or name not in values:
+            raise BadInput(f"{pair}: {effect.kind} has the parameters {', '.join(values)}")
+        try:
+            values[name] = value if name == "axis" else float(value)
+        except ValueError:
+            raise BadInput(f"{pair}: not a number") from None
+    model.terms.append(models.checked_term({"kind": options.kind, **values}, options.kind))
+    models.write(model, options.output)
+    emit(options, {"model": options.output, "effects": model.kinds}, f"{options.output}: {', '.join(model.kinds)}")
+    return 0
+
+
+def run_effects(options):
+    rows = [{"kind": e.kind, "physics": e.physics, "signature": e.signature, "confirm": e.confirm, "role": e.role,
+             "parameters": [{"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in e.parameters]}
+            for e in table.TABLE.values()]
+    text = "\n".join(f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
+                     + "\n".join(f"  {p['name']} [{p['unit']}]" for p in r["parameters"]) for r in rows)
+    emit(options, {"effects": rows}, text)
+    return 0
+
+
+def run_plot(options):
+    from . import plot
+    recording, model = load(options)
+    found = compare.compare(recording, model, progress)
+    plot.draw(found, options.output)
+    emit(options, {"picture": options.output}, options.output)
+    return 0
+
+
+def run_export(options):
+    from . import export
+    text = export.c_table(models.read(options.model), options.window)
+    try:
+        with open(options.output, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as why:
+        raise BadInput(f"{options.output}: {why.strerror}") from None
+    emit(options, {"table": options.output}, options.output)
+    return 0
+
+
+def run_import(options):
+    from . import logs
+    found = logs.imported(options.log, options.rate, options.rename, options.scale)
+    recordings.write(found, options.output)
+    emit(options, {"recording": options.output, "samples": found.samples, "rate_hz": found.rate_hz},
+         f"{options.output}: {found.samples} samples at {found.rate_hz:.6g} Hz")
+    return 0
+
+
+def run_benchmark(options):
+    from . import benchmark
+    result = benchmark.run(range(options.first_seed, options.first_seed + options.seeds), options.size, options.only, options.jobs, progress)
+    emit(options, result, benchmark.text(result))
+    return 0
+
+
+def argument(*names, **settings):
+    return names, settings
+
+
+REC = argument("recording", help="CSV or .csv.gz")
+MODEL = argument("-m", "--model", required=True, help="model file (TOML)")
+OUT = argument("-o", "--output", required=True)
+OUT_MAYBE = argument("-o", "--output")
+HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
+RATE = argument("--rate", type=float, help="samples per second, when the recording has no time_s")
+
+# command: (function, what it does, arguments)
+def run_live(options):
+    from . import live  # python-can and cantools are needed here only
+
+    arguments = [options.source, "--base", options.base]
+    for name in ("record", "count", "idle"):
+        if getattr(options, name) is not None:
+            arguments += [f"--{name}", str(getattr(options, name))]
+    return live.main(arguments + (["--json"] if options.json else []))
+
+
+COMMANDS = {
+    "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
+    "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, RATE]),
+    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, RATE]),
+    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, RATE]),
+    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, RATE]),
+    "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
+                                                   argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
+    "effects": (run_effects, "lists every effect", []),
+    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (PNG)", [REC, MODEL, OUT, RATE]),
+    "export": (run_export, "writes the model as a C table", [
+        argument("model"), OUT, argument("--window", type=int, default=6000, help="samples of the device's window")]),
+    "import": (run_import, "makes a recording of another log", [
+        argument("log"), OUT, RATE, argument("--rename", action="append", default=[], help="OLD=NEW"),
+        argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
+    "live": (run_live, "shows the stream of a CAN or serial source", [
+        argument("source", help="can:IFACE or slcan:PATH"), argument("--record", metavar="FILE.csv"),
+        argument("--count", type=int, help="stop after so many results"),
+        argument("--idle", type=float, metavar="SECONDS", help="stop when nothing comes for so long"),
+        argument("--base", default="5D0", metavar="HEX", help="identifier of channel 0 (default 5D0)")]),
+    "benchmark": (run_benchmark, "measures how often the verdict is right", [
+        argument("--seeds", type=int, default=20), argument("--first-seed", type=int, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
+        argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=int, default=2)]),
+}
+
+
+class Parser(argparse.ArgumentParser):
+    """Errors of the command line in the form of all others."""
+
+    def error(self, message):
+        raise BadInput(f"{message} (see --help)")
+
+
+def parser():
+    top = Parser(prog="davarlab", description="Model against measurement: find the missing effect, add it.")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, (_, what, arguments) in COMMANDS.items():
+        command = commands.add_parser(name, help=what, description=what)
+        for names, settings in arguments:
+            command.add_argument(*names, **settings)
+        command.add_argument("--json", action="store_true", help="one JSON object on standard output")
+        command.add_argument("--effects", action="append", default=[], metavar="FILE.py", help="more effects")
+    return top
+
+
+def main(arguments):
+    """Exit status 0: done, 1: model not adequate, 2: bad input."""
+    try:
+        options = parser().parse_args(arguments)
+        for path in options.effects:
+            table.load(path)
+        return COMMANDS[options.command][0](options)
+    except BadInput as why:
+        print(f"davarlab: {why}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # the reader had enough (| head)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0

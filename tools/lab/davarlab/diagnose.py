@@ -1,0 +1,174 @@
+"""Which physical effect is missing: forward selection, then the whole model before the judge."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from . import adequacy, candidates, changes, events, refine, signals
+from .effects import table
+from .parts import Bench, Part, part_of
+
+FAMILY_WISE = 0.01
+ADEQUATE = 0.01
+STEPS_MAX = 4
+CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
+
+
+@dataclass
+class State:
+    """A model at its best on one recording."""
+    bench: Bench
+    parts: list
+    fit: object
+    shocks: object
+    blocks: object = None
+    adequacy: object = None
+
+
+@dataclass
+class Diagnosis:
+    """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes refitted), best first;
+    added: the kinds that forward selection took, in order; states: the model before and after each of them."""
+    verdict: str
+    ranking: list
+    alternatives: list
+    added: list = field(default_factory=list)
+    states: list = field(default_factory=list)
+
+
+def start(recording, model, progress=lambda text: None):
+    """The given model's terms refitted on the recording."""
+    progress("reading the spectrum")
+    y = recording.rate_dps(model.column)
+    shocks = events.find(y, recording.rate_hz)
+    bench = Bench(recording, shocks.clean)
+    parts = [part_of(term) for term in model.terms]
+    parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
+    parts = with_decoded_states(bench, parts)
+    return State(bench, parts, bench.fit(parts), shocks)
+
+
+def with_forms(bench, parts):
+    """Acceleration as logged, or without the noise of the accelerometer: whichever the gyro follows."""
+    for index, part in enumerate(parts):
+        if part.role == "mean" and "accel" in part.effect.needs:
+            smooth = parts[:index] + [replace(part, form="smooth")] + parts[index + 1:]
+            if bench.fit(smooth).log_likelihood > bench.fit(parts).log_likelihood:
+                parts = smooth
+    return parts
+
+
+def with_decoded_states(bench, parts):
+    """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
+    for index, part in enumerate(parts):
+        if part.kind == "telegraph_noise":
+            trial = parts[:index] + parts[index + 1:]
+            found = candidates.Candidate(part.kind, part, 0.0, -1e9)
+            candidates.decode_states(bench, trial, found)
+            parts = parts[:index] + [found.part] + parts[index + 1:]
+    return parts
+
+
+def relative_variance(state):
+    """White level per sample over its mean, when the model lets it change; and the blocks it comes from."""
+    w = state.bench.residual(state.parts, state.fit)
+    blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
+    rows = candidates.variance_shapes(state.parts, state.bench.recording, blocks)
+    if len(rows) == 1:
+        return None, blocks
+    variance = changes.fit(blocks, rows)[1]
+    samples = np.minimum(np.arange(len(w)) // blocks.length, len(variance) - 1)
+    return variance[samples] / variance.mean(), blocks
+
+
+def judged(state):
+    variance, state.blocks = relative_variance(state)
+    c = signals.transform(state.bench.residual(state.parts, state.fit))[1:]
+    free = len(state.fit.sizes) + len(state.fit.coefficients)
+    extra = {}
+    if "shocks" not in state.model_kinds:
+        extra["shocks"] = float(np.exp(state.shocks.log_p))
+    data = state.bench.data
+    level = np.interp(np.log(data.f), np.log(data.f_bin), state.fit.level)
+    state.adequacy = adequacy.judge(c, level, variance, free, state.bench.recording.rate_hz, extra)
+    return state
+
+
+State.model_kinds = property(lambda self: [part.kind for part in self.parts])
+
+
+def shock_candidate(state):
+    if state.shocks.count == 0:
+        return candidates.Candidate("shocks", Part("shocks"), 0.0, 0.0)
+    return candidates.Candidate("shocks", Part("shocks"), state.shocks.gain, state.shocks.log_p - max(0, state.shocks.gain))
+
+
+def ranking(state):
+    """Every effect that the model lacks, best first."""
+    found = candidates.ranked(state.bench, state.parts, state.fit)
+    if "shocks" not in state.model_kinds:
+        found.append(shock_candidate(state))
+    return sorted(found, key=lambda c: c.log_p)
+
+
+def joined(state, part):
+    """The model with one more part, shapes refitted."""
+    parts = state.parts + [part]
+    if part.kind == "telegraph_noise":
+        kinds = ()
+    else:
+        kinds = None if part.kind in ("gauss_markov", "low_pass", "warm_up", "sinusoid") else (part.kind,)
+    parts = refine.refined(state.bench, parts, only=kinds)
+    return State(state.bench, parts, state.bench.fit(parts), state.shocks)
+
+
+def significant(candidate, count):
+    return candidate.log_p + np.log(count) < np.log(FAMILY_WISE)
+
+
+def close_ones(found):
+    """Kinds that this recording cannot tell from the first."""
+    return [c.kind for c in found[1:] if found[0].log_p > c.log_p - 1e9 and c.log_p - found[0].log_p < CLOSE
+            and c.gain > 0]
+
+
+def pruned(state, given):
+    """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
+    for part in state.parts[given:-1]:
+        rest = [other for other in state.parts if other is not part]
+        if part.role != "events" and loss_without(state, rest, part) < CLOSE:
+            return pruned(State(state.bench, rest, state.bench.fit(rest), state.shocks), given)
+    return state
+
+
+def loss_without(state, rest, part):
+    """Log-likelihood that the model loses with this part."""
+    if part.role != "variance":
+        return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
+    recording = state.bench.recording
+    blocks = changes.blocks_of(state.bench.residual(state.parts, state.fit), recording.rate_hz)
+    with_it, without = (changes.fit(blocks, candidates.variance_shapes(parts, recording, blocks))[2]
+                        for parts in (state.parts, rest))
+    return with_it - without
+
+
+def diagnose(recording, model, progress=lambda text: None):
+    """Forward selection from the given model. Cost: about a second per 100 000 samples."""
+    state = judged(start(recording, model, progress))
+    states, added, first, close = [state], [], [], []
+    for step in range(STEPS_MAX):
+        progress(f"trying {len(table.TABLE) - len(state.parts)} effects (step {step + 1})")
+        found = ranking(state)
+        if step == 0:
+            first = found
+            close = close_ones(found) if significant(found[0], len(found)) else []
+        if not found or not significant(found[0], len(found)):
+            break
+        state = judged(pruned(joined(state, found[0].part), len(model.terms)))
+        states.append(state)
+        added.append(found[0].kind)
+    added = [part.kind for part in states[-1].parts[len(model.terms):]]
+    final = states[-1].adequacy
+    adequate = final.p_value >= ADEQUATE
+    verdict = "unknown" if not adequate else next((c.kind for c in first if c.kind in added), "none")
+    return Diagnosis(verdict, first, close, added, states)

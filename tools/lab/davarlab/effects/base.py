@@ -1,0 +1,55 @@
+"""What an effect is. Frequencies in Hz, rates in deg/s, spectra two-sided and times the sample rate: the variance of one
+ordinate of the orthonormal cosine transform (DESIGN 1)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+INFINITE = float("inf")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """`scale` turns the unit of the model file into deg/s and seconds."""
+    name: str
+    unit: str
+    low: float
+    high: float
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One physical effect. The first parameter is its size, the others its shape (axis: x, y, z).
+
+    role      spectrum   stationary noise; `spectrum(f, rate_hz, shape)` of size 1
+              filter     acts on the white noise; `spectrum` is its power gain
+              mean       a known course of time; `regressor(recording, shape)` of size 1
+              variance   white noise whose variance changes
+              events     isolated outliers
+              states     jumps between two levels; `spectrum` of size 1
+    grid      shape parameter -> function of the recording that gives the values worth trying
+    simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
+    """
+    kind: str
+    physics: str
+    parameters: tuple
+    confirm: str
+    role: str
+    signature: str
+    spectrum: Callable | None = None
+    regressor: Callable | None = None
+    simulate: Callable | None = None
+    grid: dict = field(default_factory=dict)
+    needs: tuple = ()
+
+    @property
+    def size(self):
+        return self.parameters[0]
+
+    @property
+    def shape_names(self):
+        return [parameter.name for parameter in self.parameters[0 if self.role == "filter" else 1:]]
+
+    def dps(self, parameters):
+        """The size in deg/s."""
+        return parameters[self.size.name] * self.size.scale

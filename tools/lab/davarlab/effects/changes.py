@@ -1,0 +1,56 @@
+"""Effects that a spectrum cannot hold: a variance that changes, outliers, jumps between levels."""
+
+import numpy as np
+
+from .. import signals
+from .base import INFINITE, Effect, Parameter
+from .means import AXIS, axes
+from .spectra import correlation_times, gauss_markov
+
+
+def lorentzian(f, rate_hz, shape):
+    """Unit telegraph noise: two levels, +1 and -1, correlation time half the mean dwell."""
+    return gauss_markov(f, rate_hz, {"correlation_time_s": shape["mean_dwell_s"] / 2})
+
+
+def simulate_telegraph(recording, parameters, rng, _):
+    flips = rng.random(recording.samples) < 1 - np.exp(-1 / (recording.rate_hz * parameters["mean_dwell_s"]))
+    return parameters["amplitude_dps"] * np.where((np.cumsum(flips) + rng.integers(2)) % 2, 1.0, -1.0)
+
+
+def simulate_shocks(recording, parameters, rng, _):
+    hit = rng.random(recording.samples) < parameters["rate_per_hour"] / 3600 / recording.rate_hz
+    return parameters["amplitude_dps"] * hit * rng.choice([-1.0, 1.0], recording.samples)
+
+
+def simulate_noise_step(recording, parameters, rng, white):
+    inside = (recording.time_s >= parameters["start_s"]) & (recording.time_s < parameters["stop_s"])
+    return white * inside * (parameters["ratio"] - 1)
+
+
+def simulate_vibration_noise(recording, parameters, rng, _):
+    square = signals.local_mean_square(recording.column(f"accel_{parameters['axis']}_g"), int(recording.rate_hz))
+    return parameters["coefficient_dps_per_g"] * np.sqrt(square) * rng.standard_normal(recording.samples)
+
+
+TELEGRAPH_NOISE = Effect(
+    "telegraph_noise", "A trap in the electronics switches the bias between two levels.",
+    (Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE), Parameter("mean_dwell_s", "s", 1e-3, 1e7)),
+    "Average over a tenth of the dwell: the histogram has two peaks.", "states", "a hump at 0.95 dwell times",
+    lorentzian, simulate=simulate_telegraph,
+    grid={"mean_dwell_s": lambda recording: 2 * correlation_times(recording)})
+VIBRATION_NOISE = Effect(
+    "vibration_noise", "Vibration adds white noise in proportion to its local rms.",
+    (Parameter("coefficient_dps_per_g", "deg/s per g rms", 0, INFINITE), AXIS),
+    "Shake at two levels: the rate noise must grow with the rms.", "variance", "slope -1/2, higher while it vibrates",
+    simulate=simulate_vibration_noise, grid={"axis": axes}, needs=("accel",))
+NOISE_STEP = Effect(
+    "noise_step", "For a while the white noise is larger: a supply, a radio, a loose mount.",
+    (Parameter("ratio", "", 0, INFINITE), Parameter("start_s", "s", 0, INFINITE), Parameter("stop_s", "s", 0, INFINITE)),
+    "Log what was switched on at these times and repeat it.", "variance", "slope -1/2, higher in the interval",
+    simulate=simulate_noise_step)
+SHOCKS = Effect(
+    "shocks", "Knocks and single wild samples.",
+    (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("rate_per_hour", "1/h", 0, INFINITE)),
+    "Look at the accelerometer at the same instants, and knock on purpose.", "events", "slope -1/2 at short tau",
+    simulate=simulate_shocks)

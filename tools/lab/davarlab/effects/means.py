@@ -1,0 +1,85 @@
+"""Effects with a known course: a function of time and of the recorded columns, times one coefficient."""
+
+import numpy as np
+
+from .. import signals
+from .base import INFINITE, Effect, Parameter
+
+ANY = (-INFINITE, INFINITE)
+AXIS = Parameter("axis", "x, y, z", *ANY)
+
+
+def axes(recording):
+    return [axis for axis in "xyz" if f"accel_{axis}_g" in recording.columns]
+
+
+def ramp(recording, _):
+    return recording.time_s
+
+
+def line(recording, shape):
+    return np.sin(2 * np.pi * shape["frequency_hz"] * recording.time_s)
+
+
+def warm_up(recording, shape):
+    return np.exp(-recording.time_s / shape["time_constant_s"])
+
+
+def temperature(recording, _):
+    return signals.denoised(recording.column("temp_degC"), recording.rate_hz)
+
+
+def temperature_rate(recording, _):
+    """The slope of the denoised temperature over 10 s."""
+    reach = max(1, int(5 * recording.rate_hz))
+    smooth = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
+    return (smooth[2 * reach:] - smooth[:-2 * reach]) * recording.rate_hz / (2 * reach)
+
+
+def acceleration(recording, shape):
+    return recording.column(f"accel_{shape['axis']}_g")
+
+
+def vibration_square(recording, shape):
+    return signals.local_mean_square(acceleration(recording, shape), int(2 * recording.rate_hz))
+
+
+def time_constants(recording):
+    span = recording.samples / recording.rate_hz
+    return np.geomspace(span / 300, span, 20)
+
+
+RATE_RAMP = Effect(
+    "rate_ramp", "The bias moves steadily: ageing, a supply that drifts.",
+    (Parameter("coefficient_deg_per_h2", "deg/h^2", *ANY, 1 / 3600 ** 2),),
+    "Record twice as long: a ramp goes on, a warm-up bends, a random walk turns.", "mean", "slope +1", regressor=ramp)
+SINUSOID = Effect(
+    "sinusoid", "A periodic motion or an electrical line.",
+    (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6)),
+    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.", "mean",
+    "a hump at 0.4 periods with ripples after it", regressor=line)
+TEMPERATURE = Effect(
+    "temperature", "The bias follows the temperature of the die.",
+    (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),),
+    "Heat and cool the sensor twice: the bias must follow both times.", "mean", "the temperature's own, at long tau",
+    regressor=temperature, needs=("temp_degC",))
+TEMPERATURE_RATE = Effect(
+    "temperature_rate", "Gradients inside the package follow the rate of the temperature.",
+    (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
+    "Heat at two rates to the same temperature: the bias differs while it heats, not after.", "mean",
+    "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",))
+G_SENSITIVITY = Effect(
+    "g_sensitivity", "Acceleration bends the structure: the rate follows the specific force along an axis.",
+    (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),
+    "Turn the sensor over (+1 g, -1 g): the bias changes by twice the coefficient.", "mean", "the accelerometer's own",
+    regressor=acceleration, grid={"axis": axes}, needs=("accel",))
+VIBRATION_RECTIFICATION = Effect(
+    "vibration_rectification", "The square of the vibration leaves a bias.",
+    (Parameter("coefficient_dps_per_g2", "deg/s/g^2", *ANY), AXIS),
+    "Shake at two levels: the bias grows with the square of the rms.", "mean", "steps of bias while it vibrates",
+    regressor=vibration_square, grid={"axis": axes}, needs=("accel",))
+WARM_UP = Effect(
+    "warm_up", "After power-on the bias settles exponentially.",
+    (Parameter("amplitude_dps", "deg/s", *ANY), Parameter("time_constant_s", "s", 1e-3, 1e7)),
+    "Switch off for an hour and on again: the same course must come back.", "mean", "slope up to +1 at long tau",
+    regressor=warm_up, grid={"time_constant_s": time_constants})

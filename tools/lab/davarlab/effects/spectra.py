@@ -1,0 +1,98 @@
+"""Stationary noise: each effect has a spectrum and nothing else."""
+
+import numpy as np
+from scipy import fft
+
+from .base import INFINITE, Effect, Parameter
+
+
+def angular(f, rate_hz):
+    return 2 * np.pi * f / rate_hz
+
+
+def difference_gain(f, rate_hz):
+    return 4 * np.sin(angular(f, rate_hz) / 2) ** 2
+
+
+def quantization(f, rate_hz, _):
+    return rate_hz ** 2 * difference_gain(f, rate_hz)
+
+
+def white(f, rate_hz, _):
+    return np.full_like(f, rate_hz)
+
+
+def flicker(f, rate_hz, _):
+    return rate_hz / (2 * np.pi * f)
+
+
+def random_walk(f, rate_hz, _):
+    return 1 / rate_hz / difference_gain(f, rate_hz)
+
+
+def gauss_markov(f, rate_hz, shape):
+    decay = np.exp(-1 / (rate_hz * shape["correlation_time_s"]))
+    return (1 - decay ** 2) / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
+
+
+def one_pole(f, rate_hz, shape):
+    """Power gain of the discrete pole exp(-2 pi fc / rate), 1 at low frequencies."""
+    decay = np.exp(-2 * np.pi * shape["cutoff_hz"] / rate_hz)
+    return (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
+
+
+def from_spectrum(spectrum, samples, rate_hz, rng):
+    """Gaussian noise with this spectrum: twice the length is made, so that the end does not know the beginning."""
+    length = fft.next_fast_len(2 * samples)
+    f = np.fft.rfftfreq(length, 1 / rate_hz)
+    f[0] = f[1]
+    noise = np.fft.rfft(rng.standard_normal(length)) * np.sqrt(spectrum(f))
+    noise[0] = 0
+    return np.fft.irfft(noise, length)[:samples]
+
+
+def simulate_random_walk(recording, parameters, rng, _):
+    step = parameters["coefficient_deg_per_h_per_sqrt_h"] / 216000 / np.sqrt(recording.rate_hz)
+    return np.cumsum(step * rng.standard_normal(recording.samples))
+
+
+def simulate_quantization(recording, parameters, rng, _):
+    return np.diff(parameters["coefficient_deg"] * rng.standard_normal(recording.samples + 1)) * recording.rate_hz
+
+
+def correlation_times(recording):
+    return np.geomspace(4 / recording.rate_hz, recording.samples / recording.rate_hz / 5, 24)
+
+
+def cutoffs(recording):
+    return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 24)
+
+
+QUANTIZATION = Effect(
+    "quantization", "The angle is known in steps only, so the rate carries differenced angle noise.",
+    (Parameter("coefficient_deg", "deg", 0, INFINITE),),
+    "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.", "spectrum",
+    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization)
+ANGLE_RANDOM_WALK = Effect(
+    "angle_random_walk", "White rate noise, thermal and electronic; its integral is a random walk of angle.",
+    (Parameter("coefficient_deg_per_sqrt_h", "deg/sqrt(h)", 0, INFINITE, 1 / 60),),
+    "Average a quiet stretch: the Allan deviation falls with slope -1/2.", "spectrum", "slope -1/2", white)
+BIAS_INSTABILITY = Effect(
+    "bias_instability", "Flicker noise of the electronics moves the bias at every time scale.",
+    (Parameter("coefficient_deg_per_h", "deg/h", 0, INFINITE, 1 / 3600),),
+    "Record ten times longer: the floor of the Allan deviation stays flat.", "spectrum", "flat", flicker)
+RATE_RANDOM_WALK = Effect(
+    "rate_random_walk", "The bias itself does a random walk (ageing, slow stress).",
+    (Parameter("coefficient_deg_per_h_per_sqrt_h", "deg/h/sqrt(h)", 0, INFINITE, 1 / 216000),),
+    "Repeat the recording: a random walk takes another way each time, a ramp or warm-up the same.", "spectrum",
+    "slope +1/2 at long tau", random_walk, simulate=simulate_random_walk)
+GAUSS_MARKOV = Effect(
+    "gauss_markov", "Noise with one correlation time: a slow fluctuation that forgets itself.",
+    (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("correlation_time_s", "s", 1e-3, 1e7)),
+    "Record at least a hundred correlation times: the hump keeps its place.", "spectrum",
+    "a hump at 1.9 correlation times", gauss_markov, grid={"correlation_time_s": correlation_times})
+LOW_PASS = Effect(
+    "low_pass", "The sensor's own bandwidth cuts its white noise.",
+    (Parameter("cutoff_hz", "Hz", 1e-3, 1e6),),
+    "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.", "filter",
+    "slope between 0 and -1/2 below the time constant", one_pole, grid={"cutoff_hz": cutoffs})

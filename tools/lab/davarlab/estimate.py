@@ -1,0 +1,177 @@
+"""Parameters of a fitted model in the units of the model file, with 95 % intervals from the joint curvature (DESIGN 3)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, stats
+
+from . import candidates, changes
+from .refine import numeric_shapes
+
+Z = float(stats.norm.ppf(0.975))
+
+
+@dataclass
+class Estimate:
+    value: float | str
+    low: float | str
+    high: float | str
+
+
+def vector_likelihood(bench, parts, sizes, coefficients):
+    """Log-likelihood with every parameter given."""
+    data, keys = bench.data, bench.all_keys(parts)
+    level = np.maximum(bench.rows(parts).T @ sizes, 1e-30)
+    energy = data.product("gyro", "gyro").copy()
+    for i, a in enumerate(keys):
+        energy -= 2 * coefficients[i] * data.product("gyro", a)
+        for j, b in enumerate(keys):
+            energy += coefficients[i] * coefficients[j] * data.product(a, b)
+    return -0.5 * float(np.sum(data.counts * np.log(level) + np.maximum(energy, 0) / level))
+
+
+def with_shapes(parts, moves):
+    parts = list(parts)
+    for (index, name), factor in moves:
+        parts[index] = parts[index].moved(name, parts[index].shape[name] * float(np.exp(factor)))
+    return parts
+
+
+def curvature(function, steps):
+    """Minus the Hessian of `function` at 0."""
+    count, centre = len(steps), function(np.zeros(len(steps)))
+    unit = np.diag(steps)
+    single = [(function(unit[i]), function(-unit[i])) for i in range(count)]
+    hessian = np.zeros((count, count))
+    for i in range(count):
+        hessian[i, i] = (single[i][0] + single[i][1] - 2 * centre) / steps[i] ** 2
+        for j in range(i):
+            both = function(unit[i] + unit[j]) + function(-unit[i] - unit[j])
+            cross = both + 2 * centre - sum(single[i]) - sum(single[j])
+            hessian[i, j] = hessian[j, i] = cross / (2 * steps[i] * steps[j])
+    return -hessian
+
+
+def standard_errors(bench, parts, fit):
+    """Of log sizes, log shapes, and coefficients (absolute), jointly. Sizes at zero are left out (infinite)."""
+    places = [(i, name) for i, part in enumerate(parts) for name in numeric_shapes(part)]
+    live = np.flatnonzero(fit.sizes > 0)
+    own = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300)) if len(fit.coefficients) else np.zeros(0)
+    steps = np.concatenate([np.full(len(live), 0.05), [shape_step(bench, parts[i]) for i, _ in places], own])
+
+    def at(x):
+        sizes = fit.sizes.copy()
+        sizes[live] *= np.exp(x[:len(live)])
+        moved = with_shapes(parts, zip(places, x[len(live):len(live) + len(places)]))
+        value = vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
+        for part, old in zip(moved, parts):
+            if part != old and part.role == "mean":
+                bench.forget(part)
+        return value
+
+    matrix = curvature(at, steps)
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-30))
+    inverse = linalg.pinvh(matrix * np.outer(scale, scale), rtol=1e-8) * np.outer(scale, scale)
+    errors = np.sqrt(np.maximum(np.diag(inverse), 0))
+    sizes = np.full(len(fit.sizes), np.inf)
+    sizes[live] = errors[:len(live)]
+    return sizes, dict(zip(places, errors[len(live):len(live) + len(places)])), errors[len(live) + len(places):]
+
+
+def shape_step(bench, part):
+    if part.kind == "sinusoid":
+        return 0.1 / (part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz)
+    return 0.03
+
+
+def interval(value, error, relative):
+    if relative:
+        reach = np.exp(min(Z * error, 50.0))
+        return Estimate(float(value), float(value / reach), float(value * reach))
+    return Estimate(float(value), float(value - Z * error), float(value + Z * error))
+
+
+def spectrum_estimates(bench, part, size, error):
+    scale = part.effect.size.scale
+    if size <= 0:
+        return Estimate(0.0, 0.0, upper_bound(bench, part) / scale)
+    return interval(np.sqrt(size) / scale, error / 2, True)
+
+
+def upper_bound(bench, part):
+    """A size that the record would have shown: 1.96 standard errors of the size where the fit has none."""
+    row = bench.data.binned(part.key, lambda f: part.effect.spectrum(f, bench.data.rate_hz, part.shape))
+    level = bench.data.product("gyro", "gyro") / bench.data.counts
+    return float(np.sqrt(Z / np.sqrt(np.sum(bench.data.counts / 2 * (row / np.maximum(level, 1e-30)) ** 2))))
+
+
+def mean_estimates(bench, part, keys, values, errors):
+    scales = np.array([bench.data.scale(key) or np.inf for key in keys])
+    values, errors = values / scales, errors / scales
+    if part.kind == "sinusoid":
+        size = float(np.hypot(*values))
+        return interval(size, float(np.sqrt(np.sum((values * errors) ** 2)) / max(size, 1e-300)), False)
+    return interval(values[0] / part.effect.size.scale, errors[0] / part.effect.size.scale, False)
+
+
+def all_estimates(bench, parts, fit, blocks=None, shocks=None):
+    """One dictionary name -> Estimate per part, in the order of the parts."""
+    size_errors, shape_errors, coefficient_errors = standard_errors(bench, parts, fit)
+    found, s, c = [], 0, 0
+    dynamic = dynamic_estimates(bench, parts, fit, blocks)
+    for index, part in enumerate(parts):
+        entry = {}
+        if part.role == "spectrum":
+            entry[part.effect.size.name] = spectrum_estimates(bench, part, fit.sizes[s], size_errors[s])
+            s += 1
+        elif part.role == "mean":
+            keys = bench.keys(part)
+            entry[part.effect.size.name] = mean_estimates(bench, part, keys, fit.coefficients[c:c + len(keys)],
+                                                          coefficient_errors[c:c + len(keys)])
+            c += len(keys)
+        elif part.kind == "shocks":
+            entry = shock_estimates(shocks, bench.recording)
+        for name, value in part.shape.items():
+            error = shape_errors.get((index, name))
+            entry[name] = Estimate(value, value, value) if error is None else interval(value, error, True)
+        entry.update(dynamic.get(part.kind, {}))
+        if part.form == "decoded":
+            switches = max(2.0, bench.recording.samples / bench.recording.rate_hz / part.shape["mean_dwell_s"])
+            entry["mean_dwell_s"] = interval(part.shape["mean_dwell_s"], 1 / np.sqrt(switches), True)
+        found.append(entry)
+    return found
+
+
+def dynamic_estimates(bench, parts, fit, blocks):
+    """White level and what modulates it, from the energies of blocks."""
+    dynamic = [part for part in parts if part.kind in ("vibration_noise", "noise_step")]
+    if not dynamic or blocks is None:
+        return {}
+    rows = candidates.variance_shapes(parts, bench.recording, blocks)
+    sizes, variance, _ = changes.fit(blocks, rows)
+    errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
+    white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")
+                        if p.kind == "angle_random_walk"), 0)
+    level = fit.sizes[white_index] / variance.mean()  # (deg/s)^2/Hz per unit of block energy
+    if sizes[0] <= 0:
+        return {}
+    found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
+        60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}}
+    order = [part.kind for part in parts if part.kind in ("vibration_noise", "noise_step")]
+    for kind, size, error in zip(order, sizes[1:], errors[1:]):
+        if kind == "vibration_noise" and size > 0:
+            found[kind] = {"coefficient_dps_per_g": interval(
+                np.sqrt(size * level * bench.recording.rate_hz), error / size / 2, True)}
+        if kind == "noise_step":
+            ratio = np.sqrt(1 + size / sizes[0])
+            found[kind] = {"ratio": interval(ratio, (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio ** 2),
+                                             True)}
+    return found
+
+
+def shock_estimates(shocks, recording):
+    hours = recording.samples / recording.rate_hz / 3600
+    low, high = stats.chi2.ppf(0.025, 2 * shocks.count) / 2, stats.chi2.ppf(0.975, 2 * shocks.count + 2) / 2
+    amplitude = shocks.amplitude_dps
+    return {"amplitude_dps": Estimate(amplitude, amplitude - 1.96 * shocks.error_dps, amplitude + 1.96 * shocks.error_dps),
+            "rate_per_hour": Estimate(shocks.count / hours, low / hours, high / hours)}

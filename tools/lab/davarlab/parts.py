@@ -1,0 +1,101 @@
+"""A model in the form that the likelihood works with: parts with shapes, their rows and columns."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from . import signals
+from .effects import table
+from .whittle import Data, maximise
+
+
+@dataclass(frozen=True)
+class Part:
+    """An effect with its shape; `form` says which variant of the regressor (raw, smooth) or decoded states."""
+    kind: str
+    shape: dict = field(default_factory=dict)
+    form: str = "raw"
+
+    @property
+    def effect(self):
+        return table.find(self.kind)
+
+    @property
+    def role(self):
+        return "mean" if self.form == "decoded" else "spectrum" if self.effect.role == "states" else self.effect.role
+
+    @property
+    def key(self):
+        return (self.kind, self.form, *self.shape.values())
+
+    def moved(self, name, value):
+        return replace(self, shape={**self.shape, name: value})
+
+
+def part_of(term):
+    effect = table.find(term.kind)
+    shape = {name: term.parameters[name] for name in effect.shape_names}
+    return Part(term.kind, shape)
+
+
+class Bench:
+    """The recording, cleaned of shocks, with rows and columns for every part that is asked for."""
+
+    def __init__(self, recording, y):
+        self.recording, self.y = recording, y
+        self.data = Data(y, recording.rate_hz)
+        self.decoded = {}
+
+    def courses(self, part):
+        """The time series of a mean part, size 1."""
+        if part.form == "decoded":
+            return [self.decoded[part.key]]
+        course = part.effect.regressor(self.recording, part.shape)
+        if part.kind == "sinusoid":
+            turn = 2 * np.pi * part.shape["frequency_hz"] * self.recording.time_s
+            return [course, np.cos(turn)]
+        return [signals.denoised(course, self.recording.rate_hz)] if part.form == "smooth" else [course]
+
+    def keys(self, part):
+        count = 2 if part.kind == "sinusoid" else 1
+        keys = [f"{part.key}:{i}" for i in range(count)]
+        if keys[0] not in self.data.columns:
+            for key, course in zip(keys, self.courses(part)):
+                self.data.add(key, course)
+        return keys
+
+    def forget(self, part):
+        """Frees the columns of a shape that was only tried."""
+        for i in range(2):
+            key = f"{part.key}:{i}"
+            self.data.columns.pop(key, None)
+            self.data.products = {pair: value for pair, value in self.data.products.items() if key not in pair}
+
+    def row(self, part, gain):
+        shape = self.data.binned(part.key, lambda f: part.effect.spectrum(f, self.data.rate_hz, part.shape))
+        return shape * gain if part.kind == "angle_random_walk" else shape
+
+    def gain(self, parts):
+        """What the sensor's low pass leaves of its white noise, per bin."""
+        gain = np.ones_like(self.data.f_bin)
+        for part in parts:
+            if part.role == "filter":
+                gain = gain * self.data.binned(
+                    part.key, lambda f, part=part: part.effect.spectrum(f, self.data.rate_hz, part.shape))
+        return gain
+
+    def rows(self, parts):
+        gain = self.gain(parts)
+        found = [self.row(part, gain) for part in parts if part.role == "spectrum"]
+        return np.array(found) if found else self.row(Part("angle_random_walk"), gain)[None, :]
+
+    def all_keys(self, parts):
+        return [key for part in parts if part.role == "mean" for key in self.keys(part)]
+
+    def fit(self, parts, restricted=False):
+        return maximise(self.data, self.rows(parts), self.all_keys(parts), restricted=restricted)
+
+    def residual(self, parts, fit):
+        """Whitened residual in time, unit variance when the model is true."""
+        c = self.data.whitened(fit.level, fit.coefficients, self.all_keys(parts))
+        return signals.inverse(np.concatenate([[0.0], c]))

@@ -1,0 +1,157 @@
+"""A recording: samples on a uniform grid with the columns that were logged beside them."""
+
+import gzip
+import io
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .errors import BadInput
+
+TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
+MINIMUM_SAMPLES = 1000
+
+
+@dataclass
+class Recording:
+    """Columns by name (all of one length), the sample rate, and where samples are missing (index of the first sample after)."""
+    columns: dict
+    rate_hz: float
+    name: str = ""
+    notes: dict = field(default_factory=dict)
+    gaps: np.ndarray = field(default_factory=lambda: np.array([], int))
+
+    @property
+    def samples(self):
+        return len(next(iter(self.columns.values())))
+
+    @property
+    def time_s(self):
+        """Seconds from the first sample."""
+        if "time_s" in self.columns and len(self.gaps):
+            return self.columns["time_s"] - self.columns["time_s"][0]
+        return np.arange(self.samples) / self.rate_hz
+
+    def column(self, name):
+        if name not in self.columns:
+            raise BadInput(f"{self.name}: no column {name} (there are: {', '.join(self.columns)})")
+        return self.columns[name]
+
+    def rate_dps(self, name):
+        """A gyro column in deg/s."""
+        unit = next((unit for unit in TO_DPS if name.endswith("_" + unit)), None)
+        if unit is None:
+            raise BadInput(f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)")
+        return self.column(name) * TO_DPS[unit]
+
+
+def open_bytes(path):
+    try:
+        data = Path(path).read_bytes()
+    except OSError as why:
+        raise BadInput(f"{path}: {why.strerror}") from None
+    if data[:2] != b"\x1f\x8b":
+        return data
+    try:
+        return gzip.decompress(data)
+    except (OSError, EOFError) as why:
+        raise BadInput(f"{path}: damaged gzip file ({why})") from None
+
+
+def split_header(text, path):
+    """The `# key: value` notes, the column names, and the line number and offset where the numbers begin."""
+    notes, offset, line = {}, 0, 0
+    while offset < len(text):
+        end = text.find("\n", offset)
+        end = len(text) if end < 0 else end
+        row, offset, line = text[offset:end].strip().lstrip("\ufeff"), end + 1, line + 1
+        if row.startswith("#"):
+            key, _, value = row[1:].partition(":")
+            notes[key.strip()] = value.strip()
+        elif row:
+            return notes, [name.strip() for name in row.split(",")], line, offset
+    raise BadInput(f"{path}: no header row and no samples")
+
+
+def locate_bad_row(text, first_line, names, path):
+    """Names the line and column that numpy could not read."""
+    for number, row in enumerate(io.StringIO(text), first_line + 1):
+        fields = row.strip().split(",")
+        if not row.strip():
+            continue
+        if len(fields) != len(names):
+            raise BadInput(f"{path}:{number}: {len(fields)} fields, the header has {len(names)}")
+        for name, value in zip(names, fields):
+            try:
+                float(value)
+            except ValueError:
+                raise BadInput(f"{path}:{number}: column {name}: not a number: {value.strip()!r}") from None
+    raise BadInput(f"{path}: unreadable numbers")
+
+
+def read_numbers(text, line, names, path):
+    if not text.strip():
+        raise BadInput(f"{path}: no samples")
+    try:
+        table = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2, comments=None)
+    except ValueError:
+        locate_bad_row(text, line, names, path)
+    if table.shape[1] != len(names):
+        locate_bad_row(text, line, names, path)
+    bad = np.argwhere(~np.isfinite(table))
+    if len(bad):
+        rows = [i for i, row in enumerate(io.StringIO(text), line + 1) if row.strip()]
+        raise BadInput(f"{path}:{rows[bad[0][0]]}: column {names[bad[0][1]]}: not a finite number")
+    return table
+
+
+def clock(columns, rate_hz, path, line):
+    """The rate and the gaps that the time stamps say; the median step is the period."""
+    if "time_s" not in columns:
+        if not rate_hz:
+            raise BadInput(f"{path}: no column time_s and no --rate")
+        return rate_hz, np.array([], int)
+    steps = np.diff(columns["time_s"])
+    back = np.flatnonzero(steps < 0)
+    if len(back):
+        raise BadInput(f"{path}:{line + back[0] + 2}: column time_s: time runs backwards")
+    step = np.median(steps)
+    mean = (columns["time_s"][-1] - columns["time_s"][0]) / len(steps)
+    jitter = step < 0.5 * mean and np.percentile(steps, 99) < 20 * mean
+    if jitter or step <= 0:  # arrival times of a bursty host: the samples are as steady as their count
+        return rate_hz or 1.0 / mean, np.array([], int)
+    regular = steps[np.abs(steps - step) < 0.5 * step]
+    return rate_hz or 1.0 / regular.mean(), np.flatnonzero(steps > 1.5 * step) + 1
+
+
+def read(path, rate_hz=None):
+    """Reads a CSV or .csv.gz recording. Raises BadInput that names file, line and column."""
+    text = open_bytes(path).decode("utf-8", errors="replace")
+    notes, names, line, offset = split_header(text, path)
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise BadInput(f"{path}:{line}: column {twice.pop()} is there twice")
+    table = read_numbers(text[offset:], line, names, path)
+    if len(table) < MINIMUM_SAMPLES:
+        raise BadInput(f"{path}: {len(table)} samples; at least {MINIMUM_SAMPLES} are needed")
+    columns = dict(zip(names, np.ascontiguousarray(table.T)))
+    rate, gaps = clock(columns, rate_hz, path, line)
+    return Recording(columns, float(rate), str(path), notes, gaps)
+
+
+def write(recording, path):
+    """Writes CSV (gzip when the name ends in .gz), whole or not at all."""
+    table = np.column_stack(list(recording.columns.values()))
+    text = io.StringIO()
+    text.writelines(f"# {key}: {value}\n" for key, value in recording.notes.items())
+    text.write(",".join(recording.columns) + "\n")
+    np.savetxt(text, table, fmt="%.9g", delimiter=",")
+    data = text.getvalue().encode()
+    path = Path(path)
+    partial = path.with_name(path.name + ".partial")
+    try:
+        partial.write_bytes(gzip.compress(data, 1) if path.suffix == ".gz" else data)
+        partial.rename(path)
+    except OSError as why:
+        raise BadInput(f"{path}: {why.strerror}") from None

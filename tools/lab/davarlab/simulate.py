@@ -1,0 +1,97 @@
+"""Makes a recording from listed effects and from columns that wander whether the gyro feels them or not."""
+
+import numpy as np
+
+from . import model as models
+from .effects import spectra, table
+from .errors import BadInput
+from .recording import Recording
+
+DEFAULTS = {"duration_s": 7200.0, "seed": 1, "vibration_g": 0.05, "tilt_g": 0.01, "temperature_degC": 3.0}
+
+
+def wandering_temperature(time, span, rng):
+    """Warm-up of the box, a slow wave of the room, a random walk; then the thermometer's noise and its count of 0.01."""
+    warm = -rng.uniform(0.3, 1) * span * np.exp(-time / rng.uniform(300, 2500))
+    room = rng.uniform(0.1, 0.5) * span * np.sin(2 * np.pi * time / rng.uniform(2000, 6000) + rng.uniform(0, 6))
+    walk = np.cumsum(rng.standard_normal(len(time)))
+    walk *= 0.2 * span / max(np.std(walk), 1e-12)
+    return np.round(25 + warm + room + walk + 0.02 * rng.standard_normal(len(time)), 2)
+
+
+def vibration_envelope(time, size, rng):
+    """Bursts of some minutes with soft edges."""
+    envelope = np.zeros(len(time))
+    for _ in range(rng.integers(3, 8)):
+        start, length = rng.uniform(0, time[-1]), rng.uniform(60, 600)
+        edge = rng.uniform(2, 20)
+        gate = 1 / (1 + np.exp(np.clip(-(time - start) / edge, -50, 50))) / (
+            1 + np.exp(np.clip((time - start - length) / edge, -50, 50)))
+        envelope = np.maximum(envelope, size * rng.uniform(0.5, 1.5) * gate)
+    return envelope
+
+
+def accelerometer(time, gravity, settings, rng):
+    tilt = np.cumsum(rng.standard_normal(len(time)))
+    tilt *= settings["tilt_g"] / max(np.std(tilt), 1e-12)
+    shake = vibration_envelope(time, settings["vibration_g"], rng) * rng.standard_normal(len(time))
+    return gravity + tilt - tilt.mean() + shake + 0.002 * rng.standard_normal(len(time))
+
+
+def contribution(term, recording, rng, white):
+    """What one effect adds to the gyro, deg/s."""
+    effect, parameters = table.find(term.kind), term.parameters
+    if effect.simulate:
+        return effect.simulate(recording, parameters, rng, white)
+    if effect.role == "mean":
+        course = effect.dps(parameters) * effect.regressor(recording, parameters)
+        return course if term.kind == "sinusoid" else course - course.mean()
+    return effect.dps(parameters) * spectra.from_spectrum(
+        lambda f: effect.spectrum(f, recording.rate_hz, parameters), recording.samples, recording.rate_hz, rng)
+
+
+def filtered_white(terms, recording, rng):
+    """The white noise, through the sensor's low pass where there is one."""
+    size = np.sqrt(sum(table.find(t.kind).dps(t.parameters) ** 2 for t in terms if t.kind == "angle_random_walk"))
+    noise = size * np.sqrt(recording.rate_hz) * rng.standard_normal(recording.samples)
+    for term in terms:
+        if term.kind == "low_pass":
+            gain = np.sqrt(spectra.one_pole(np.fft.rfftfreq(len(noise), 1 / recording.rate_hz), recording.rate_hz,
+                                            term.parameters))
+            noise = np.fft.irfft(np.fft.rfft(noise) * gain, len(noise))
+    return noise
+
+
+def make(terms, rate_hz, column="gyro_z_dps", **settings):
+    """A Recording with time, the gyro column, a temperature and three accelerometer columns. Seeded."""
+    settings = {**DEFAULTS, **settings}
+    rng = np.random.default_rng(int(settings["seed"]))
+    time = np.arange(int(settings["duration_s"] * rate_hz)) / rate_hz
+    columns = {"time_s": time, column: np.zeros(len(time)),
+               "temp_degC": wandering_temperature(time, settings["temperature_degC"], rng)}
+    for axis, gravity in zip("xyz", (0.0, 0.0, 1.0)):
+        columns[f"accel_{axis}_g"] = accelerometer(time, gravity, settings, rng)
+    recording = Recording(columns, rate_hz, notes={"description": "SIMULATED by davarlab"})
+    gyro = white = filtered_white(terms, recording, rng)
+    for term in terms:
+        if term.kind not in ("angle_random_walk", "low_pass"):
+            gyro = gyro + contribution(term, recording, rng, white)
+    columns[column] = gyro + rng.uniform(-0.5, 0.5)
+    return recording
+
+
+def from_scenario(path):
+    """SCENARIO.toml: a model file with a further table [simulate] (duration_s, seed, vibration_g, ...)."""
+    data = models.load_toml(path)
+    sensor, settings = data.get("sensor", {}), data.get("simulate", {})
+    for name, value in settings.items():
+        if name not in DEFAULTS:
+            raise BadInput(f"{path}: [simulate] has no {name} (it has: {', '.join(DEFAULTS)})")
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or value < 0:
+            raise BadInput(f"{path}: [simulate] {name} must be a number, 0 or more")
+    rate = sensor.get("rate_hz")
+    if isinstance(rate, bool) or not isinstance(rate, (int, float)) or rate <= 0:
+        raise BadInput(f"{path}: [sensor] needs rate_hz")
+    if settings.get("duration_s", 7200) * rate < 1000:
+        raise BadInput(f"{path}: [simulate] duration_s: fewer than 1000 samples")
+    return make(models.terms_of(data, path), float(rate), sensor.get("column", "gyro_z_dps"), **settings)

@@ -1,0 +1,95 @@
+"""Two levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes differ (DESIGN 6)."""
+
+from math import exp, log, pi, sqrt
+
+import numpy as np
+from scipy import optimize
+
+BLOCKS_MAX = 6000
+
+
+def averaged(x, block):
+    count = len(x) // block
+    return x[:count * block].reshape(count, block).mean(axis=1)
+
+
+def two_level_log_likelihood(x, level, noise, stay):
+    """Forward algorithm of a symmetric two-level chain in white noise."""
+    up, total = 0.5, 0.0
+    scale, shift = 2 * level / noise ** 2, -0.5 * (level / noise) ** 2 - log(noise * sqrt(2 * pi))
+    for value in x:
+        up = up * stay + (1 - up) * (1 - stay)
+        lean = max(-600.0, min(600.0, scale * value))
+        # density = common * exp(+-lean/2)
+        a, b = up * exp(0.5 * lean), (1 - up) * exp(-0.5 * lean)
+        total += log(a + b) + shift - 0.5 * (value / noise) ** 2
+        up = a / (a + b)
+    return total
+
+
+def gauss_markov_log_likelihood(x, std, noise, decay):
+    """Kalman filter of a first-order process in white noise."""
+    mean, variance, total = 0.0, std ** 2, 0.0
+    grow, white = std ** 2 * (1 - decay ** 2), noise ** 2
+    for value in x:
+        spread = variance + white
+        miss = value - mean
+        total -= 0.5 * (log(2 * pi * spread) + miss * miss / spread)
+        gain = variance / spread
+        mean = decay * (mean + gain * miss)
+        variance = decay * decay * variance * (1 - gain) + grow
+    return total
+
+
+def compare(x, rate_hz, std, dwell_s, white):
+    """(gain of two levels over a continuum, amplitude, dwell) for the residual x with its slow bias already out."""
+    block = max(1, int(max(dwell_s / 8 * rate_hz, len(x) / BLOCKS_MAX)))
+    values = averaged(x, block)
+    values = (values - values.mean()).tolist()
+    period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
+
+    def levels(p):
+        return -two_level_log_likelihood(values, exp(p[0]), exp(p[1]), 0.5 * (1 + exp(-2 * period / exp(p[2]))))
+
+    def continuum(p):
+        return -gauss_markov_log_likelihood(values, exp(p[0]), exp(p[1]), exp(-2 * period / exp(p[2])))
+
+    start = [log(std), log(noise * 1.1), log(dwell_s)]
+    options = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
+    two = optimize.minimize(levels, start, method="Nelder-Mead", options=options)
+    one = optimize.minimize(continuum, start, method="Nelder-Mead", options=options)
+    return one.fun - two.fun, exp(two.x[0]), exp(two.x[2])
+
+
+def decoded(x, rate_hz, level, dwell_s, white):
+    """Posterior mean of the state (-1 .. 1) at every sample."""
+    block = max(1, int(dwell_s * rate_hz / 60), len(x) // 60000)
+    values = averaged(x - x.mean(), block)
+    noise = max(white / sqrt(block / rate_hz), 1e-9)
+    stay = 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s))
+    lean = np.clip(2 * level * values / noise ** 2, -60, 60).tolist()
+    forward, up = [], 0.5
+    for value in lean:
+        up = up * stay + (1 - up) * (1 - stay)
+        a, b = up * exp(value / 2), (1 - up) * exp(-value / 2)
+        up = a / (a + b)
+        forward.append(up)
+    back, state = 0.5, [0.0] * len(lean)
+    for i in range(len(lean) - 1, -1, -1):
+        a, b = forward[i] * back, (1 - forward[i]) * (1 - back)
+        state[i] = (a - b) / (a + b)
+        a, b = back * exp(lean[i] / 2), (1 - back) * exp(-lean[i] / 2)
+        a, b = a * stay + b * (1 - stay), b * stay + a * (1 - stay)
+        back = a / (a + b)
+    centres = (np.arange(len(state)) + 0.5) * block
+    return np.interp(np.arange(len(x)), centres, np.array(state))
+
+
+def like_chance(path):
+    """Do the switches come at random: five of them at least, and dwells that scatter as exponential ones do?"""
+    up = path[np.abs(path) > 0.5] > 0
+    places = np.flatnonzero(np.abs(path) > 0.5)[1:][np.diff(up.astype(int)) != 0]
+    if len(places) < 5:
+        return False
+    dwells = np.diff(places)
+    return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4
