@@ -1,0 +1,227 @@
+/* davar tests - what a sample and a result cost on this target, in instructions (exact under -icount), stack and RAM bytes.
+ * One line "name value" per figure; tools/support/targets.py reads them. */
+#include "board.h"
+
+#include "davar/davar.h"
+
+#define TAUS 8U
+#define WINDOW 600U
+#define STRIDE 60U
+#define FIR_TAPS 64U
+#define BATCH 50U
+#define STACK_WORDS 1024U
+#define PAINT 0xA5C3965AU
+
+static const uint32_t octaves[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
+static int16_t samples[STRIDE * 16U];
+static uint64_t memory[780];
+static davar_fit_plan_t plan;
+static davar_config_t config;
+static davar_t davar;
+static davar_result_t result;
+static volatile int32_t sink;
+
+static void say(const char *name, uint32_t value)
+{
+    char digits[12] = "";
+    size_t at = sizeof digits - 1U;
+    uint32_t rest = value;
+    do {
+        at--;
+        digits[at] = (char)('0' + (rest % 10U));
+        rest /= 10U;
+    } while (rest > 0U);
+    board_text(name);
+    board_text(" ");
+    board_text(&digits[at]);
+    board_text("\n");
+}
+
+/* Sum of four uniform variates, a fixed seed: nearly Gaussian, sigma about 120 counts. */
+static void make_samples(void)
+{
+    uint32_t state = 1U;
+    for (size_t i = 0U; i < (sizeof samples / sizeof samples[0]); i++) {
+        int32_t sum = 0;
+        for (unsigned k = 0U; k < 4U; k++) {
+            state = (state * 1664525U) + 1013904223U;
+            sum += (int32_t)(state >> 24U) - 128;
+        }
+        samples[i] = (int16_t)sum;
+    }
+}
+
+static void start(davar_policy_t policy, uint32_t stride)
+{
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    config.policy = policy;
+    config.window_max = WINDOW;
+    config.window_min = (policy == DAVAR_POLICY_FIXED) ? WINDOW : 360U;
+    config.segment = (policy == DAVAR_POLICY_FIXED) ? 0U : 120U;
+    config.stride = stride;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.taus = octaves;
+    config.tau_count = TAUS;
+    config.fit_plan = &plan;
+    const size_t bytes = davar_memory_size_q15(&config);
+    if (davar_init_q15(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
+        say("refused_needs_bytes", (uint32_t)bytes);
+        board_exit(1);
+    }
+    say((stride == 1U) ? "ram_bytes" : "ram_grid_bytes", (uint32_t)(bytes + sizeof davar));
+}
+
+static int16_t sample_at(uint32_t i)
+{
+    return samples[i % (sizeof samples / sizeof samples[0])];
+}
+
+static void feed(uint32_t count)
+{
+    for (uint32_t i = 0U; i < count; i++) {
+        const int16_t sample = sample_at(i);
+        (void)davar_push_q15(&davar, &sample, 1U);
+    }
+}
+
+/* Instructions of pushing one sample, call and loop included: mean over three turns of the ring, and the worst. */
+static void measure_single(const char *mean_name, const char *worst_name)
+{
+    uint32_t total = 0U;
+    uint32_t worst = 0U;
+    const uint32_t count = 3U * 600U;
+    for (uint32_t i = 0U; i < count; i += BATCH) {
+        const uint32_t mark = board_mark();
+        for (uint32_t k = 0U; k < BATCH; k++) {
+            (void)davar_push_q15(&davar, &samples[(i + k) % 900U], 1U);
+        }
+        total += board_instructions_since(mark);
+    }
+    for (uint32_t i = 0U; i < count; i++) {
+        const uint32_t mark = board_mark();
+        (void)davar_push_q15(&davar, &samples[i % 900U], 1U);
+        const uint32_t spent = board_instructions_since(mark);
+        worst = (spent > worst) ? spent : worst;
+    }
+    say(mean_name, (100U * total) / count);
+    say(worst_name, worst);
+}
+
+static void measure_every_sample(void)
+{
+    start(DAVAR_POLICY_FIXED, 1U);
+    feed(2U * WINDOW);
+    measure_single("every_sample_push_x100", "every_sample_worst_push");
+}
+
+/* Blocks of one stride, as a DMA gives them, and every result taken. */
+static void measure_grid(void)
+{
+    start(DAVAR_POLICY_OR, STRIDE);
+    feed(2U * WINDOW);
+    (void)davar_take(&davar, &result);
+    uint32_t push = 0U;
+    uint32_t take = 0U;
+    const uint32_t rounds = 64U;
+    for (uint32_t i = 0U; i < rounds; i++) {
+        uint32_t mark = board_mark();
+        const int16_t *block = &samples[STRIDE * (i % 16U)];
+        for (size_t left = STRIDE; left > 0U;) {
+            const size_t consumed = davar_push_q15(&davar, block, left);
+            block += consumed;
+            left -= consumed;
+        }
+        push += board_instructions_since(mark);
+        mark = board_mark();
+        sink += davar_take(&davar, &result) ? 1 : 0;
+        take += board_instructions_since(mark);
+    }
+    say("grid_push_x100", (100U * push) / (rounds * STRIDE));
+    say("grid_take", take / rounds);
+    measure_single("grid_single_push_x100", "grid_worst_push");
+}
+
+/* For scale: the filter that everybody has written. */
+static int16_t fir(const int16_t *x, const int16_t *h)
+{
+    int32_t sum = 0;
+    for (unsigned k = 0U; k < FIR_TAPS; k++) {
+        sum += (int32_t)x[k] * h[k];
+    }
+    return (int16_t)(sum >> 15);
+}
+
+static void measure_fir(void)
+{
+    static int16_t taps[FIR_TAPS];
+    for (unsigned k = 0U; k < FIR_TAPS; k++) {
+        taps[k] = (int16_t)(100U + k);
+    }
+    const uint32_t mark = board_mark();
+    for (uint32_t i = 0U; i < 100U; i++) {
+        sink += fir(&samples[i], taps);
+    }
+    say("fir64_q15_x100", board_instructions_since(mark));
+}
+
+/* --- stack ------------------------------------------------------------------------------------------------------- */
+
+static __attribute__((noinline)) volatile uint32_t *below(void)
+{
+    return (volatile uint32_t *)((uintptr_t)__builtin_frame_address(0) & ~(uintptr_t)7U) - 24 - STACK_WORDS;
+}
+
+static __attribute__((noinline)) void paint(volatile uint32_t *bottom)
+{
+    for (uint32_t i = 0U; i < STACK_WORDS; i++) {
+        bottom[i] = PAINT;
+    }
+}
+
+static __attribute__((noinline)) uint32_t used(const volatile uint32_t *bottom)
+{
+    uint32_t clean = 0U;
+    while ((clean < STACK_WORDS) && (bottom[clean] == PAINT)) {
+        clean++;
+    }
+    return (STACK_WORDS - clean) * (uint32_t)sizeof(uint32_t);
+}
+
+/* The deepest of many pushes (gaps and window changes among them), and of many takes. */
+static void measure_stack(void)
+{
+    start(DAVAR_POLICY_OR, 1U);
+    volatile uint32_t *const bottom = below();
+    uint32_t push = 0U;
+    uint32_t take = 0U;
+    for (uint32_t i = 0U; i < 2000U; i++) {
+        const int16_t sample = (int16_t)((((i / 300U) % 2U) == 0U) ? sample_at(i) : (20 * sample_at(i)));
+        paint(bottom);
+        (void)davar_push_q15(&davar, &sample, 1U);
+        const uint32_t of_push = used(bottom);
+        push = (of_push > push) ? of_push : push;
+        if ((i % 20U) == 0U) {
+            paint(bottom);
+            sink += davar_take(&davar, &result) ? 1 : 0;
+            const uint32_t of_take = used(bottom);
+            take = (of_take > take) ? of_take : take;
+        }
+    }
+    say("stack_push_bytes", push);
+    say("stack_take_bytes", take);
+}
+
+int main(void)
+{
+    make_samples();
+    measure_every_sample();
+    measure_grid();
+    measure_fir();
+    measure_stack();
+    say("davar_t_bytes", (uint32_t)sizeof davar);
+    say("plan_bytes", (uint32_t)sizeof plan);
+    say("result_bytes", (uint32_t)sizeof result);
+    return 0;
+}

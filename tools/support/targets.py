@@ -1,0 +1,60 @@
+"""The emulated microcontrollers: how to build for each and how to run an image on it. Standard library only."""
+
+import os
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MACHINES = {
+    "cortex-m0": ("arm", ["qemu-system-arm", "-M", "microbit"]),
+    "cortex-m3": ("arm", ["qemu-system-arm", "-M", "mps2-an385"]),
+    "cortex-m4f": ("arm", ["qemu-system-arm", "-M", "mps2-an386"]),
+    "cortex-m7": ("arm", ["qemu-system-arm", "-M", "mps2-an500"]),
+    "cortex-m33": ("arm", ["qemu-system-arm", "-M", "mps2-an505"]),
+    "rv32imac": ("rv32imac", ["qemu-system-riscv32", "-M", "virt", "-bios", "none"]),
+}
+PACKAGES = ["gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm", "gcc-riscv64-unknown-elf",
+            "picolibc-riscv64-unknown-elf", "qemu-system-misc"]
+
+
+class TargetError(Exception):
+    """A build or a run that failed; the text says which and shows its output."""
+
+
+def folder(target):
+    return ROOT / "build" / f"target-{target}"
+
+
+def run(command, what, **settings):
+    done = subprocess.run(command, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          check=False, **settings)
+    if done.returncode:
+        raise TargetError(f"{what} failed:\n{done.stdout}")
+    return done.stdout
+
+
+def build(target):
+    """Configures (once) and builds every image of a target; returns its folder."""
+    toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target][0]}.cmake"
+    where = folder(target)
+    run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
+         f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release",
+         f"-DDAVAR_UNITY_DIR={os.environ.get('DAVAR_UNITY_DIR', '')}"], f"configuring {target}")
+    run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2)], f"building {target}")
+    return where
+
+
+def command(target, image, arguments="", counted=False):
+    """The emulator's command line. counted: one instruction is a fixed time, so that instructions can be counted."""
+    shift = ["-icount", "shift=0" if target == "rv32imac" else "shift=8"] if counted else []
+    semihosting = f"enable=on,target=native,arg={image}" + "".join(f",arg={word}" for word in arguments.split())
+    return [*MACHINES[target][1], "-display", "none", "-monitor", "none", "-serial", "null", *shift,
+            "-semihosting-config", semihosting, "-kernel", str(image)]
+
+
+def execute(target, name, arguments="", counted=False, timeout=300):
+    """Runs one image of a target and returns (exit status, what it printed)."""
+    done = subprocess.run(command(target, folder(target) / f"{name}.elf", arguments, counted), text=True, errors="replace",
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
+                          check=False)
+    return done.returncode, done.stdout
