@@ -85,22 +85,28 @@ static inline uint32_t allan_straight(const allan_t *allan, edge_t head, edge_t 
     return count;
 }
 
-/* The whole window moves by one sample, for cluster sizes whose taps lie on one side of the end of the ring. */
-static void slide_straight(tau_t *tau, const tau_t *end, const uint32_t *m, const sample_t *head, const sample_t *tail)
+/* The whole window moves by one sample, for cluster sizes whose taps lie on one side of the end of the ring. The loop that
+ * a value at every sample spends most of its time in: few live values, so that they stay in registers. */
+DAVAR_APART static void slide_straight(tau_t *tau, const tau_t *end, const uint32_t *m, const sample_t *head,
+                                       const sample_t *tail)
 {
     const difference_t newest = (difference_t)*head;
     const difference_t oldest = (difference_t)*tail;
-    for (; tau != end; tau++, m++) {
-        const ptrdiff_t lag = (ptrdiff_t)*m;
-        const difference_t leading = tau->head + newest - (2 * (difference_t)head[-lag]) + head[-2 * lag];
+    while (tau != end) {
+        const uint32_t lag = *m;
+        const sample_t *const before = head - lag;
+        const sample_t *const behind = tail + lag;
         const difference_t trailing = tau->tail;
+        const difference_t leading = tau->head + newest - (2 * (difference_t)*before) + *(before - lag);
         tau->head = leading;
-        tau->tail = trailing + oldest - (2 * (difference_t)tail[lag]) + tail[2 * lag];
+        tau->tail = trailing + oldest - (2 * (difference_t)*behind) + behind[lag];
         sum_slide(&tau->sum, leading, trailing);
+        tau++;
+        m++;
     }
 }
 
-static void slide_around(tau_t *tau, const tau_t *end, const uint32_t *m, edge_t head, edge_t tail)
+DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_t *m, edge_t head, edge_t tail)
 {
     for (; tau != end; tau++, m++) {
         tau->head += allan_lead_step(head, *m);

@@ -124,6 +124,15 @@ static uint32_t tracks_wait(const track_t *tracks, uint8_t count, uint32_t recei
     return wait;
 }
 
+static void grid_schedule_sums(grid_t *grid, const allan_t *allan, uint32_t received)
+{
+    uint32_t wait = UINT32_MAX;
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        wait = tracks_sum_wait(grid, t, received, wait);
+    }
+    grid->sum_next = received + wait;
+}
+
 static void grid_schedule(grid_t *grid, uint32_t received)
 {
     uint32_t wait = tracks_wait(grid->tail, grid->tail_count, received, UINT32_MAX);
@@ -150,6 +159,7 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
 
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
+/* One cluster size, from record to record of its sum. */
 static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uint32_t index, uint32_t count)
 {
     const ring_t *const ring = &stages->ring;
@@ -196,8 +206,16 @@ static uint32_t grid_block(const stages_t *stages, const davar_window_t *window,
 static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
 {
     const uint32_t index = ring_index(&stages->ring, count);
-    for (uint32_t t = 0U; t < stages->allan.count; t++) {
-        grid_run_tau(stages, davar, t, index, count);
+    const bool quiet = (stages->grid->sum_next - davar->window.received) > count;
+    if (quiet && (count == 1U)) {
+        allan_lead(&stages->allan, allan_leading(&stages->ring, index));
+    } else {
+        for (uint32_t t = 0U; t < stages->allan.count; t++) {
+            grid_run_tau(stages, davar, t, index, count);
+        }
+    }
+    if (!quiet) {
+        grid_schedule_sums(stages->grid, &stages->allan, davar->window.received + count);
     }
     grid_run_moments(&stages->moments, &stages->ring, index, count);
     grid_receive(stages, davar, count);
@@ -218,6 +236,7 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         }
         tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
     }
+    grid_schedule_sums(stages->grid, allan, position + 1U);
     grid_run_moments(&stages->moments, &stages->ring, index, 1U);
     allan_end_start(allan, position + 1U);
     grid_receive(stages, davar, 1U);

@@ -145,6 +145,7 @@ static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t
     tracks_start(grid->tail, &tail, config->stride, allan);
     tracks_start(grid->head, &head, config->stride, allan);
     tracks_start(grid->middle, &middle, config->stride, allan);
+    grid_schedule_sums(grid, allan, 0U);
     grid_schedule(grid, 0U);
 }
 

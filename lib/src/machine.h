@@ -5,6 +5,13 @@
 
 #include <stdint.h>
 
+/* Not merged into its caller, so that a hot loop has the registers to itself. */
+#ifdef __GNUC__
+#define DAVAR_APART __attribute__((noinline))
+#else
+#define DAVAR_APART
+#endif
+
 /* A 128-bit integer modulo 2^128; signed values are two's complement. */
 typedef struct {
     uint64_t low;
@@ -152,7 +159,12 @@ static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
 
 static inline uint32_t davar_leading_zeros(uint64_t value)
 {
+#ifdef __ARM_FEATURE_CLZ
+    const uint32_t high = (uint32_t)(value >> 32U);
+    return (uint32_t)((high != 0U) ? __builtin_clz(high) : (32 + __builtin_clz((uint32_t)value)));
+#else
     return davar_leading_zeros_by_halving(value);
+#endif
 }
 #endif
 
@@ -166,11 +178,23 @@ static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
 }
 
 /* Modulo 2^128, signed or not. */
+static inline davar_u128_t davar_u128_scale_by_parts(davar_u128_t a, uint32_t factor)
+{
+    const uint64_t p0 = davar_multiply_u32((uint32_t)a.low, factor);
+    const uint64_t p1 = davar_multiply_u32((uint32_t)(a.low >> 32U), factor) + (p0 >> 32U);
+    const uint64_t p2 = davar_multiply_u32((uint32_t)a.high, factor) + (p1 >> 32U);
+    const uint32_t p3 = (uint32_t)(a.high >> 32U) * factor;
+    const davar_u128_t product = {(p1 << 32U) | (uint32_t)p0, p2 + ((uint64_t)p3 << 32U)};
+    return product;
+}
+
 static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
 {
-    davar_u128_t product = davar_multiply_u64(a.low, factor);
-    product.high += davar_multiply_u64(a.high, factor).low;
-    return product;
+#ifdef __SIZEOF_INT128__
+    return davar_u128_from_native(davar_native_u128(a) * factor);
+#else
+    return davar_u128_scale_by_parts(a, factor);
+#endif
 }
 
 #endif

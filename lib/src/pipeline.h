@@ -172,7 +172,7 @@ static void window_move(stages_t *stages, davar_t *davar)
 }
 
 /* The verdict on the window, and with it the length of the next (4.1). */
-static void window_judge(stages_t *stages, davar_t *davar)
+DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const davar_config_t *const config = davar->config;
@@ -226,23 +226,6 @@ static bool step_carefully(stages_t *stages, davar_t *davar)
     return complete;
 }
 
-/* The window glides: every sample completes an epoch. */
-static inline bool step_gliding(stages_t *stages, davar_t *davar)
-{
-    davar_window_t *const window = &davar->window;
-    sliding_glide(stages, window);
-    if (window->at_start) {
-        window->at_start = (int32_t)window_tail(window) < 0;
-    }
-    if (davar->config->policy != DAVAR_POLICY_FIXED) {
-        window_judge(stages, davar);
-        if (window->next_length != window->length) {
-            stages->steady = STEADY_NOT;
-        }
-    }
-    return true;
-}
-
 static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
 {
     if ((sample > stages->lowest) && (sample < stages->highest)) {
@@ -253,6 +236,24 @@ static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t 
         return stages->lowest;
     }
     return (sample > stages->highest) ? stages->highest : sample;
+}
+
+/* One sample while the window glides: it completes an epoch, and nothing else happens. */
+static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sample)
+{
+    davar_window_t *const window = &davar->window;
+    ring_put(&stages->ring, limited(stages, davar, sample));
+    sliding_glide(stages, window);
+    if (window->at_start) {
+        window->at_start = (int32_t)window_tail(window) < 0;
+    }
+    if (davar->config->policy != DAVAR_POLICY_FIXED) {
+        window_judge(stages, davar);
+        if (window->next_length != window->length) {
+            stages->steady = STEADY_NOT;
+        }
+    }
+    davar_produce(davar);
 }
 
 /* Up to `count` samples, as many as can go together; returns how many. */
@@ -270,13 +271,13 @@ static uint32_t step_grid(stages_t *stages, davar_t *davar, const sample_t *samp
 }
 
 /* Takes in the first of `count` samples, and more when they can go together; returns how many. */
-static inline size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
+static size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
 {
     if (stages->steady == STEADY_GRID) {
         return step_grid(stages, davar, samples, count, complete);
     }
     ring_put(&stages->ring, limited(stages, davar, samples[0]));
-    *complete = (stages->steady == STEADY_SLIDING) ? step_gliding(stages, davar) : step_carefully(stages, davar);
+    *complete = step_carefully(stages, davar);
     return 1U;
 }
 
@@ -288,10 +289,9 @@ static size_t skip(const stages_t *stages, davar_t *davar, sample_t sample)
     return 1U;
 }
 
-/* Takes samples up to the one that completes a result. */
-static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t count)
+/* Samples while the window does not glide. */
+DAVAR_APART static size_t push_any(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
-    stages_t *const stages = davar->stages;
     size_t consumed = 0U;
     bool complete = false;
     while ((consumed < count) && !complete) {
@@ -302,6 +302,17 @@ static size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t coun
         davar_produce(davar);
     }
     return consumed;
+}
+
+/* Takes samples up to the one that completes a result. */
+static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t count)
+{
+    stages_t *const stages = davar->stages;
+    if ((stages->steady != STEADY_SLIDING) || (count == 0U)) {
+        return push_any(stages, davar, samples, count);
+    }
+    push_gliding(stages, davar, samples[0]);
+    return 1U;
 }
 
 /* The memory has been read back: every pointer in it is set anew, the rest stands. */

@@ -41,6 +41,14 @@ static void sliding_trail_moments(moments_t *moments, const ring_t *ring, uint32
     }
 }
 
+/* Both edges, and the middle between them. */
+DAVAR_APART static void sliding_glide_moments(moments_t *moments, const ring_t *ring, uint32_t head, uint32_t tail)
+{
+    powers_add(&moments->head, ring->sample[head], moments->shift);
+    powers_add(&moments->middle, ring->sample[ring_before(ring, head, moments->segment)], moments->shift);
+    powers_add(&moments->tail, ring->sample[tail], moments->shift);
+}
+
 /* --- plain steps ------------------------------------------------------------------------------------------------- */
 
 /* Both edges. The newest sample is in the ring already, and the window does not know of it yet. */
@@ -50,8 +58,9 @@ static inline void sliding_glide(stages_t *stages, davar_window_t *window)
     const uint32_t head = ring_index(ring, window->lag + 1U);
     const uint32_t tail = ring_index(ring, window->lag + window->length + 1U);
     allan_slide(&stages->allan, allan_leading(ring, head), allan_trailing(ring, tail));
-    sliding_lead_moments(&stages->moments, ring, head, window->length + 1U);
-    sliding_trail_moments(&stages->moments, ring, tail);
+    if (stages->moments.segment != 0U) {
+        sliding_glide_moments(&stages->moments, ring, head, tail);
+    }
     window_glide(window);
 }
 

@@ -39,7 +39,8 @@ typedef struct {
     uint8_t tail_count;
     uint8_t head_count;
     uint8_t middle_count;
-    uint32_t next; /* value of `received` at the next record of any track */
+    uint32_t sum_next; /* value of `received` at the next record of any sum at a trailing edge */
+    uint32_t next;     /* value of `received` at the next record of any track */
     records_t records;
 } grid_t;
 

@@ -107,6 +107,7 @@ static void test_sums_of_128_bits_agree_however_they_are_made(void)
         same_u128(&difference, davar_u128_subtract(a, b));
         same_u128(&difference, davar_u128_subtract_by_parts(a, b));
         same_u128(&product, davar_u128_scale(a, factor));
+        same_u128(&product, davar_u128_scale_by_parts(a, factor));
     }
 }
 

@@ -45,6 +45,7 @@ static void shift(davar_t *davar, uint32_t offset)
     }
     if (stages->grid != NULL) {
         stages->grid->next += offset;
+        stages->grid->sum_next += offset;
         for (unsigned i = 0U; i < TRACKS_MAX; i++) {
             shift_track(&stages->grid->tail[i], offset, stages->allan.count);
             shift_track(&stages->grid->head[i], offset, stages->allan.count);
