@@ -12,6 +12,7 @@
 static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U};
 static uint64_t memory[2][4096];
 static davar_config_t config;
+static davar_fit_plan_t plan;
 static davar_result_t result;
 
 void setUp(void)
@@ -22,6 +23,7 @@ void setUp(void)
     config.full_scale = 2000.0;
     config.taus = taus;
     config.tau_count = TAUS;
+    config.fit_plan = &plan;
 }
 
 void tearDown(void) {}

@@ -12,6 +12,8 @@ import sys
 import time
 from pathlib import Path
 
+import target_cost
+
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "build/tools"
 WORK = ROOT / "build/bench"
@@ -95,10 +97,12 @@ def main():
     figures["sim_samples_per_s"] = round(simulator_samples_per_s())
     allantools = allantools_ns_per_sample()
     figures["allantools_per_window_ns_per_sample"] = allantools and round(allantools)
+    targets = target_cost.measure_all()
     if options.json:
-        print(json.dumps({"host": figures}, indent=2))
+        print(json.dumps({"host": figures, "targets": targets}, indent=2))
     else:
         show(figures)
+        print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.table(targets))
     return 0
 
 

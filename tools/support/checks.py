@@ -223,6 +223,7 @@ PARTS = {
     "wire": ("frames against davar.dbc, read by cantools; the receiver against a million faults", wire),
     "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included", kernel),
     "lab": ("tools/davarlab on recordings with known truth", lambda: python_suite("lab")),
+    "targets": ("the suites of lib/ and its cost on six emulated microcontrollers", lambda: python_suite("target")),
     "consumer": ("find_package and add_subdirectory from outside", lambda: python_suite("consumer")),
     "style": ("the house rules: includes, no heap, function length, one version", lambda: python_suite("style")),
     "format": ("clang-format", lambda: tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))),

@@ -38,10 +38,19 @@ have() {
     gpiod) command -v gpiomon >/dev/null ;;
     iproute2) command -v ip >/dev/null ;;
     xz-utils) command -v xz >/dev/null ;;
+    gcc-arm-none-eabi) command -v arm-none-eabi-gcc >/dev/null ;;
+    libnewlib-arm-none-eabi) arm-none-eabi-gcc --specs=nano.specs -E -include string.h -x c /dev/null >/dev/null 2>&1 ;;
+    gcc-riscv64-unknown-elf) command -v riscv64-unknown-elf-gcc >/dev/null ;;
+    picolibc-riscv64-unknown-elf) riscv64-unknown-elf-gcc --specs=picolibc.specs -E -x c /dev/null >/dev/null 2>&1 ;;
+    qemu-system-misc) command -v qemu-system-riscv32 >/dev/null ;;
     ca-certificates) [[ -e /etc/ssl/certs/ca-certificates.crt ]] ;;
     *) command -v "$1" >/dev/null ;;
     esac
 }
+
+# What the emulated microcontrollers need.
+export target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf
+    picolibc-riscv64-unknown-elf qemu-system-misc)
 
 # need PACKAGE...: installs what is missing, or names it.
 need() {

@@ -13,16 +13,14 @@ MACHINES = {
     "cortex-m33": ("arm", ["qemu-system-arm", "-M", "mps2-an505"]),
     "rv32imac": ("rv32imac", ["qemu-system-riscv32", "-M", "virt", "-bios", "none"]),
 }
-PACKAGES = ["gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm", "gcc-riscv64-unknown-elf",
-            "picolibc-riscv64-unknown-elf", "qemu-system-misc"]
 
 
 class TargetError(Exception):
     """A build or a run that failed; the text says which and shows its output."""
 
 
-def folder(target):
-    return ROOT / "build" / f"target-{target}"
+def folder(target, suites=False):
+    return ROOT / "build" / f"{'suites' if suites else 'target'}-{target}"
 
 
 def run(command, what, **settings):
@@ -33,13 +31,14 @@ def run(command, what, **settings):
     return done.stdout
 
 
-def build(target):
-    """Configures (once) and builds every image of a target; returns its folder."""
+def build(target, suites=False):
+    """Configures and builds every image of a target, or its Unity suites (they need DAVAR_UNITY_DIR and results of 32
+    cluster sizes); returns the folder."""
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target][0]}.cmake"
-    where = folder(target)
+    where = folder(target, suites)
     run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
-         f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release",
-         f"-DDAVAR_UNITY_DIR={os.environ.get('DAVAR_UNITY_DIR', '')}"], f"configuring {target}")
+         f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={32 if suites else 8}",
+         f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if suites else ''}"], f"configuring {target}")
     run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2)], f"building {target}")
     return where
 
@@ -52,9 +51,8 @@ def command(target, image, arguments="", counted=False):
             "-semihosting-config", semihosting, "-kernel", str(image)]
 
 
-def execute(target, name, arguments="", counted=False, timeout=300):
-    """Runs one image of a target and returns (exit status, what it printed)."""
-    done = subprocess.run(command(target, folder(target) / f"{name}.elf", arguments, counted), text=True, errors="replace",
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
-                          check=False)
+def execute(target, image, arguments="", counted=False, timeout=300):
+    """Runs one image (a path) on a target and returns (exit status, what it printed)."""
+    done = subprocess.run(command(target, image, arguments, counted), text=True, errors="replace", stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          timeout=timeout, check=False)
     return done.returncode, done.stdout

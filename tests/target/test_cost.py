@@ -1,0 +1,47 @@
+"""What davar costs on each target stays within 2 % of docs/cost.json; the README shows that file; a sample's path is clean."""
+
+import json
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import target_cost
+import targets
+
+WORSE = 1.02
+
+
+class Cost(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.recorded = json.loads(target_cost.RECORD.read_text(encoding="utf-8"))
+
+    def test_no_figure_is_worse_than_recorded(self):
+        for target in targets.MACHINES:
+            measured = target_cost.measure(target)
+            self.assertEqual(set(measured), set(self.recorded[target]), "renew with tools/davar-bench --targets --write")
+            for name, value in measured.items():
+                with self.subTest(target=target, figure=name):
+                    self.assertLessEqual(value, WORSE * self.recorded[target][name])
+
+    def test_the_readme_shows_the_recorded_table(self):
+        self.assertIn(target_cost.table(self.recorded), target_cost.README.read_text(encoding="utf-8"))
+
+    def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):
+        for target in targets.MACHINES:
+            where = targets.build(target)
+            with self.subTest(target=target):
+                roots = ("davar_push_q15", "davar_push_q31")
+                self.assertEqual([], target_cost.offences(target, where / "paths.elf", roots))
+
+    def test_the_check_of_the_path_finds_what_is_there(self):
+        """The evaluation of a result divides in floating point: the same check must object."""
+        for target in targets.MACHINES:
+            where = targets.build(target)
+            with self.subTest(target=target):
+                self.assertTrue(target_cost.offences(target, where / "paths.elf", ("davar_take_8_taus",)))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,36 @@
+"""The Unity suites of lib/ on every target, in the emulator."""
+
+import re
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
+import targets
+
+SUITES = {"arithmetic", "stationarity", "confidence", "taus", "wrap", "fit", "codec", "api", "float", "state"}
+BEYOND_16_KB = {"wrap", "fit", "codec", "api", "float", "state"}
+
+
+class Suites(unittest.TestCase):
+    def run_on(self, target, expected):
+        where = targets.build(target, suites=True)
+        self.assertEqual(expected, {path.stem[5:] for path in where.glob("test_*.elf")})
+        for suite in sorted(expected):
+            with self.subTest(target=target, suite=suite):
+                status, output = targets.execute(target, where / f"test_{suite}.elf")
+                self.assertEqual(0, status, output)
+                self.assertRegex(output, re.compile(r"^\d+ Tests 0 Failures 0 Ignored", re.MULTILINE))
+
+
+def add(target):
+    expected = SUITES - BEYOND_16_KB if target == "cortex-m0" else SUITES
+    name = "test_" + target.replace("-", "_")
+    setattr(Suites, name, lambda self: self.run_on(target, expected))
+
+
+for _target in targets.MACHINES:
+    add(_target)
+
+if __name__ == "__main__":
+    unittest.main()

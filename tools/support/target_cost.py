@@ -1,0 +1,184 @@
+"""What davar costs on each emulated microcontroller: instructions, flash, RAM, stack; and what its code is made of.
+
+    python3 tools/support/target_cost.py [--write]     measures all targets; --write renews docs/cost.json and the README
+
+Called by tools/davar-bench. Standard library only.
+"""
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import targets
+
+RECORD = targets.ROOT / "docs/cost.json"
+README = targets.ROOT / "README.md"
+MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
+TAKE_SOURCES = ("fit.c", "fit_plan.c", "fit_mixture.c", "confidence.c")
+STRIDE = 60
+
+
+def prefix(target):
+    return "riscv64-unknown-elf-" if target == "rv32imac" else "arm-none-eabi-"
+
+
+def tool(target, name, *arguments):
+    return targets.run([prefix(target) + name, *map(str, arguments)], f"{name} for {target}")
+
+
+def symbols(target, path):
+    """Name -> bytes of the code and constants in an image or an object; of several names for one place, the first."""
+    found, places = {}, set()
+    for line in tool(target, "nm", "-S", "--defined-only", path).splitlines():
+        fields = line.split()
+        if len(fields) == 4 and fields[2] in "tTrRwW":
+            place = (fields[0], fields[1]) if path.suffix == ".elf" else line
+            found[fields[3]] = found.get(fields[3], 0) + (0 if place in places else int(fields[1], 16))
+            places.add(place)
+    return found
+
+
+def sources(target, where):
+    """Symbol -> source file of lib/ that it comes from."""
+    objects = (where / "davar/lib/CMakeFiles/davar.dir/src").glob("*.obj")
+    return {name: path.name[:-4] for path in objects for name in symbols(target, path)}
+
+
+def flash(target, where):
+    """Bytes that a q15 application links: the path of a sample, the evaluation of a result, the compiler's soft float."""
+    home = sources(target, where)
+    own = {name for path in where.glob("CMakeFiles/*.dir/**/*.obj") if "davar/lib" not in str(path)
+           for name in symbols(target, path)}
+    sizes = {"flash_push_bytes": 0, "flash_take_bytes": 0, "flash_compiler_bytes": 0}
+    for name, size in symbols(target, where / "cost.elf").items():
+        if name in home:
+            sizes["flash_take_bytes" if home[name] in TAKE_SOURCES else "flash_push_bytes"] += size
+        elif name not in own:
+            sizes["flash_compiler_bytes"] += size
+    return sizes
+
+
+def measure(target):
+    """All figures of one target."""
+    where = targets.build(target)
+    status, output = targets.execute(target, where / "cost.elf", counted=True)
+    raw = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
+    if status or "result_bytes" not in raw:
+        raise targets.TargetError(f"{target}: the cost image failed (status {status}):\n{output}")
+    state = raw["davar_t_bytes"]
+    figures = {
+        "every_sample_instructions_per_sample": raw["every_sample_push_x100"] / 100,
+        "every_sample_instructions_per_sample_per_tau": round(raw["every_sample_push_x100"] / 800, 2),
+        "grid_push_instructions_per_sample": raw["grid_push_x100"] / 100,
+        "grid_take_instructions_per_result": raw["grid_take"],
+        "pipeline_grid_instructions_per_sample": round(raw["grid_push_x100"] / 100 + raw["grid_take"] / STRIDE, 2),
+        "grid_single_push_instructions_per_sample": raw["grid_single_push_x100"] / 100,
+        "fir64_q15_instructions_per_sample": raw["fir64_q15_x100"] / 100,
+        "worst_push_instructions": raw["every_sample_worst_push"],
+        "grid_worst_push_instructions": raw["grid_worst_push"],
+        "ram_bytes": raw["ram_bytes"], "ram_grid_bytes": raw["ram_grid_bytes"], "state_bytes": state,
+        "plan_bytes": raw["plan_bytes"], "result_bytes": raw["result_bytes"],
+        "stack_bytes": raw["stack_push_bytes"], "stack_take_bytes": raw["stack_take_bytes"],
+    }
+    figures.update(flash(target, where))
+    figures["flash_bytes"] = figures["flash_push_bytes"] + figures["flash_take_bytes"]
+    return figures
+
+
+def measure_all():
+    return {target: measure(target) for target in targets.MACHINES}
+
+
+# --- what the path of a sample is made of ------------------------------------------------------------------------------
+
+# Moving 64 bits through a floating-point register is no arithmetic: a compiler for a Cortex-M7 likes to.
+FORBIDDEN = re.compile(r"^(udiv|sdiv|div|divu|rem|remu|v(?!ldr|str|mov|push|pop|ldm|stm)\w+\S*|"
+                       r"f(add|sub|mul|div|sqrt|cvt|ld|sd|lw|sw)\S*)$")
+
+
+def disassembly(target, image):
+    """Function -> (instructions, functions it goes to)."""
+    code, name = {}, None
+    for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
+        head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
+        if head:
+            name = head.group(1)
+            code.setdefault(name, (set(), set()))
+            continue
+        body = re.match(r"^\s*[0-9a-f]+:\t(\S+)\s*(.*)$", line)
+        if body and name:
+            operation, operands = body.groups()
+            code[name][0].add(operation.split(".")[0] if not operation.startswith("v") else operation)
+            if operation in ("blx", "jalr", "c.jalr") or (operation == "jalr" and "ra" in operands):
+                code[name][1].add("a pointer")
+            for goal in re.findall(r"<([A-Za-z_][\w.$]*)>", operands):
+                code[name][1].add(goal)
+    return code
+
+
+def offences(target, image, roots):
+    """What a sample's path contains and must not: divisions, floating point, functions that are not davar's."""
+    code, home = disassembly(target, image), sources(target, Path(image).parent)
+    seen, found, wanted = set(), [], list(roots)
+    while wanted:
+        name = wanted.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        if re.sub(r"\.(isra|part|constprop|cold)\.\d+|\.cold", "", name) not in home and name not in home:
+            found.append(f"{target}: {name} is not davar's own")
+            continue
+        operations, goals = code[name]
+        found += [f"{target}: {operation} in {name}" for operation in operations if FORBIDDEN.match(operation)]
+        wanted += goals - {name}
+    return found
+
+
+# --- the table ---------------------------------------------------------------------------------------------------------
+
+COLUMNS = (
+    ("every sample", "every_sample_instructions_per_sample"), ("per tau", "every_sample_instructions_per_sample_per_tau"),
+    ("grid push", "grid_push_instructions_per_sample"), ("take", "grid_take_instructions_per_result"),
+    ("64-tap FIR", "fir64_q15_instructions_per_sample"), ("worst push", "worst_push_instructions"),
+    ("flash push", "flash_push_bytes"), ("flash take", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"),
+    ("RAM", "ram_bytes"), ("RAM grid", "ram_grid_bytes"), ("stack push", "stack_bytes"),
+    ("stack take", "stack_take_bytes"))
+
+
+def table(figures):
+    rows = ["| target | " + " | ".join(title for title, _ in COLUMNS) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
+    for target, values in figures.items():
+        cells = [f"{values[key]:.0f}" for _, key in COLUMNS]
+        rows.append(f"| {target} | " + " | ".join(cells) + " |")
+    return "\n".join(rows)
+
+
+def write(figures):
+    RECORD.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    text = README.read_text(encoding="utf-8")
+    before, rest = text.split(MARKS[0])
+    after = rest.split(MARKS[1])[1]
+    README.write_text(f"{before}{MARKS[0]}\n{table(figures)}\n{MARKS[1]}{after}", encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    try:
+        figures = measure_all()
+    except (targets.TargetError, OSError, subprocess.SubprocessError) as why:
+        print(f"davar-bench: {why}", file=sys.stderr)
+        return 2
+    if options.write:
+        write(figures)
+    print(json.dumps(figures, indent=1) if options.json else table(figures))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
