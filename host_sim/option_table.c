@@ -218,6 +218,12 @@ static bool apply_can_content(options_t *options, const char *text, sim_error_t 
     return good;
 }
 
+static bool apply_device(options_t *options, const char *text, sim_error_t *error)
+{
+    options->device = text;
+    return (text[0] != '\0') || sim_fail(error, "--device: which command?");
+}
+
 static bool apply_baud(options_t *options, const char *text, sim_error_t *error)
 {
     return value_u32("baud", text, &options->baud, error);
@@ -271,6 +277,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"can-base", apply_can_base},
     {"can-content", apply_can_content},
     {"baud", apply_baud},
+    {"device", apply_device},
     {"details", NULL},
     {"pace", apply_pace},
     {"progress", apply_progress},

@@ -73,6 +73,7 @@ typedef struct {
     uint32_t can_base;    /* identifier of channel 0 */
     uint32_t can_content; /* DAVAR_SEND_* */
     uint32_t baud;        /* of a serial line; 0: as it is */
+    const char *device;   /* command that runs the job on a device; null: here */
     double pace;          /* times real time; 0: as fast as it goes */
     show_t progress;
     bool details;

@@ -3,6 +3,7 @@
 #include "simulate.h"
 
 #include "davar_node.h"
+#include "device.h"
 #include "engine.h"
 #include "replay.h"
 #include "report.h"
@@ -70,6 +71,9 @@ static bool replay(run_t *run, sim_error_t *error)
                                   .times_real_time = run->options->pace};
     if (!replay_open(&run->replay, &setup, error)) {
         return false;
+    }
+    if (run->options->device != NULL) {
+        return device_replay(run->options->device, &run->replay, &run->engine, error);
     }
     const davar_port_t port = replay_port(&run->replay);
     davar_node_init(&run->node, run->engine.channels, run->engine.count, &port);

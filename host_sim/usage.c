@@ -42,6 +42,7 @@ static const char TEXT[] =
     "  --can-base HEX          CAN identifier of the first channel (default 5D0; the next ones 10 apart)\n"
     "  --can-content summary|full|intervals|fd   frames of a result: 5, all values (default), limits too, one CAN FD\n"
     "  --baud N                of the serial line (default: as it is)\n"
+    "  --device COMMAND        run on a device: COMMAND JOB RESULTS (see port/job/davar_job.h, tools/davar-mcu)\n"
     "  --details               also intervals and difference counts of every ADEV, gaps, upper bounds of what is "
     "absent\n"
     "  --pace max|realtime|X   X: times real time (default max)\n"

@@ -14,7 +14,7 @@ BEYOND_16_KB = {"wrap", "fit", "codec", "api", "float", "state"}
 
 class Suites(unittest.TestCase):
     def run_on(self, target, expected):
-        where = targets.build(target, suites=True)
+        where = targets.build(target, "suites")
         self.assertEqual(expected, {path.stem[5:] for path in where.glob("test_*.elf")})
         for suite in sorted(expected):
             with self.subTest(target=target, suite=suite):

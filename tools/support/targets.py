@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,8 +20,13 @@ class TargetError(Exception):
     """A build or a run that failed; the text says which and shows its output."""
 
 
-def folder(target, suites=False):
-    return ROOT / "build" / f"{'suites' if suites else 'target'}-{target}"
+def folder(target, kind="target"):
+    return ROOT / "build" / f"{kind}-{target}"
+
+
+def taus_max(target, kind):
+    """Cluster sizes that a result carries: what is measured has eight; other images as many as the RAM allows."""
+    return 8 if kind == "target" or (kind == "job" and target == "cortex-m0") else 32
 
 
 def run(command, what, **settings):
@@ -31,22 +37,23 @@ def run(command, what, **settings):
     return done.stdout
 
 
-def build(target, suites=False):
-    """Configures and builds every image of a target, or its Unity suites (they need DAVAR_UNITY_DIR and results of 32
-    cluster sizes); returns the folder."""
+def build(target, kind="target", image=None):
+    """Configures and builds the images of a target (or one of them): "target" to measure, "job" for davar-mcu, "suites" with
+    Unity (needs DAVAR_UNITY_DIR). Returns the folder."""
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target][0]}.cmake"
-    where = folder(target, suites)
+    where = folder(target, kind)
     run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
-         f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={32 if suites else 8}",
-         f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if suites else ''}"], f"configuring {target}")
-    run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2)], f"building {target}")
+         f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
+         f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind == 'suites' else ''}"], f"configuring {target}")
+    run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2),
+         *(["--target", image] if image else [])], f"building {target}")
     return where
 
 
 def command(target, image, arguments="", counted=False):
     """The emulator's command line. counted: one instruction is a fixed time, so that instructions can be counted."""
     shift = ["-icount", "shift=0" if target == "rv32imac" else "shift=8"] if counted else []
-    semihosting = f"enable=on,target=native,arg={image}" + "".join(f",arg={word}" for word in arguments.split())
+    semihosting = f"enable=on,target=native,arg={Path(image).stem}" + "".join(f",arg={word}" for word in arguments.split())
     return [*MACHINES[target][1], "-display", "none", "-monitor", "none", "-serial", "null", *shift,
             "-semihosting-config", semihosting, "-kernel", str(image)]
 
@@ -56,3 +63,22 @@ def execute(target, image, arguments="", counted=False, timeout=300):
     done = subprocess.run(command(target, image, arguments, counted), text=True, errors="replace", stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           timeout=timeout, check=False)
     return done.returncode, done.stdout
+
+
+def main(arguments):
+    """targets.py build TARGET | run TARGET JOB RESULTS: what tools/davar-mcu calls."""
+    verb, target, *files = arguments
+    try:
+        if verb == "build":
+            build(target, "job", "replay")
+            return 0
+        status, output = execute(target, folder(target, "job") / "replay.elf", " ".join(files))
+        sys.stderr.write(output)
+        return status
+    except TargetError as why:
+        print(f"davar-mcu: {why}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,146 @@
+/* davar-sim - a device behind two files. Blocks are small enough for a board with 16 kB of RAM. */
+#include "device.h"
+
+#include "davar_job.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define BLOCK_BYTES 512U
+
+typedef struct {
+    char folder[32];
+    char job[48];
+    char results[48];
+} places_t;
+
+static bool make_places(places_t *places, sim_error_t *error)
+{
+    strcpy(places->folder, "/tmp/davar-device-XXXXXX");
+    if (mkdtemp(places->folder) == NULL) {
+        return sim_fail(error, "--device: no folder for its files in /tmp");
+    }
+    (void)snprintf(places->job, sizeof places->job, "%s/job", places->folder);
+    (void)snprintf(places->results, sizeof places->results, "%s/results", places->folder);
+    return true;
+}
+
+static void remove_places(const places_t *places)
+{
+    (void)unlink(places->job);
+    (void)unlink(places->results);
+    (void)rmdir(places->folder);
+}
+
+static void write_part(FILE *file, const davar_port_block_t *block, const engine_t *engine, size_t from, size_t count)
+{
+    const uint32_t head[2] = {(from == 0U) ? block->missing : 0U, (uint32_t)count};
+    const size_t bytes = (engine->number == DAVAR_PORT_Q15) ? sizeof(int16_t) : sizeof(int32_t);
+    (void)fwrite(head, sizeof head, 1U, file);
+    for (size_t c = 0; c < engine->count; c++) {
+        (void)fwrite((const char *)block->samples[c].q15 + from * bytes, bytes, count, file);
+    }
+}
+
+static void write_block(FILE *file, const davar_port_block_t *block, const engine_t *engine)
+{
+    const size_t most = BLOCK_BYTES / (sizeof(int32_t) * engine->count);
+    const size_t size = (most == 0U) ? 1U : most;
+    for (size_t from = 0; from < block->count; from += size) {
+        const size_t left = block->count - from;
+        write_part(file, block, engine, from, (left < size) ? left : size);
+    }
+}
+
+static bool write_job(const places_t *places, replay_t *replay, const engine_t *engine, sim_error_t *error)
+{
+    FILE *file = fopen(places->job, "wb");
+    if (file == NULL) {
+        return sim_fail(error, "%s: cannot be written", places->job);
+    }
+    uint64_t words[DAVAR_JOB_WORDS];
+    davar_job_encode(&engine->config, engine->number, (uint32_t)engine->count, words);
+    (void)fwrite(words, sizeof words, 1U, file);
+    const davar_port_t port = replay_port(replay);
+    davar_port_block_t block = {0};
+    davar_port_read_t state = port.read(port.context, &block);
+    while (state == DAVAR_PORT_READ_BLOCK) {
+        write_block(file, &block, engine);
+        state = port.read(port.context, &block);
+    }
+    const uint32_t end[2] = {0U, 0U};
+    (void)fwrite(end, sizeof end, 1U, file);
+    const bool written = (ferror(file) == 0);
+    if ((fclose(file) != 0) || !written) {
+        return sim_fail(error, "%s: cannot be written", places->job);
+    }
+    return state == DAVAR_PORT_READ_END;
+}
+
+/* What the image says in its exit status (port/bare_metal/replay.c). */
+static const char *cause(int status)
+{
+    switch (status) {
+    case 4:
+        return "the device carries fewer cluster sizes or channels";
+    case 5:
+        return "the device has too little memory for this window and these channels";
+    case 6:
+        return "the device refused the settings";
+    default:
+        return "the device failed";
+    }
+}
+
+static bool run_device(const char *command, const places_t *places, sim_error_t *error)
+{
+    char line[1024];
+    if (snprintf(line, sizeof line, "%s %s %s", command, places->job, places->results) >= (int)sizeof line) {
+        return sim_fail(error, "--device: the command is too long");
+    }
+    const int status = system(line);
+    if ((status == -1) || !WIFEXITED(status) || (WEXITSTATUS(status) != 0)) {
+        return sim_fail(error, "--device: %s (status %d)", cause((status == -1) ? -1 : WEXITSTATUS(status)), status);
+    }
+    return true;
+}
+
+static bool read_results(const places_t *places, replay_t *replay, sim_error_t *error)
+{
+    FILE *file = fopen(places->results, "rb");
+    if (file == NULL) {
+        return sim_fail(error, "%s: the device left no results", places->results);
+    }
+    const davar_port_t port = replay_port(replay);
+    uint64_t words[DAVAR_JOB_RESULT_WORDS];
+    static davar_result_t result;
+    bool good = true;
+    while (good && (fread(words, sizeof words[0], DAVAR_JOB_HEAD, file) == DAVAR_JOB_HEAD)) {
+        const size_t rest = davar_job_result_rest(words);
+        size_t channel;
+        good = (rest > 0U) && (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, file) == rest);
+        if (!good) {
+            (void)sim_fail(error, "%s: not whole", places->results);
+        } else {
+            davar_job_decode_result(&channel, &result, words);
+            good = port.send(port.context, channel, &result) == DAVAR_PORT_SEND_DONE;
+        }
+    }
+    (void)fclose(file);
+    return good;
+}
+
+bool device_replay(const char *command, replay_t *replay, const engine_t *engine, sim_error_t *error)
+{
+    places_t places;
+    if (!make_places(&places, error)) {
+        return false;
+    }
+    const bool good = write_job(&places, replay, engine, error) && run_device(command, &places, error) &&
+                      read_results(&places, replay, error);
+    remove_places(&places);
+    return good;
+}

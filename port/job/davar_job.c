@@ -1,0 +1,141 @@
+/* davar - jobs and results as words. Encoding and decoding list the fields in the same order, one a word. */
+#include "davar_job.h"
+
+#include <string.h>
+
+#define MAGIC UINT64_C(0x31424F4A52564144) /* "DAVRJOB1" */
+
+static uint64_t bits_of(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static double double_of(uint64_t bits)
+{
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
+                      uint64_t words[DAVAR_JOB_WORDS])
+{
+    const uint64_t fields[24] = {MAGIC,
+                                 (uint64_t)number,
+                                 channels,
+                                 bits_of(config->rate_hz),
+                                 bits_of(config->unit_per_count),
+                                 bits_of(config->full_scale),
+                                 config->sample_bits,
+                                 (uint64_t)config->mode,
+                                 (uint64_t)config->policy,
+                                 config->window_max,
+                                 config->window_min,
+                                 config->segment,
+                                 bits_of(config->kurtosis_low),
+                                 bits_of(config->kurtosis_high),
+                                 bits_of(config->contribution_low),
+                                 bits_of(config->contribution_high),
+                                 config->grow,
+                                 config->shrink,
+                                 config->stride,
+                                 config->gaps_max,
+                                 config->mirrored_end ? 1U : 0U,
+                                 config->tau_count,
+                                 0U,
+                                 0U};
+    memcpy(words, fields, sizeof fields);
+    for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
+        words[24U + t] = (t < config->tau_count) ? config->taus[t] : 0U;
+    }
+}
+
+bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
+{
+    if ((words[0] != MAGIC) || (words[21] > DAVAR_TAUS_MAX)) {
+        return false;
+    }
+    job->number = (davar_port_number_t)words[1];
+    job->channels = (uint32_t)words[2];
+    const davar_config_t config = {.rate_hz = double_of(words[3]),
+                                   .unit_per_count = double_of(words[4]),
+                                   .full_scale = double_of(words[5]),
+                                   .sample_bits = (uint8_t)words[6],
+                                   .mode = (davar_mode_t)words[7],
+                                   .policy = (davar_policy_t)words[8],
+                                   .window_max = (uint32_t)words[9],
+                                   .window_min = (uint32_t)words[10],
+                                   .segment = (uint32_t)words[11],
+                                   .kurtosis_low = double_of(words[12]),
+                                   .kurtosis_high = double_of(words[13]),
+                                   .contribution_low = double_of(words[14]),
+                                   .contribution_high = double_of(words[15]),
+                                   .grow = (uint32_t)words[16],
+                                   .shrink = (uint32_t)words[17],
+                                   .stride = (uint32_t)words[18],
+                                   .gaps_max = (uint16_t)words[19],
+                                   .mirrored_end = words[20] != 0U,
+                                   .tau_count = (uint8_t)words[21],
+                                   .taus = job->taus};
+    job->config = config;
+    for (uint32_t t = 0U; t < job->config.tau_count; t++) {
+        job->taus[t] = (uint32_t)words[24U + t];
+    }
+    return true;
+}
+
+size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uint64_t words[DAVAR_JOB_RESULT_WORDS])
+{
+    const uint64_t head[DAVAR_JOB_HEAD] = {channel,
+                                           result->epoch,
+                                           result->window_samples,
+                                           result->gaps_in_window,
+                                           result->unstable ? 1U : 0U,
+                                           bits_of(result->kurtosis),
+                                           bits_of(result->contribution),
+                                           result->tau_count};
+    memcpy(words, head, sizeof head);
+    uint64_t *word = &words[DAVAR_JOB_HEAD];
+    for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
+        const davar_adev_t *const tau = &result->tau[t];
+        const uint64_t fields[6] = {
+            tau->m, tau->differences, bits_of(tau->adev), bits_of(tau->low), bits_of(tau->high), bits_of(tau->edf)};
+        memcpy(word, fields, sizeof fields);
+    }
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++, word += 4) {
+        const davar_coefficient_t *const one = &result->coefficient[k];
+        const uint64_t fields[4] = {one->present ? 1U : 0U, bits_of(one->value), bits_of(one->low), bits_of(one->high)};
+        memcpy(word, fields, sizeof fields);
+    }
+    return (size_t)(word - words);
+}
+
+size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD])
+{
+    const uint64_t taus = head[7];
+    return ((taus >= 1U) && (taus <= DAVAR_TAUS_MAX)) ? ((6U * (size_t)taus) + (4U * DAVAR_COEFFICIENT_COUNT)) : 0U;
+}
+
+void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint64_t words[DAVAR_JOB_RESULT_WORDS])
+{
+    *channel = (size_t)words[0];
+    result->epoch = words[1];
+    result->window_samples = (uint32_t)words[2];
+    result->gaps_in_window = (uint32_t)words[3];
+    result->unstable = words[4] != 0U;
+    result->kurtosis = double_of(words[5]);
+    result->contribution = double_of(words[6]);
+    result->tau_count = (uint8_t)words[7];
+    const uint64_t *word = &words[DAVAR_JOB_HEAD];
+    for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
+        const davar_adev_t tau = {(uint32_t)word[0],  (uint32_t)word[1],  double_of(word[2]),
+                                  double_of(word[3]), double_of(word[4]), double_of(word[5])};
+        result->tau[t] = tau;
+    }
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++, word += 4) {
+        const davar_coefficient_t one = {word[0] != 0U, double_of(word[1]), double_of(word[2]), double_of(word[3])};
+        result->coefficient[k] = one;
+    }
+}

@@ -1,0 +1,49 @@
+/* davar - a recording's job for a device, and its results, as words that a file or a line can carry.
+ *
+ *   job:      header (DAVAR_JOB_WORDS), then blocks: missing and count (32 bits each), the samples of channel 0, 1, ...;
+ *             a block of no samples is the end
+ *   results:  DAVAR_JOB_HEAD words, 6 for each cluster size, 4 for each coefficient
+ *
+ * Little endian, doubles as their IEEE bits: a result arrives with the bits it was computed with. */
+#ifndef DAVAR_JOB_H
+#define DAVAR_JOB_H
+
+#include "davar/davar.h"
+#include "davar_port.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define DAVAR_JOB_TAUS 32U
+#define DAVAR_JOB_WORDS (24U + DAVAR_JOB_TAUS)
+#define DAVAR_JOB_HEAD 8U
+#define DAVAR_JOB_RESULT_WORDS (DAVAR_JOB_HEAD + (6U * DAVAR_JOB_TAUS) + (4U * DAVAR_COEFFICIENT_COUNT))
+
+typedef struct {
+    davar_config_t config; /* its taus are those below */
+    uint32_t taus[DAVAR_TAUS_MAX];
+    davar_port_number_t number;
+    uint32_t channels;
+} davar_job_t;
+
+/* `config` may point to taus anywhere. */
+void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
+                      uint64_t words[DAVAR_JOB_WORDS]);
+
+/* False: not a job, or more cluster sizes than this build carries. The job must stay where it is. */
+bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);
+
+/* Returns how many words were filled. */
+size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uint64_t words[DAVAR_JOB_RESULT_WORDS]);
+
+/* Words that follow the head of a result; 0: no head of a result that this build can hold. */
+size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD]);
+
+void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint64_t words[DAVAR_JOB_RESULT_WORDS]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
