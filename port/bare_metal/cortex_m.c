@@ -66,8 +66,8 @@ __attribute__((weak)) void board_tick(void) {}
 
 void board_reset(void)
 {
-    memcpy(&image_data_start, &image_data_load, (size_t)((char *)&image_data_end - (char *)&image_data_start));
-    memset(&image_bss_start, 0, (size_t)((char *)&image_bss_end - (char *)&image_bss_start));
+    memcpy(&image_data_start, &image_data_load, (size_t)((uintptr_t)&image_data_end - (uintptr_t)&image_data_start));
+    memset(&image_bss_start, 0, (size_t)((uintptr_t)&image_bss_end - (uintptr_t)&image_bss_start));
     board_start();
     board_exit(main());
 }

@@ -40,7 +40,7 @@ uint32_t board_instructions_since(uint32_t mark)
 
 void board_begin(void)
 {
-    memset(&image_bss_start, 0, (size_t)((char *)&image_bss_end - (char *)&image_bss_start));
+    memset(&image_bss_start, 0, (size_t)((uintptr_t)&image_bss_end - (uintptr_t)&image_bss_start));
     board_start();
     board_exit(main());
 }

@@ -115,7 +115,8 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uin
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD])
 {
     const uint64_t taus = head[7];
-    return ((taus >= 1U) && (taus <= DAVAR_TAUS_MAX)) ? ((6U * (size_t)taus) + (4U * DAVAR_COEFFICIENT_COUNT)) : 0U;
+    return ((taus >= 1U) && (taus <= DAVAR_TAUS_MAX)) ? ((6U * (size_t)taus) + ((size_t)4U * DAVAR_COEFFICIENT_COUNT))
+                                                      : 0U;
 }
 
 void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint64_t words[DAVAR_JOB_RESULT_WORDS])

@@ -18,7 +18,7 @@ extern "C" {
 #define DAVAR_JOB_TAUS 32U
 #define DAVAR_JOB_WORDS (24U + DAVAR_JOB_TAUS)
 #define DAVAR_JOB_HEAD 8U
-#define DAVAR_JOB_RESULT_WORDS (DAVAR_JOB_HEAD + (6U * DAVAR_JOB_TAUS) + (4U * DAVAR_COEFFICIENT_COUNT))
+#define DAVAR_JOB_RESULT_WORDS (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 
 typedef struct {
     davar_config_t config; /* its taus are those below */

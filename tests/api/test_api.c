@@ -199,6 +199,16 @@ static void test_a_block_push_stops_at_each_result(void)
     TEST_ASSERT_EQUAL_size_t(10U, davar_push_q15(&davar, &block[29], 35U));
 }
 
+static void test_a_push_of_nothing_consumes_nothing(void)
+{
+    const int16_t sample = 0;
+    start_q15();
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
+    (void)feed(0U, 60U); /* the window glides now */
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
+    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+}
+
 static void test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples(void)
 {
     config.mode = DAVAR_MODE_TRAILING;
@@ -408,6 +418,7 @@ int main(void)
     RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);
     RUN_TEST(test_results_that_nobody_took_are_counted);
     RUN_TEST(test_a_block_push_stops_at_each_result);
+    RUN_TEST(test_a_push_of_nothing_consumes_nothing);
     RUN_TEST(test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples);
     RUN_TEST(test_a_restart_in_centred_mode_continues_the_epochs);
     RUN_TEST(test_a_restart_loses_a_waiting_result_and_counts_it);

@@ -27,6 +27,10 @@ def run(*arguments):
     return subprocess.run([COMMAND, *map(str, arguments)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
+def setUpModule():
+    run("effects")  # the first use makes the environment, and says so
+
+
 class Folder(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()

@@ -14,7 +14,8 @@ README = ROOT / "README.md"
 FUNCTION_LINES_MAX = 60
 VERSION_HEADER = "lib/include/davar/version.h"
 # Where an included name is looked for, after the includer's own folder.
-INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/linux", "host_sim",
+INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/linux", "port/job",
+                "port/bare_metal", "host_sim",
                 "tests/support")
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
@@ -23,9 +24,11 @@ MAY_INCLUDE = {
     "port/include": ("lib/include",),
     "port/node": ("lib/include", "port/include"),
     "port/": ("port/include", "lib/include"),
+    "firmware": ("lib/include", "port/include", "port/node", "port/job", "port/bare_metal"),
     "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
-    "host_sim": ("lib/include", "port/include", "port/node"),
+    "host_sim": ("lib/include", "port/include", "port/node", "port/job"),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
+    "tests/target": ("lib/include", "port/bare_metal"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
 }
 LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
@@ -101,7 +104,7 @@ def functions(text):
 class Includes(unittest.TestCase):
     def test_everyone_includes_only_what_the_star_allows(self):
         wrong = []
-        for name in c_files("lib/", "port/", "host_sim/", "tests/"):
+        for name in c_files("lib/", "port/", "firmware/", "host_sim/", "tests/"):
             allowed = next(folders for prefix, folders in MAY_INCLUDE.items() if name.startswith(prefix))
             own = str(Path(name).parent)
             for included in includes(name):
@@ -124,7 +127,7 @@ class Includes(unittest.TestCase):
 
     def test_no_header_includes_itself_by_a_detour(self):
         graph = {name: [target for target in (resolve(name, included) for included in includes(name)) if target]
-                 for name in c_files("lib/", "port/", "host_sim/", "tests/")}
+                 for name in c_files("lib/", "port/", "firmware/", "host_sim/", "tests/")}
         done, cycles = set(), []
 
         def visit(name, way):

@@ -8,11 +8,12 @@
 
 #include <string.h>
 
-#define CHANNELS 8U
-#ifdef DAVAR_SMALL /* 16 kB of RAM: one or two channels of W = 600 */
-#define POOL_WORDS 620U
+#ifdef DAVAR_SMALL /* 16 kB of RAM */
+#define CHANNELS 3U
+#define POOL_WORDS 1240U
 #define BUFFER_WORDS 64U
 #else
+#define CHANNELS 8U
 #define POOL_WORDS 200000U
 #define BUFFER_WORDS 1024U
 #endif
@@ -27,7 +28,7 @@ static davar_port_samples_t samples[CHANNELS];
 static davar_node_t node;
 static uint64_t pool[POOL_WORDS];
 static uint64_t buffer[BUFFER_WORDS]; /* samples of all channels */
-static uint64_t record[DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT)];
+static uint64_t record[DAVAR_JOB_RESULT_WORDS];
 static int input;
 static int output;
 static uint32_t left;    /* samples of the present block that are still in the file */

@@ -1,0 +1,87 @@
+"""tools/davar-mcu: the same bytes as davar-sim, on every target; the same errors for bad options."""
+
+import random
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools/support"))
+import targets
+
+SAMPLES = 100_000
+TAUS = ("--taus", "1,2,4,8,16,32,64,128")
+JOBS = {
+    "the paper's window law": (*TAUS, "--stride", "50"),
+    "trailing, both criteria": (*TAUS, "--stride", "500", "--mode", "trailing", "--policy", "and"),
+    "fixed window, no moments": ("--policy", "fixed", "--segment", "0", "--stride", "97"),
+    "gaps restart the window": ("--stride", "60", "--window-max", "300"),
+}
+EVERY_SAMPLE = (*TAUS, "--lsb", "0.01")
+
+
+def write_recording(path, samples):
+    """Noise that changes its size, with gaps: two near each other, one of them long."""
+    noise, time_s = random.Random(3), 0.0
+    with path.open("w") as file:
+        file.write("time_s,gyro_z_dps\n")
+        for i in range(samples):
+            time_s += 0.06 if i in (5000, 40000, 40010, 40020, 40030, 40040) else 0.01
+            file.write(f"{time_s:.2f},{noise.gauss(0.5, 0.2 if (i // 20000) % 2 == 0 else 0.8):.2f}\n")
+
+
+class Mcu(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.long, cls.short = Path(cls.folder.name, "long.csv"), Path(cls.folder.name, "short.csv")
+        write_recording(cls.long, SAMPLES)
+        write_recording(cls.short, 3000)
+
+    def command(self, name, *arguments):
+        done = subprocess.run([ROOT / "tools" / name, *map(str, arguments)], text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    def same(self, target, recording, options):
+        expected = self.command("davar-sim", recording, *options)
+        actual = self.command("davar-mcu", "--target", target, recording, *options)
+        self.assertEqual((0, True), (actual[0], expected[0] == 0), actual[2])
+        self.assertGreater(len(expected[1].splitlines()), 100)
+        self.assertTrue(expected[1] == actual[1], f"{target}: other bytes than davar-sim's")
+
+    def test_the_same_bytes_on_every_target(self):
+        for target in targets.MACHINES:
+            for name, options in JOBS.items():
+                with self.subTest(target=target, job=name):
+                    self.same(target, self.long, ("--lsb", "0.01", *options))
+
+    def test_the_same_bytes_at_every_sample(self):
+        for target in targets.MACHINES:
+            with self.subTest(target=target):
+                self.same(target, self.short, EVERY_SAMPLE)
+
+    def test_bad_options_are_davar_sim_s(self):
+        for options in (("--window-max", "0"), ("--policy", "guess"), ("--lsb", "-1")):
+            with self.subTest(options=options):
+                expected = self.command("davar-sim", self.short, *options)
+                actual = self.command("davar-mcu", "--target", "cortex-m3", self.short, *options)
+                self.assertEqual((2, "", expected[2]), actual)
+
+    def test_an_unknown_target_is_named(self):
+        status, output, error = self.command("davar-mcu", "--target", "z80", self.short)
+        self.assertEqual((2, ""), (status, output))
+        self.assertIn("found 'z80'", error)
+
+    def test_what_does_not_fit_the_device_is_said(self):
+        status, output, error = self.command("davar-mcu", "--target", "cortex-m0", self.short, "--lsb", "0.01",
+                                             "--window-max", "6000", "--taus", "1,2,4")
+        self.assertEqual((2, ""), (status, output))
+        self.assertIn("too little memory", error)
+
+
+if __name__ == "__main__":
+    unittest.main()
