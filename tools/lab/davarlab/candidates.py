@@ -9,7 +9,8 @@ from . import changes, refine, signals, states
 from .effects import table
 from .parts import Part
 
-# What chance does with a free shape: the null tail is TRIALS times that of one chi-square (measured, DESIGN 4).
+# What chance does with a free shape: the null tail is taken as TRIALS times that of one chi-square (DESIGN 4). Estimates, not
+# yet measured by bootstrap; those of the correlated noises were raised when one recording needed it.
 TRIALS = {"quantization": 0.5, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 1.0,
           "gauss_markov": 20.0, "telegraph_noise": 20.0, "low_pass": 2.0, "warm_up": 4.0, "rate_ramp": 1.0,
           "temperature": 1.0, "temperature_rate": 2.0, "g_sensitivity": 6.0, "vibration_rectification": 6.0,
