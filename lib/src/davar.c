@@ -1,12 +1,12 @@
 /* davar - the front door: checks, then hands over to the pipeline of the number type. The story of a sample is told in
- * pipeline.h. Hazard: davar_take reads while a push may interrupt it; `sequence` tells it to read again. */
+ * pipeline.h. Hazard: davar_take reads while a push may interrupt it (sequence.h). */
 #include "davar/davar.h"
 
 #include "config.h"
 #include "number.h"
+#include "sequence.h"
 
 #include <assert.h>
-#include <stdatomic.h>
 
 /* --- init -------------------------------------------------------------------------------------------------------- */
 
@@ -99,33 +99,21 @@ void davar_reset(davar_t *davar)
 
 /* --- samples in -------------------------------------------------------------------------------------------------- */
 
-static void begin_change(davar_t *davar)
-{
-    davar->sequence = davar->sequence + 1U;
-    atomic_thread_fence(memory_order_release);
-}
-
-static void end_change(davar_t *davar)
-{
-    atomic_thread_fence(memory_order_release);
-    davar->sequence = davar->sequence + 1U;
-}
-
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
 {
     assert((davar->number == &davar_number_q15) && !davar->window.finished);
-    begin_change(davar);
+    davar_change_begin(davar);
     const size_t consumed = davar_q15_push(davar, counts, count);
-    end_change(davar);
+    davar_change_end(davar);
     return consumed;
 }
 
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
 {
     assert((davar->number == &davar_number_q31) && !davar->is_float && !davar->window.finished);
-    begin_change(davar);
+    davar_change_begin(davar);
     const size_t consumed = davar_q31_push(davar, counts, count);
-    end_change(davar);
+    davar_change_end(davar);
     return consumed;
 }
 
@@ -173,7 +161,7 @@ static bool float_missing(davar_t *davar, float rate)
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
 {
     assert((davar->number == &davar_number_q31) && davar->is_float && !davar->window.finished);
-    begin_change(davar);
+    davar_change_begin(davar);
     const uint32_t produced = davar->produced;
     size_t consumed = 0U;
     while ((consumed < count) && (davar->produced == produced)) {
@@ -184,51 +172,19 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
             (void)davar_q31_push(davar, &counts, 1U);
         }
     }
-    end_change(davar);
+    davar_change_end(davar);
     return consumed;
 }
 
 void davar_gap(davar_t *davar, uint32_t missing)
 {
     assert(!davar->window.finished);
-    begin_change(davar);
+    davar_change_begin(davar);
     gap(davar, missing);
-    end_change(davar);
+    davar_change_end(davar);
 }
 
 /* --- results out ------------------------------------------------------------------------------------------------- */
-
-/* Did a push come between, or was one at work on another core? */
-static bool torn(const davar_t *davar, uint32_t before)
-{
-    atomic_thread_fence(memory_order_acquire);
-    return ((before % 2U) != 0U) || (before != davar->sequence);
-}
-
-static bool result_waits(const davar_t *davar)
-{
-    return davar->ready && (davar->produced != davar->seen);
-}
-
-/* Reads what `collect` reads until it is whole. */
-static bool collected(davar_t *davar, davar_result_t *result)
-{
-    uint32_t before;
-    uint32_t produced;
-    bool waits;
-    do {
-        before = davar->sequence;
-        atomic_thread_fence(memory_order_acquire);
-        produced = davar->produced;
-        waits = result_waits(davar);
-        if (waits) {
-            davar->number->collect(davar, result);
-        }
-    } while (torn(davar, before));
-    davar->seen = produced;
-    davar->taken = davar->taken + (waits ? 1U : 0U);
-    return waits;
-}
 
 static void fit(const davar_config_t *config, davar_result_t *result)
 {
@@ -243,7 +199,7 @@ static void fit(const davar_config_t *config, davar_result_t *result)
 
 bool davar_take(davar_t *davar, davar_result_t *result)
 {
-    if (!collected(davar, result)) {
+    if (!davar->number->collect(davar, result)) {
         return false;
     }
     fit(davar->config, result);
@@ -266,10 +222,9 @@ davar_health_t davar_health(const davar_t *davar)
     davar_health_t health;
     uint32_t before;
     do {
-        before = davar->sequence;
-        atomic_thread_fence(memory_order_acquire);
+        before = davar_read_begin(davar);
         health = davar->health;
-        health.missed = davar->produced - davar->taken - (result_waits(davar) ? 1U : 0U);
-    } while (torn(davar, before));
+        health.missed = davar->produced - davar->taken - (davar_result_waits(davar) ? 1U : 0U);
+    } while (davar_read_torn(davar, before));
     return health;
 }

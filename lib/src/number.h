@@ -13,7 +13,7 @@ typedef struct davar_number {
     void (*resume)(davar_t *davar); /* its memory has been read back: lay it out anew */
     void (*gap)(davar_t *davar);
     bool (*flush)(davar_t *davar);
-    void (*collect)(const davar_t *davar, davar_result_t *result);
+    bool (*collect)(davar_t *davar, davar_result_t *result); /* all but the fit; false: no result waits */
     uint32_t sum_bits;
     uint32_t sample_bits_max;
     uint32_t sample_bits_default;

@@ -9,6 +9,7 @@
 #include "grid.h"
 #include "grid_setup.h"
 #include "number.h"
+#include "sequence.h"
 #include "sliding.h"
 
 #include <math.h>
@@ -144,15 +145,12 @@ static void window_powers(powers_t *powers, const stages_t *stages, bool first_p
     }
 }
 
-static void window_verdict(verdict_t *verdict, const stages_t *stages, const davar_t *davar)
+static void verdict_on(verdict_t *verdict, const powers_t *whole, const powers_t *first, uint32_t length,
+                       const davar_config_t *config)
 {
-    const uint32_t length = davar->window.length;
-    powers_t powers;
-    window_powers(&powers, stages, false);
-    powers_central(&powers, length, &verdict->whole);
-    window_powers(&powers, stages, true);
-    powers_central(&powers, length - stages->moments.segment, &verdict->first);
-    verdict->unstable = davar_stationarity_unstable(davar->config, &verdict->whole, &verdict->first);
+    powers_central(whole, length, &verdict->whole);
+    powers_central(first, length - config->segment, &verdict->first);
+    verdict->unstable = davar_stationarity_unstable(config, &verdict->whole, &verdict->first);
 }
 
 /* Puts the window of the epoch that is due where the law wants it. */
@@ -179,7 +177,11 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     bool unstable = false;
     if ((config->policy != DAVAR_POLICY_FIXED) && (window->length >= config->window_min)) {
         verdict_t verdict;
-        window_verdict(&verdict, stages, davar);
+        powers_t whole;
+        powers_t first;
+        window_powers(&whole, stages, false);
+        window_powers(&first, stages, true);
+        verdict_on(&verdict, &whole, &first, window->length, config);
         unstable = verdict.unstable;
     }
     window->filling = window->filling && !unstable && (window->length < config->window_max);
@@ -406,38 +408,24 @@ static bool pipeline_flush(davar_t *davar)
 
 /* --- a result out ------------------------------------------------------------------------------------------------ */
 
-static davar_adev_t collect_tau(const stages_t *stages, const davar_t *davar, uint32_t t)
+/* What a result is computed from beside its own integers. */
+typedef struct {
+    sum_t sum[DAVAR_TAUS_MAX];
+    powers_t whole;
+    powers_t first;
+} readings_t;
+
+static uint32_t differences(const davar_t *davar, uint32_t m)
 {
     const davar_window_t *const window = &davar->window;
-    const uint32_t m = stages->allan.m[t];
     const uint32_t span = 2U * m;
-    davar_adev_t adev = {.m = m, .adev = (double)NAN, .low = (double)NAN, .high = (double)NAN};
-    if (window->length >= span) {
-        adev.differences = (window->length - span + 1U) - davar_gaps_spans_lost(&davar->gaps, window, m);
-    }
-    if (adev.differences > 0U) {
-        const sum_t sum = (stages->grid == NULL) ? stages->allan.tau[t].sum : grid_sum(stages->grid, t);
-        const double two_m_squared = 2.0 * (double)m * (double)m;
-        adev.adev = davar->unit_per_count * sqrt(sum_to_double(sum) / (two_m_squared * (double)adev.differences));
-    }
-    return adev;
+    return (window->length < span) ? 0U
+                                   : ((window->length - span + 1U) - davar_gaps_spans_lost(&davar->gaps, window, m));
 }
 
-static void collect_stationarity(const stages_t *stages, const davar_t *davar, davar_result_t *result)
-{
-    result->unstable = false;
-    result->kurtosis = (double)NAN;
-    result->contribution = (double)NAN;
-    if (stages->moments.segment != 0U) {
-        verdict_t verdict;
-        window_verdict(&verdict, stages, davar);
-        result->unstable = verdict.unstable;
-        result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
-        result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
-    }
-}
-
-static void pipeline_collect(const davar_t *davar, davar_result_t *result)
+/* Reads everything that a push changes, and computes nothing that can wait: only a stretch as long as this must come
+ * without a push now and then. */
+static void read_stages(const davar_t *davar, davar_result_t *result, readings_t *readings)
 {
     const stages_t *const stages = davar->stages;
     const davar_window_t *const window = &davar->window;
@@ -445,11 +433,72 @@ static void pipeline_collect(const davar_t *davar, davar_result_t *result)
     result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
     result->window_samples = window->length;
     result->gaps_in_window = davar_gaps_inside(&davar->gaps, window);
-    result->tau_count = davar->config->tau_count;
     for (uint32_t t = 0U; t < stages->allan.count; t++) {
-        result->tau[t] = collect_tau(stages, davar, t);
+        result->tau[t].differences = differences(davar, stages->allan.m[t]);
+        readings->sum[t] = (stages->grid == NULL) ? stages->allan.tau[t].sum : grid_sum(stages->grid, t);
     }
-    collect_stationarity(stages, davar, result);
+    if (davar->config->segment != 0U) {
+        window_powers(&readings->whole, stages, false);
+        window_powers(&readings->first, stages, true);
+    }
+}
+
+static void evaluate_tau(davar_adev_t *adev, uint32_t m, const sum_t *sum, double unit_per_count)
+{
+    adev->m = m;
+    adev->adev = (double)NAN;
+    adev->low = (double)NAN;
+    adev->high = (double)NAN;
+    if (adev->differences > 0U) {
+        const double two_m_squared = 2.0 * (double)m * (double)m;
+        adev->adev = unit_per_count * sqrt(sum_to_double(*sum) / (two_m_squared * (double)adev->differences));
+    }
+}
+
+static void evaluate_stationarity(const davar_config_t *config, const readings_t *readings, davar_result_t *result)
+{
+    result->unstable = false;
+    result->kurtosis = (double)NAN;
+    result->contribution = (double)NAN;
+    if (config->segment != 0U) {
+        verdict_t verdict;
+        verdict_on(&verdict, &readings->whole, &readings->first, result->window_samples, config);
+        result->unstable = verdict.unstable;
+        result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
+        result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
+    }
+}
+
+static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
+{
+    const davar_config_t *const config = davar->config;
+    result->tau_count = config->tau_count;
+    for (uint32_t t = 0U; t < config->tau_count; t++) {
+        evaluate_tau(&result->tau[t], config->taus[t], &readings->sum[t], davar->unit_per_count);
+    }
+    evaluate_stationarity(config, readings, result);
+}
+
+static bool pipeline_collect(davar_t *davar, davar_result_t *result)
+{
+    readings_t readings;
+    uint32_t before;
+    uint32_t produced;
+    bool waits;
+    do {
+        before = davar_read_begin(davar);
+        produced = davar->produced;
+        waits = davar_result_waits(davar);
+        if (waits) {
+            read_stages(davar, result, &readings);
+        }
+    } while (davar_read_torn(davar, before));
+    davar->seen = produced;
+    if (waits) {
+        davar->taken = davar->taken + 1U;
+        evaluate(davar, &readings, result);
+    }
+    return waits;
 }
 
 #define PIPELINE_NUMBER                                                                                                \

@@ -1,5 +1,6 @@
 /* davar on a bare board - what an image needs beside the library: characters out, files of the host (semihosting), exact
- * instruction counts of the emulator, an end with a status. One implementation per architecture. */
+ * instruction counts of the emulator, a timer interrupt, a UART, an end with a status. cortex_m.c and rv32.c implement what
+ * belongs to the core, mps2.c, microbit.c and virt.c what belongs to the board. */
 #ifndef BOARD_H
 #define BOARD_H
 
@@ -26,6 +27,24 @@ void board_close(int handle);
 
 /* The command line that the emulator was given, cut to `bytes`. */
 void board_command_line(char *text, size_t bytes);
+
+/* The same, split into its words, which point into `text`. Returns how many there are, `most` at the most; the first is
+ * the name of the image. */
+size_t board_words(char *text, size_t bytes, char *words[], size_t most);
+
+/* "name value" as a line on the host's console. */
+void board_figure(const char *name, uint32_t value);
+
+/* A free-running clock, BOARD_CLOCK_PER_US ticks a microsecond, modulo 2^32. */
+uint32_t board_clock(void);
+
+/* From now on the timer interrupt calls board_tick (the image's own) so often: 1 .. 600 000 us. Ends the counting of
+ * instructions. */
+void board_tick_every(uint32_t microseconds);
+void board_tick(void);
+
+/* Puts one character into the UART's transmitter. False: no room now. */
+bool board_serial_put(char character);
 
 /* Ends the emulation with an exit status. */
 _Noreturn void board_exit(int status);

@@ -1,6 +1,7 @@
 /* davar on a bare board - start-up, FPU and SysTick of a Cortex-M. Vector table at the start of flash; nothing but reset,
  * faults and SysTick is used. */
 #include "board.h"
+#include "registers.h"
 #include "semihosting.h"
 
 #include <string.h>
@@ -18,7 +19,6 @@ void board_reset(void);
 void board_fault(void);
 void board_tick(void);
 
-#define REGISTER(address) (*(volatile uint32_t *)(address))
 #define SYSTICK_CONTROL REGISTER(0xE000E010U)
 #define SYSTICK_RELOAD REGISTER(0xE000E014U)
 #define SYSTICK_VALUE REGISTER(0xE000E018U)
@@ -49,11 +49,18 @@ uint32_t board_mark(void)
     return SYSTICK_VALUE;
 }
 
-/* One instruction is 2^8 ns of the emulator's time, one tick BOARD_TICK_PS ps. */
+void board_tick_every(uint32_t microseconds)
+{
+    SYSTICK_RELOAD = (microseconds * BOARD_CLOCK_PER_US) - 1U;
+    SYSTICK_VALUE = 0U;
+    SYSTICK_CONTROL = 7U; /* processor clock, interrupt */
+}
+
+/* One instruction is 2^8 ns of the emulator's time, one tick 1 / BOARD_CLOCK_PER_US us. */
 uint32_t board_instructions_since(uint32_t mark)
 {
     const uint64_t ticks = (mark - SYSTICK_VALUE) & SYSTICK_MASK;
-    return (uint32_t)(((ticks * BOARD_TICK_PS) + 128000U) / 256000U);
+    return (uint32_t)(((ticks * 1000U) + (128U * BOARD_CLOCK_PER_US)) / (256U * BOARD_CLOCK_PER_US));
 }
 
 void board_fault(void)

@@ -21,22 +21,6 @@ static davar_t davar;
 static davar_result_t result;
 static volatile int32_t sink;
 
-static void say(const char *name, uint32_t value)
-{
-    char digits[12] = "";
-    size_t at = sizeof digits - 1U;
-    uint32_t rest = value;
-    do {
-        at--;
-        digits[at] = (char)('0' + (rest % 10U));
-        rest /= 10U;
-    } while (rest > 0U);
-    board_text(name);
-    board_text(" ");
-    board_text(&digits[at]);
-    board_text("\n");
-}
-
 /* Sum of four uniform variates, a fixed seed: nearly Gaussian, sigma about 120 counts. */
 static void make_samples(void)
 {
@@ -67,10 +51,10 @@ static void start(davar_policy_t policy, uint32_t stride)
     config.fit_plan = &plan;
     const size_t bytes = davar_memory_size_q15(&config);
     if (davar_init_q15(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
-        say("refused_needs_bytes", (uint32_t)bytes);
+        board_figure("refused_needs_bytes", (uint32_t)bytes);
         board_exit(1);
     }
-    say((stride == 1U) ? "ram_bytes" : "ram_grid_bytes", (uint32_t)(bytes + sizeof davar));
+    board_figure((stride == 1U) ? "ram_bytes" : "ram_grid_bytes", (uint32_t)(bytes + sizeof davar));
 }
 
 static int16_t sample_at(uint32_t i)
@@ -105,8 +89,8 @@ static void measure_single(const char *mean_name, const char *worst_name)
         const uint32_t spent = board_instructions_since(mark);
         worst = (spent > worst) ? spent : worst;
     }
-    say(mean_name, (100U * total) / count);
-    say(worst_name, worst);
+    board_figure(mean_name, (100U * total) / count);
+    board_figure(worst_name, worst);
 }
 
 static void measure_every_sample(void)
@@ -138,8 +122,8 @@ static void measure_grid(void)
         sink += davar_take(&davar, &result) ? 1 : 0;
         take += board_instructions_since(mark);
     }
-    say("grid_push_x100", (100U * push) / (rounds * STRIDE));
-    say("grid_take", take / rounds);
+    board_figure("grid_push_x100", (100U * push) / (rounds * STRIDE));
+    board_figure("grid_take", take / rounds);
     measure_single("grid_single_push_x100", "grid_worst_push");
 }
 
@@ -163,7 +147,7 @@ static void measure_fir(void)
     for (uint32_t i = 0U; i < 100U; i++) {
         sink += fir(&samples[i], taps);
     }
-    say("fir64_q15_x100", board_instructions_since(mark));
+    board_figure("fir64_q15_x100", board_instructions_since(mark));
 }
 
 /* --- stack ------------------------------------------------------------------------------------------------------- */
@@ -209,8 +193,8 @@ static void measure_stack(void)
             take = (of_take > take) ? of_take : take;
         }
     }
-    say("stack_push_bytes", push);
-    say("stack_take_bytes", take);
+    board_figure("stack_push_bytes", push);
+    board_figure("stack_take_bytes", take);
 }
 
 int main(void)
@@ -220,8 +204,8 @@ int main(void)
     measure_grid();
     measure_fir();
     measure_stack();
-    say("davar_t_bytes", (uint32_t)sizeof davar);
-    say("plan_bytes", (uint32_t)sizeof plan);
-    say("result_bytes", (uint32_t)sizeof result);
+    board_figure("davar_t_bytes", (uint32_t)sizeof davar);
+    board_figure("plan_bytes", (uint32_t)sizeof plan);
+    board_figure("result_bytes", (uint32_t)sizeof result);
     return 0;
 }

@@ -64,7 +64,7 @@ def flash(target, where):
 def measure(target):
     """All figures of one target."""
     where = targets.build(target)
-    status, output = targets.execute(target, where / "cost.elf", counted=True)
+    status, output = targets.execute(target, where / "cost.elf", shift=targets.counting_shift(target))
     raw = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
     if status or "result_bytes" not in raw:
         raise targets.TargetError(f"{target}: the cost image failed (status {status}):\n{output}")

@@ -50,18 +50,25 @@ def build(target, kind="target", image=None):
     return where
 
 
-def command(target, image, arguments="", counted=False):
-    """The emulator's command line. counted: one instruction is a fixed time, so that instructions can be counted."""
-    shift = ["-icount", "shift=0" if target == "rv32imac" else "shift=8"] if counted else []
+def counting_shift(target):
+    """With this shift the board's clock counts instructions (board.h)."""
+    return 0 if target == "rv32imac" else 8
+
+
+def command(target, image, arguments="", shift=None, serial="null"):
+    """The emulator's command line. shift: an instruction takes 2^shift ns of the board's time, exactly (none: as it comes).
+    serial: where the UART ends (null, pty, file:PATH)."""
+    icount = ["-icount", f"shift={shift}"] if shift is not None else []
     semihosting = f"enable=on,target=native,arg={Path(image).stem}" + "".join(f",arg={word}" for word in arguments.split())
-    return [*MACHINES[target][1], "-display", "none", "-monitor", "none", "-serial", "null", *shift,
+    return [*MACHINES[target][1], "-display", "none", "-monitor", "none", "-serial", serial, *icount,
             "-semihosting-config", semihosting, "-kernel", str(image)]
 
 
-def execute(target, image, arguments="", counted=False, timeout=300):
+def execute(target, image, arguments="", shift=None, serial="null", timeout=300):
     """Runs one image (a path) on a target and returns (exit status, what it printed)."""
-    done = subprocess.run(command(target, image, arguments, counted), text=True, errors="replace", stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          timeout=timeout, check=False)
+    done = subprocess.run(command(target, image, arguments, shift, serial), text=True, errors="replace",
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
+                          check=False)
     return done.returncode, done.stdout
 
 

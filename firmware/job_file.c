@@ -1,0 +1,84 @@
+/* davar on a bare board - a job file of the host. */
+#include "job_file.h"
+
+#include "board.h"
+
+static size_t sample_bytes(const job_file_t *file)
+{
+    return (file->job.number == DAVAR_PORT_Q15) ? sizeof(int16_t) : sizeof(int32_t);
+}
+
+/* The samples of one channel lie behind those of the one before. */
+static void spread(job_file_t *file, uint32_t count)
+{
+    const size_t bytes = sample_bytes(file);
+    for (uint32_t c = 0U; c < file->job.channels; c++) {
+        file->samples[c].q15 = (const int16_t *)(const void *)((const char *)file->buffer + (c * count * bytes));
+    }
+}
+
+davar_port_read_t job_file_read(void *context, davar_port_block_t *block)
+{
+    job_file_t *const file = context;
+    uint32_t head[2] = {0U, 0U};
+    if (board_read(file->handle, head, sizeof head) != sizeof head) {
+        return DAVAR_PORT_READ_FAULT;
+    }
+    const uint32_t count = head[1];
+    if (count == 0U) {
+        return DAVAR_PORT_READ_END;
+    }
+    const size_t bytes = (size_t)count * file->job.channels * sample_bytes(file);
+    if ((bytes > sizeof file->buffer) || (board_read(file->handle, file->buffer, bytes) != bytes)) {
+        return DAVAR_PORT_READ_FAULT;
+    }
+    spread(file, count);
+    *block = (davar_port_block_t){.samples = file->samples, .count = count, .missing = head[0]};
+    return DAVAR_PORT_READ_BLOCK;
+}
+
+static davar_status_t init(const job_file_t *file, davar_t *davar, void *memory, size_t bytes)
+{
+    switch (file->job.number) {
+    case DAVAR_PORT_Q15:
+        return davar_init_q15(davar, &file->job.config, memory, bytes);
+    case DAVAR_PORT_Q31:
+        return davar_init_q31(davar, &file->job.config, memory, bytes);
+    case DAVAR_PORT_F32:
+    default:
+        return davar_init_f32(davar, &file->job.config, memory, bytes);
+    }
+}
+
+static size_t memory_words(const job_file_t *file)
+{
+    const davar_config_t *const config = &file->job.config;
+    const size_t bytes = (file->job.number == DAVAR_PORT_Q15)   ? davar_memory_size_q15(config)
+                         : (file->job.number == DAVAR_PORT_Q31) ? davar_memory_size_q31(config)
+                                                                : davar_memory_size_f32(config);
+    return (bytes + 7U) / sizeof(uint64_t);
+}
+
+int job_file_open(job_file_t *file, const char *path, davar_t *instances)
+{
+    uint64_t words[DAVAR_JOB_WORDS];
+    file->handle = board_open(path, false);
+    if ((file->handle < 0) || (board_read(file->handle, words, sizeof words) != sizeof words)) {
+        return JOB_NO_FILE;
+    }
+    davar_job_t *const job = &file->job;
+    if (!davar_job_decode(job, words) || (job->channels == 0U) || (job->channels > JOB_FILE_CHANNELS)) {
+        return JOB_UNKNOWN;
+    }
+    job->config.fit_plan = &file->plan;
+    const size_t each = memory_words(file);
+    if ((each * job->channels) > JOB_FILE_POOL_WORDS) {
+        return JOB_NO_MEMORY;
+    }
+    for (uint32_t c = 0U; c < job->channels; c++) {
+        if (init(file, &instances[c], &file->pool[c * each], each * sizeof file->pool[0]) != DAVAR_OK) {
+            return JOB_REFUSED;
+        }
+    }
+    return JOB_DONE;
+}

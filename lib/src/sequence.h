@@ -1,0 +1,41 @@
+/* davar - one writer (an interrupt, say), one reader that it may interrupt: an odd `sequence` says that a change is going on,
+ * and whoever finds it changed after reading reads again. The writer never waits. */
+#ifndef DAVAR_SRC_SEQUENCE_H
+#define DAVAR_SRC_SEQUENCE_H
+
+#include "davar/instance.h"
+
+#include <stdatomic.h>
+
+static inline void davar_change_begin(davar_t *davar)
+{
+    davar->sequence = davar->sequence + 1U;
+    atomic_thread_fence(memory_order_release);
+}
+
+static inline void davar_change_end(davar_t *davar)
+{
+    atomic_thread_fence(memory_order_release);
+    davar->sequence = davar->sequence + 1U;
+}
+
+static inline uint32_t davar_read_begin(const davar_t *davar)
+{
+    const uint32_t before = davar->sequence;
+    atomic_thread_fence(memory_order_acquire);
+    return before;
+}
+
+/* Did a push come between, or was one at work on another core? */
+static inline bool davar_read_torn(const davar_t *davar, uint32_t before)
+{
+    atomic_thread_fence(memory_order_acquire);
+    return ((before % 2U) != 0U) || (before != davar->sequence);
+}
+
+static inline bool davar_result_waits(const davar_t *davar)
+{
+    return davar->ready && (davar->produced != davar->seen);
+}
+
+#endif
