@@ -21,6 +21,18 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
     return (board_write(output, record, bytes) == bytes) ? DAVAR_PORT_SEND_DONE : DAVAR_PORT_SEND_FAULT;
 }
 
+static bool write_health(void)
+{
+    bool good = true;
+    for (uint32_t c = 0U; good && (c < input.job.channels); c++) {
+        const davar_health_t health = davar_health(&instances[c]);
+        uint64_t head[DAVAR_JOB_HEAD];
+        davar_job_encode_health(c, &health, head);
+        good = (board_write(output, head, sizeof head) == sizeof head);
+    }
+    return good;
+}
+
 static int work(void)
 {
     const davar_port_t port = {.context = &input, .read = job_file_read, .send = send_result};
@@ -32,7 +44,7 @@ static int work(void)
     while (state == DAVAR_NODE_RUNNING) {
         state = davar_node_step(&node);
     }
-    return (state == DAVAR_NODE_DONE) ? JOB_DONE : JOB_NO_FILE;
+    return ((state == DAVAR_NODE_DONE) && write_health()) ? JOB_DONE : JOB_NO_FILE;
 }
 
 int main(void)

@@ -106,39 +106,80 @@ static bool run_device(const char *command, const places_t *places, sim_error_t 
     return (code == 0) || sim_fail(error, "--device: %s (exit status %d)", cause(code), code);
 }
 
-static bool read_results(const places_t *places, replay_t *replay, sim_error_t *error)
+typedef struct {
+    FILE *file;
+    const char *path;
+    size_t channels;
+    size_t healths; /* told so far: the last words of a whole file */
+    davar_health_t health;
+} results_t;
+
+static bool fail_broken(const results_t *results, sim_error_t *error)
 {
-    FILE *file = fopen(places->results, "rb");
-    if (file == NULL) {
+    return sim_fail(error, "%s: the device's results are not whole", results->path);
+}
+
+static bool take_result(results_t *results, const davar_port_t *port, uint64_t *words, sim_error_t *error)
+{
+    static davar_result_t result;
+    const size_t rest = davar_job_result_rest(words);
+    size_t channel;
+    if ((rest == 0U) || (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, results->file) != rest)) {
+        return fail_broken(results, error);
+    }
+    davar_job_decode_result(&channel, &result, words);
+    if (channel >= results->channels) {
+        return fail_broken(results, error);
+    }
+    return (port == NULL) || (port->send(port->context, channel, &result) == DAVAR_PORT_SEND_DONE);
+}
+
+/* Without a port: is the file whole? */
+static bool take_all(results_t *results, const davar_port_t *port, sim_error_t *error)
+{
+    uint64_t words[DAVAR_JOB_RESULT_WORDS];
+    rewind(results->file);
+    results->healths = 0U;
+    results->health = (davar_health_t){0};
+    while (results->healths < results->channels) {
+        davar_health_t health;
+        size_t channel;
+        if (fread(words, sizeof words[0], DAVAR_JOB_HEAD, results->file) != DAVAR_JOB_HEAD) {
+            return fail_broken(results, error);
+        }
+        if (davar_job_decode_health(&channel, &health, words)) {
+            engine_add_health(&results->health, &health);
+            results->healths++;
+        } else if (!take_result(results, port, words, error)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool read_results(const places_t *places, replay_t *replay, const engine_t *engine, davar_health_t *health,
+                         sim_error_t *error)
+{
+    results_t results = {.file = fopen(places->results, "rb"), .path = places->results, .channels = engine->count};
+    if (results.file == NULL) {
         return sim_fail(error, "%s: the device left no results", places->results);
     }
     const davar_port_t port = replay_port(replay);
-    uint64_t words[DAVAR_JOB_RESULT_WORDS];
-    static davar_result_t result;
-    bool good = true;
-    while (good && (fread(words, sizeof words[0], DAVAR_JOB_HEAD, file) == DAVAR_JOB_HEAD)) {
-        const size_t rest = davar_job_result_rest(words);
-        size_t channel;
-        good = (rest > 0U) && (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, file) == rest);
-        if (!good) {
-            (void)sim_fail(error, "%s: not whole", places->results);
-        } else {
-            davar_job_decode_result(&channel, &result, words);
-            good = port.send(port.context, channel, &result) == DAVAR_PORT_SEND_DONE;
-        }
-    }
-    (void)fclose(file);
+    const bool good = take_all(&results, NULL, error) && take_all(&results, &port, error);
+    (void)fclose(results.file);
+    *health = results.health;
     return good;
 }
 
-bool device_replay(const char *command, replay_t *replay, const engine_t *engine, sim_error_t *error)
+bool device_replay(const char *command, replay_t *replay, const engine_t *engine, davar_health_t *health,
+                   sim_error_t *error)
 {
     places_t places;
     if (!make_places(&places, error)) {
         return false;
     }
     const bool good = write_job(&places, replay, engine, error) && run_device(command, &places, error) &&
-                      read_results(&places, replay, error);
+                      read_results(&places, replay, engine, health, error);
     remove_places(&places);
     return good;
 }

@@ -77,15 +77,22 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     return true;
 }
 
+void engine_add_health(davar_health_t *sum, const davar_health_t *one)
+{
+    sum->gaps = one->gaps;
+    sum->missing = one->missing;
+    sum->saturated += one->saturated;
+    sum->not_finite += one->not_finite;
+    sum->restarts += one->restarts;
+    sum->missed += one->missed;
+}
+
 davar_health_t engine_health(const engine_t *engine)
 {
-    davar_health_t sum = davar_health(&engine->instances[0]);
-    for (size_t c = 1; c < engine->count; c++) {
+    davar_health_t sum = {0};
+    for (size_t c = 0; c < engine->count; c++) {
         const davar_health_t one = davar_health(&engine->instances[c]);
-        sum.saturated += one.saturated;
-        sum.not_finite += one.not_finite;
-        sum.restarts += one.restarts;
-        sum.missed += one.missed;
+        engine_add_health(&sum, &one);
     }
     return sum;
 }

@@ -22,7 +22,10 @@ typedef struct {
 bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz,
                   size_t count, const options_t *options, sim_error_t *error);
 
-/* The weather of all channels: gaps and missing of one (they are the same in all), the rest summed. */
+/* The weather of one more channel: gaps and missing of one (they are the same in all), the rest summed. */
+void engine_add_health(davar_health_t *sum, const davar_health_t *one);
+
+/* The weather of all channels. */
 davar_health_t engine_health(const engine_t *engine);
 
 /* Allowed after a failed start. */

@@ -29,7 +29,7 @@ static cell_t show_epoch(const epoch_row_t *row, uint32_t index)
 static cell_t show_time(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return (cell_t){.kind = CELL_TIME, .number = row->time_s};
+    return (cell_t){.kind = isfinite(row->time_s) ? CELL_TIME : CELL_ABSENT, .number = row->time_s};
 }
 
 static cell_t show_window(const epoch_row_t *row, uint32_t index)

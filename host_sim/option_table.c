@@ -188,10 +188,13 @@ static bool apply_out(options_t *options, const char *text, sim_error_t *error)
         options->link = text;
         return true;
     }
-    size_t choice = 0;
-    const bool good = value_choice("out", text, WORDS, 2, &choice, error);
-    options->out = (out_t)choice;
-    return good;
+    for (size_t i = 0; i < 2U; i++) {
+        if (strcmp(text, WORDS[i]) == 0) {
+            options->out = (out_t)i;
+            return true;
+        }
+    }
+    return sim_fail(error, "--out: one of csv, jsonl, can:IFACE, slcan:PATH expected, found '%s'", text);
 }
 
 static bool apply_can_base(options_t *options, const char *text, sim_error_t *error)

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #define OPTIONS_MAX 32
+#define ASCII_END 128
 #define CODE_FIRST 256 /* getopt codes of the table entries; below are characters */
 
 /* What getopt_long wants to know, derived from the table. */
@@ -58,13 +59,15 @@ static bool apply_word(options_t *options, bool after_column, const char *word, 
 /* getopt names an unknown short option by its character and everything else by where it stood. */
 static bool fail_unknown(char **argv, sim_error_t *error)
 {
-    if ((optopt > 0) && (optopt < CODE_FIRST)) {
+    if ((optopt > 0) && (optopt < ASCII_END)) {
         return sim_fail(error, "unknown option '-%c' (see --help)", optopt);
     }
     if (optopt >= CODE_FIRST) {
         return sim_fail(error, "--%s: takes no value", OPTION_TABLE[optopt - CODE_FIRST].name);
     }
-    return sim_fail(error, "unknown option '%s' (see --help)", argv[optind - 1]);
+    /* The first byte of a longer character leaves getopt in the middle of its word. */
+    const bool inside = (optopt != 0) && (argv[optind] != NULL) && (argv[optind][0] == '-');
+    return sim_fail(error, "unknown option '%s' (see --help)", argv[inside ? optind : (optind - 1)]);
 }
 
 static options_status_t walk(options_t *options, int argc, char **argv, sim_error_t *error)
@@ -115,8 +118,15 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
     *options = (options_t){.policy = DAVAR_POLICY_OR,
                            .can_base = DAVAR_WIRE_BASE,
                            .can_content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS};
-    const options_status_t status = walk(options, argc, argv, error);
-    return (status == OPTIONS_RUN) ? take_rest(options, argc, argv, error) : status;
+    options_status_t status = walk(options, argc, argv, error);
+    if (status == OPTIONS_RUN) {
+        status = take_rest(options, argc, argv, error);
+    }
+    if ((status == OPTIONS_RUN) && (options->device != NULL) && (options->pace > 0.0)) {
+        (void)sim_fail(error, "--pace: not with --device, which has a clock of its own");
+        status = OPTIONS_BAD;
+    }
+    return status;
 }
 
 void options_free(options_t *options)

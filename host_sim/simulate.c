@@ -23,6 +23,7 @@ typedef struct {
     replay_t replay;
     davar_node_t node;
     progress_t progress;
+    davar_health_t health; /* of all channels, once they are done */
 } run_t;
 
 static bool fail_short(const run_t *run, sim_error_t *error)
@@ -73,11 +74,13 @@ static bool replay(run_t *run, sim_error_t *error)
         return false;
     }
     if (run->options->device != NULL) {
-        return device_replay(run->options->device, &run->replay, &run->engine, error);
+        return device_replay(run->options->device, &run->replay, &run->engine, &run->health, error);
     }
     const davar_port_t port = replay_port(&run->replay);
     davar_node_init(&run->node, run->engine.channels, run->engine.count, &port);
-    return step_to_the_end(run);
+    const bool done = step_to_the_end(run);
+    run->health = engine_health(&run->engine);
+    return done;
 }
 
 static bool finish(run_t *run, sim_error_t *error)
@@ -86,8 +89,7 @@ static bool finish(run_t *run, sim_error_t *error)
     if (run->output.rows == 0U) {
         return fail_short(run, error);
     }
-    const davar_health_t health = engine_health(&run->engine);
-    report_weather(&health);
+    report_weather(&run->health);
     return output_finish(&run->output, error);
 }
 

@@ -20,10 +20,10 @@ const davar_config_t davar_default_config = {
 /* Keeps every sum of a window length and a step inside 32 bits. */
 #define STRIDE_MAX 16777216U
 
-/* Also false for NaN. */
+/* Far enough inside the range of a double that no square leaves it. Also false for NaN. */
 static bool positive_finite(double value)
 {
-    return (value > 0.0) && (value <= 1e300);
+    return (value >= 1e-100) && (value <= 1e100);
 }
 
 static bool bounds_valid(double low, double high)

@@ -122,7 +122,7 @@ static int32_t float_counts(davar_t *davar, float rate)
 {
     const float limit = (float)davar->config->full_scale;
     float inside = rate;
-    if ((rate > limit) || (rate < -limit)) {
+    if ((rate >= limit) || (rate <= -limit)) {
         davar_count(&davar->health.saturated);
         inside = (rate > 0.0F) ? limit : -limit;
     }

@@ -39,7 +39,7 @@ static void bring_up_to_date(davar_fit_plan_t *plan, const davar_result_t *resul
     if (plan->count != count) {
         replan(plan, result, count);
     }
-    const bool whole = davar_fit_without_gaps(result, count);
+    const bool whole = davar_fit_is_whole(result, count);
     if ((plan->window != result->window_samples) || !whole) {
         davar_fit_plan_window(plan, result);
         plan->window = whole ? result->window_samples : 0U;

@@ -3,6 +3,7 @@
  * that only as crowding (a full inverse is ill-conditioned), the variance of the outcome knows it in full. */
 #include "fit_mixture.h"
 
+#include "fit_plan.h"
 #include "noise.h"
 
 #include <math.h>
@@ -79,7 +80,8 @@ double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
             inverse += model->a[k] * x[k] / davar_noise_edf((davar_coefficient_kind_t)k, m, all);
         }
     }
-    const double edf = avar_of(model, m) / inverse * ((double)tau->differences / all);
+    const double lost = (double)tau->differences / all;
+    const double edf = avar_of(model, m) / inverse * lost * davar_fit_evidence(model->data);
     return (edf > 1.0) ? edf : 1.0;
 }
 

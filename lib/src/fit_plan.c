@@ -126,13 +126,19 @@ static double all_differences(const davar_result_t *result, int t)
     return (double)result->window_samples - 2.0 * (double)result->tau[t].m + 1.0;
 }
 
-bool davar_fit_without_gaps(const davar_result_t *result, int count)
+bool davar_fit_is_whole(const davar_result_t *result, int count)
 {
-    uint32_t lost = 0U;
+    uint32_t lost = result->mirrored_samples;
     for (int t = 0; t < count; t++) {
         lost |= (result->window_samples + 1U - 2U * result->tau[t].m) ^ result->tau[t].differences;
     }
     return lost == 0U;
+}
+
+double davar_fit_evidence(const davar_result_t *result)
+{
+    const double all = (double)result->window_samples;
+    return all / (all + 2.0 * (double)result->mirrored_samples);
 }
 
 void davar_deviation_interval(double edf, double *low, double *high)
@@ -146,7 +152,8 @@ static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, int
 {
     const double m = (double)result->tau[t].m;
     const double all = all_differences(result, t);
-    const double effective = (all + 0.5 * m) * ((double)result->tau[t].differences / all);
+    const double evidence = davar_fit_evidence(result);
+    const double effective = (all + 0.5 * m) * ((double)result->tau[t].differences / all) * evidence;
     const double edf = davar_noise_white_weight(m) * effective;
     double low;
     double high;

@@ -63,6 +63,13 @@ static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
     gaps->count = (uint16_t)(gaps->count - gone);
 }
 
+void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window)
+{
+    if ((gaps->count > 0U) && !window->at_start && !window->finished) {
+        forget_before(gaps, window_tail(window));
+    }
+}
+
 bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t boundary = window->received;
@@ -72,9 +79,7 @@ bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
     if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == boundary)) {
         return true;
     }
-    if (!window->at_start) {
-        forget_before(gaps, window_tail(window));
-    }
+    davar_gaps_forget(gaps, window);
     if (gaps->count == gaps->capacity) {
         return false;
     }

@@ -7,6 +7,10 @@
 /* Returned by davar_gaps_after when no boundary follows. */
 #define DAVAR_NO_GAP UINT32_MAX
 
+/* Forgets the boundaries that the window has left. To be called at least every 2^31 samples, since an older boundary would
+ * seem to lie ahead. O(gaps). */
+void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window);
+
 /* Remembers the boundary in front of the sample that comes next, and forgets those the window has left. A boundary at
  * the very start, or at one already known, changes nothing. False: full, nothing changed. O(gaps). */
 bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window);

@@ -244,16 +244,32 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
 
 /* --- a window out ------------------------------------------------------------------------------------------------ */
 
+/* Whole strides in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
+static uint32_t whole_strides(uint32_t *back, uint32_t stride)
+{
+    uint32_t power = 1U;
+    uint32_t strides = 0U;
+    while ((stride * power) <= (*back >> 1U)) {
+        power <<= 1U;
+    }
+    for (; power > 0U; power >>= 1U) {
+        if ((stride * power) <= *back) {
+            *back -= stride * power;
+            strides += power;
+        }
+    }
+    return strides;
+}
+
 /* Slot of `position` among the records of a track, or slots when it is not one of its positions. */
 static uint32_t track_find(const track_t *track, uint32_t position, uint32_t stride)
 {
-    uint32_t slot = track->slot;
     uint32_t back = track->due - position;
-    while (back >= stride) {
-        back -= stride;
-        slot = slot_before(track, slot);
+    const uint32_t strides = whole_strides(&back, stride);
+    if (back != 0U) {
+        return track->slots;
     }
-    return (back == 0U) ? slot : track->slots;
+    return (track->slot >= strides) ? (track->slot - strides) : ((track->slot + track->slots) - strides);
 }
 
 /* The track that recorded `position`, and where. Null: the start of a trailing record, where running sums are 0. */
@@ -289,19 +305,17 @@ static void grid_place(stages_t *stages, const davar_t *davar)
 }
 
 /* The sum of squared differences of the window for one tau. */
-static sum_t grid_sum(const grid_t *grid, uint32_t t)
+static sum_t records_sum(const records_t *records, uint32_t t)
 {
     const sum_t zero = {0};
-    const sum_t *const tail = grid->records.tail_sums;
-    return sum_between(grid->records.head_sums[t], (tail == NULL) ? zero : tail[t]);
+    return sum_between(records->head_sums[t], (records->tail_sums == NULL) ? zero : records->tail_sums[t]);
 }
 
 /* Power sums from the trailing edge to `later`. */
-static void grid_powers(powers_t *powers, const grid_t *grid, const powers_t *later)
+static void records_powers(powers_t *powers, const records_t *records, const powers_t *later)
 {
     static const powers_t no_powers = {0};
-    const powers_t *const tail = grid->records.tail_powers;
-    powers_between(powers, later, (tail == NULL) ? &no_powers : tail);
+    powers_between(powers, later, (records->tail_powers == NULL) ? &no_powers : records->tail_powers);
 }
 
 #endif

@@ -6,13 +6,11 @@
 #ifndef DAVAR_SRC_PIPELINE_H
 #define DAVAR_SRC_PIPELINE_H
 
-#include "grid.h"
+#include "collect.h"
 #include "grid_setup.h"
 #include "number.h"
-#include "sequence.h"
 #include "sliding.h"
 
-#include <math.h>
 #include <string.h>
 
 /* --- memory ------------------------------------------------------------------------------------------------------ */
@@ -134,25 +132,6 @@ static void pipeline_start(davar_t *davar, void *memory)
 
 /* --- a sample in ------------------------------------------------------------------------------------------------- */
 
-static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
-{
-    const moments_t *const moments = &stages->moments;
-    if (stages->grid == NULL) {
-        powers_between(powers, first_part ? &moments->middle : &moments->head, &moments->tail);
-    } else {
-        const records_t *const records = &stages->grid->records;
-        grid_powers(powers, stages->grid, first_part ? records->middle_powers : records->head_powers);
-    }
-}
-
-static void verdict_on(verdict_t *verdict, const powers_t *whole, const powers_t *first, uint32_t length,
-                       const davar_config_t *config)
-{
-    powers_central(whole, length, &verdict->whole);
-    powers_central(first, length - config->segment, &verdict->first);
-    verdict->unstable = davar_stationarity_unstable(config, &verdict->whole, &verdict->first);
-}
-
 /* Puts the window of the epoch that is due where the law wants it. */
 static void window_move(stages_t *stages, davar_t *davar)
 {
@@ -193,6 +172,7 @@ static bool epoch_complete(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     window_move(stages, davar);
+    davar_gaps_forget(&davar->gaps, window);
     window->wait = davar->config->stride;
     const bool reported = (window->length >= davar->config->window_min);
     if (reported && (stages->grid != NULL)) {
@@ -407,77 +387,6 @@ static bool pipeline_flush(davar_t *davar)
 }
 
 /* --- a result out ------------------------------------------------------------------------------------------------ */
-
-/* What a result is computed from beside its own integers. */
-typedef struct {
-    sum_t sum[DAVAR_TAUS_MAX];
-    powers_t whole;
-    powers_t first;
-} readings_t;
-
-static uint32_t differences(const davar_t *davar, uint32_t m)
-{
-    const davar_window_t *const window = &davar->window;
-    const uint32_t span = 2U * m;
-    return (window->length < span) ? 0U
-                                   : ((window->length - span + 1U) - davar_gaps_spans_lost(&davar->gaps, window, m));
-}
-
-/* Reads everything that a push changes, and computes nothing that can wait: only a stretch as long as this must come
- * without a push now and then. */
-static void read_stages(const davar_t *davar, davar_result_t *result, readings_t *readings)
-{
-    const stages_t *const stages = davar->stages;
-    const davar_window_t *const window = &davar->window;
-    const bool centred = (davar->config->mode == DAVAR_MODE_CENTRED);
-    result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
-    result->window_samples = window->length;
-    result->gaps_in_window = davar_gaps_inside(&davar->gaps, window);
-    for (uint32_t t = 0U; t < stages->allan.count; t++) {
-        result->tau[t].differences = differences(davar, stages->allan.m[t]);
-        readings->sum[t] = (stages->grid == NULL) ? stages->allan.tau[t].sum : grid_sum(stages->grid, t);
-    }
-    if (davar->config->segment != 0U) {
-        window_powers(&readings->whole, stages, false);
-        window_powers(&readings->first, stages, true);
-    }
-}
-
-static void evaluate_tau(davar_adev_t *adev, uint32_t m, const sum_t *sum, double unit_per_count)
-{
-    adev->m = m;
-    adev->adev = (double)NAN;
-    adev->low = (double)NAN;
-    adev->high = (double)NAN;
-    if (adev->differences > 0U) {
-        const double two_m_squared = 2.0 * (double)m * (double)m;
-        adev->adev = unit_per_count * sqrt(sum_to_double(*sum) / (two_m_squared * (double)adev->differences));
-    }
-}
-
-static void evaluate_stationarity(const davar_config_t *config, const readings_t *readings, davar_result_t *result)
-{
-    result->unstable = false;
-    result->kurtosis = (double)NAN;
-    result->contribution = (double)NAN;
-    if (config->segment != 0U) {
-        verdict_t verdict;
-        verdict_on(&verdict, &readings->whole, &readings->first, result->window_samples, config);
-        result->unstable = verdict.unstable;
-        result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
-        result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
-    }
-}
-
-static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
-{
-    const davar_config_t *const config = davar->config;
-    result->tau_count = config->tau_count;
-    for (uint32_t t = 0U; t < config->tau_count; t++) {
-        evaluate_tau(&result->tau[t], config->taus[t], &readings->sum[t], davar->unit_per_count);
-    }
-    evaluate_stationarity(config, readings, result);
-}
 
 static bool pipeline_collect(davar_t *davar, davar_result_t *result)
 {

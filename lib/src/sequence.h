@@ -26,6 +26,12 @@ static inline uint32_t davar_read_begin(const davar_t *davar)
     return before;
 }
 
+/* What was read so far is not read again from where a push may change it. */
+static inline void davar_read_apart(void)
+{
+    atomic_thread_fence(memory_order_acquire);
+}
+
 /* Did a push come between, or was one at work on another core? */
 static inline bool davar_read_torn(const davar_t *davar, uint32_t before)
 {

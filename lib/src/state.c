@@ -4,6 +4,8 @@
 
 #include "number.h"
 
+#include "davar/version.h"
+
 #include <string.h>
 
 #define MAGIC 0x52564144U /* "DAVR" */
@@ -67,6 +69,9 @@ static uint32_t fingerprint(const davar_t *davar)
                               config->kurtosis_low,     config->kurtosis_high,  config->contribution_low,
                               config->contribution_high};
     const uint32_t counts[] = {FORMAT,
+                               DAVAR_VERSION_MAJOR,
+                               DAVAR_VERSION_MINOR,
+                               DAVAR_VERSION_PATCH,
                                (uint32_t)sizeof(void *),
                                davar->number->sum_bits,
                                davar->is_float ? 1U : 0U,
@@ -107,19 +112,19 @@ size_t davar_state_bytes(const davar_t *davar)
 
 /* --- reading ----------------------------------------------------------------------------------------------------- */
 
-static bool read_header(const davar_storage_t *storage, unsigned slot, header_t *header)
+/* Reads a slot to its end. False: it cannot be read, as is usual for half-written flash. */
+static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header, bool *whole)
 {
-    return storage->read(storage->context, slot * storage->slot_bytes, header, sizeof *header);
-}
-
-/* Is the image of this header whole? False also when it cannot be read. */
-static bool is_whole(const davar_storage_t *storage, unsigned slot, const header_t *header)
-{
-    if ((header->magic != MAGIC) || (header->bytes > (storage->slot_bytes - sizeof *header))) {
+    size_t offset = slot * storage->slot_bytes;
+    *whole = false;
+    if (!storage->read(storage->context, offset, header, sizeof *header)) {
         return false;
     }
+    if ((header->magic != MAGIC) || (header->bytes > (storage->slot_bytes - sizeof *header))) {
+        return true;
+    }
     uint32_t check = header_check(header);
-    size_t offset = (slot * storage->slot_bytes) + sizeof *header;
+    offset += sizeof *header;
     for (size_t left = header->bytes; left > 0U;) {
         unsigned char part[64];
         const size_t bytes = (left < sizeof part) ? left : sizeof part;
@@ -130,7 +135,8 @@ static bool is_whole(const davar_storage_t *storage, unsigned slot, const header
         offset += bytes;
         left -= bytes;
     }
-    return check == header->check;
+    *whole = (check == header->check);
+    return true;
 }
 
 /* What the two slots hold. */
@@ -140,17 +146,15 @@ typedef struct {
     unsigned newest; /* of the whole ones; slot 1 when there is none, so that slot 0 comes next */
 } slots_t;
 
+/* False: neither can be read. One that cannot holds no whole image. */
 static bool read_slots(const davar_storage_t *storage, slots_t *slots)
 {
-    for (unsigned slot = 0U; slot < SLOTS; slot++) {
-        if (!read_header(storage, slot, &slots->header[slot])) {
-            return false;
-        }
-        slots->whole[slot] = is_whole(storage, slot, &slots->header[slot]);
-    }
+    memset(slots, 0, sizeof *slots);
+    const bool first = read_slot(storage, 0U, &slots->header[0], &slots->whole[0]);
+    const bool second = read_slot(storage, 1U, &slots->header[1], &slots->whole[1]);
     const bool first_is_newer = (int32_t)(slots->header[0].order - slots->header[1].order) > 0;
     slots->newest = (slots->whole[0] && (first_is_newer || !slots->whole[1])) ? 0U : 1U;
-    return true;
+    return first || second;
 }
 
 static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot)
@@ -182,7 +186,8 @@ davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storag
     }
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
-        if (slots.whole[slot] && (slots.header[slot].fingerprint == own)) {
+        const bool fits = (sizeof(header_t) + slots.header[slot].bytes) == davar_state_bytes(davar);
+        if (slots.whole[slot] && fits && (slots.header[slot].fingerprint == own)) {
             return read_payload(davar, storage, slot) ? DAVAR_OK : DAVAR_ERR_STATE_STORAGE;
         }
     }

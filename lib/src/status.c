@@ -28,7 +28,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
         [DAVAR_ERR_TAU_LONG] = "two clusters longer than window_max",
-        [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond this type's exact sums; use q31",
+        [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond the exact sums of this type",
         [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
         [DAVAR_ERR_STATE_NONE] = "no whole image of a state",
         [DAVAR_ERR_STATE_FOREIGN] = "state of another version, number type, configuration or machine",

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #define MAGIC UINT64_C(0x31424F4A52564144) /* "DAVRJOB1" */
+#define HEALTH UINT64_MAX                  /* in the place of a channel */
 
 static uint64_t bits_of(double value)
 {
@@ -92,6 +93,7 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uin
                                            result->epoch,
                                            result->window_samples,
                                            result->gaps_in_window,
+                                           result->mirrored_samples,
                                            result->unstable ? 1U : 0U,
                                            bits_of(result->kurtosis),
                                            bits_of(result->contribution),
@@ -112,9 +114,29 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uin
     return (size_t)(word - words);
 }
 
+void davar_job_encode_health(size_t channel, const davar_health_t *health, uint64_t head[DAVAR_JOB_HEAD])
+{
+    const uint64_t fields[DAVAR_JOB_HEAD] = {HEALTH,           channel,           health->gaps,
+                                             health->missing,  health->saturated, health->not_finite,
+                                             health->restarts, health->missed,    0U};
+    memcpy(head, fields, sizeof fields);
+}
+
+bool davar_job_decode_health(size_t *channel, davar_health_t *health, const uint64_t head[DAVAR_JOB_HEAD])
+{
+    *channel = (size_t)head[1];
+    *health = (davar_health_t){.gaps = (uint32_t)head[2],
+                               .missing = (uint32_t)head[3],
+                               .saturated = (uint32_t)head[4],
+                               .not_finite = (uint32_t)head[5],
+                               .restarts = (uint32_t)head[6],
+                               .missed = (uint32_t)head[7]};
+    return head[0] == HEALTH;
+}
+
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD])
 {
-    const uint64_t taus = head[7];
+    const uint64_t taus = head[8];
     return ((taus >= 1U) && (taus <= DAVAR_TAUS_MAX)) ? ((6U * (size_t)taus) + ((size_t)4U * DAVAR_COEFFICIENT_COUNT))
                                                       : 0U;
 }
@@ -125,10 +147,11 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint
     result->epoch = words[1];
     result->window_samples = (uint32_t)words[2];
     result->gaps_in_window = (uint32_t)words[3];
-    result->unstable = words[4] != 0U;
-    result->kurtosis = double_of(words[5]);
-    result->contribution = double_of(words[6]);
-    result->tau_count = (uint8_t)words[7];
+    result->mirrored_samples = (uint32_t)words[4];
+    result->unstable = words[5] != 0U;
+    result->kurtosis = double_of(words[6]);
+    result->contribution = double_of(words[7]);
+    result->tau_count = (uint8_t)words[8];
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t tau = {(uint32_t)word[0],  (uint32_t)word[1],  double_of(word[2]),

@@ -2,7 +2,8 @@
  *
  *   job:      header (DAVAR_JOB_WORDS), then blocks: missing and count (32 bits each), the samples of channel 0, 1, ...;
  *             a block of no samples is the end
- *   results:  DAVAR_JOB_HEAD words, 6 for each cluster size, 4 for each coefficient
+ *   results:  DAVAR_JOB_HEAD words, 6 for each cluster size, 4 for each coefficient; after the last result the health of
+ *             each channel, DAVAR_JOB_HEAD words: a file without it is not whole
  *
  * Little endian, doubles as their IEEE bits: a result arrives with the bits it was computed with. */
 #ifndef DAVAR_JOB_H
@@ -17,7 +18,7 @@ extern "C" {
 
 #define DAVAR_JOB_TAUS 32U
 #define DAVAR_JOB_WORDS (24U + DAVAR_JOB_TAUS)
-#define DAVAR_JOB_HEAD 8U
+#define DAVAR_JOB_HEAD 9U
 #define DAVAR_JOB_RESULT_WORDS (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 
 typedef struct {
@@ -36,6 +37,12 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);
 
 /* Returns how many words were filled. */
 size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uint64_t words[DAVAR_JOB_RESULT_WORDS]);
+
+/* Fills the head that tells the health of a channel. */
+void davar_job_encode_health(size_t channel, const davar_health_t *health, uint64_t head[DAVAR_JOB_HEAD]);
+
+/* True when the head is one of health. */
+bool davar_job_decode_health(size_t *channel, davar_health_t *health, const uint64_t head[DAVAR_JOB_HEAD]);
 
 /* Words that follow the head of a result; 0: no head of a result that this build can hold. */
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD]);

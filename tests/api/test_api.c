@@ -132,9 +132,28 @@ static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(voi
     TEST_ASSERT_GREATER_THAN_size_t(2U * 65536U, davar_memory_size_q15(&config));
 }
 
+/* Where a size_t has 32 bits the largest grids cannot be told: they must look too large, never small. */
+static void test_memory_never_shrinks_as_windows_grow(void)
+{
+    static uint32_t many[32];
+    for (uint32_t t = 0U; t < 32U; t++) {
+        many[t] = t + 1U;
+    }
+    config.taus = many;
+    config.tau_count = 32U;
+    config.stride = 2U;
+    size_t before = 0U;
+    for (config.window_max = 65536U; config.window_max <= 16777216U; config.window_max += 32768U) {
+        const size_t bytes = davar_memory_size_q31(&config);
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(before, bytes);
+        before = bytes;
+    }
+    TEST_ASSERT_GREATER_THAN_size_t(4200000000U, before);
+}
+
 static void test_every_status_has_its_own_words(void)
 {
-    for (int i = DAVAR_OK; i <= DAVAR_ERR_TAU_OVERFLOW; i++) {
+    for (int i = DAVAR_OK; i <= DAVAR_ERR_STATE_FOREIGN; i++) {
         for (int j = DAVAR_OK; j < i; j++) {
             TEST_ASSERT_TRUE(strcmp(davar_status_text((davar_status_t)i), davar_status_text((davar_status_t)j)) != 0);
         }
@@ -413,6 +432,7 @@ int main(void)
     RUN_TEST(test_each_bad_setting_is_refused_with_its_own_code);
     RUN_TEST(test_bad_pointers_and_memory_are_refused);
     RUN_TEST(test_sums_that_could_overflow_are_refused_and_fit_the_wider_type);
+    RUN_TEST(test_memory_never_shrinks_as_windows_grow);
     RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_the_memory_macros_hold_what_init_asks_for);
     RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);

@@ -96,6 +96,53 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
     TEST_ASSERT_UINT32_WITHIN(1U, whole_windows, results + health.missed); /* one may still wait */
 }
 
+/* Gaps come, go, and restart the window: the list that take reads gets shorter under its eyes. */
+static void interrupt_with_gaps(int signal_number)
+{
+    (void)signal_number;
+    if (((pushed / 7U) % 3U) == 0U) {
+        davar_gap(&davar, 1U);
+    }
+    interrupt(0);
+}
+
+static void test_gaps_in_an_interrupt_tear_no_result(void)
+{
+    static uint32_t many[3] = {1U, 2U, 8U};
+    static const uint32_t strides[2] = {1U, 5U};
+    davar_config_t config = davar_default_config;
+    config.rate_hz = 1000.0;
+    config.unit_per_count = 1.0;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.window_max = WINDOW;
+    config.window_min = WINDOW / 2U;
+    config.segment = 8U;
+    config.taus = many;
+    config.tau_count = 3U;
+    config.gaps_max = 40U;
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = interrupt_with_gaps;
+    TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
+    for (unsigned i = 0U; i < 2U; i++) {
+        config.stride = strides[i];
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+        start_timer(50);
+        for (uint32_t results = 0U; results < RESULTS;) {
+            davar_result_t result;
+            if (davar_take(&davar, &result)) {
+                results++;
+                for (uint32_t t = 0U; t < 3U; t++) {
+                    TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.window_samples - (2U * many[t]) + 1U,
+                                                     result.tau[t].differences);
+                }
+                TEST_ASSERT_LESS_OR_EQUAL_UINT32(config.gaps_max, result.gaps_in_window);
+            }
+        }
+        start_timer(0);
+    }
+}
+
 static void finish_push(int signal_number)
 {
     (void)signal_number;
@@ -125,6 +172,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_whole);
+    RUN_TEST(test_gaps_in_an_interrupt_tear_no_result);
     RUN_TEST(test_take_and_health_wait_for_a_push_at_work_elsewhere);
     return UNITY_END();
 }

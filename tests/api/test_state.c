@@ -295,6 +295,62 @@ static void test_storage_that_fails_at_any_read_is_survived(void)
     TEST_ASSERT_EQUAL_UINT64(101U - 20U, restored_epoch());
 }
 
+/* Flash that lost its power in the middle of a page answers no read of it, for ever. */
+static unsigned dead_slot;
+
+static bool read_half_dead(void *context, size_t offset, void *data, size_t bytes)
+{
+    return ((offset / SLOT) != dead_slot) && read_cells(context, offset, data, bytes);
+}
+
+static bool revive(void *context, size_t offset, const void *data, size_t bytes)
+{
+    dead_slot = ((offset / SLOT) == dead_slot) ? 2U : dead_slot;
+    return write_cells(context, offset, data, bytes);
+}
+
+static void test_a_slot_that_cannot_be_read_costs_only_itself(void)
+{
+    init(Q15, &original, 0U);
+    feed(0U, 100U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    storage.write = revive;
+    storage.read = read_half_dead;
+    for (unsigned slot = 0U; slot < 2U; slot++) {
+        const uint32_t n = 100U + (50U * slot);
+        feed(n, n + 50U);
+        dead_slot = 1U - slot; /* the other one is whole */
+        TEST_ASSERT_EQUAL_UINT64(n + 1U - 20U, restored_epoch());
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+        TEST_ASSERT_EQUAL_UINT(2U, dead_slot);
+        TEST_ASSERT_EQUAL_UINT64(n + 51U - 20U, restored_epoch());
+    }
+    memset(cells, 0xFF, sizeof cells);
+    dead_slot = 0U; /* the very first save was cut */
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+}
+
+/* An image says which version and how many bytes: both are checked even when the rest happens to agree. */
+static void test_an_image_of_another_size_is_foreign(void)
+{
+    init(Q15, &original, 0U);
+    feed(0U, 100U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    cells[4]--; /* one byte less, and a check that agrees */
+    const size_t bytes = davar_state_bytes(&original) - 1U - 20U;
+    uint32_t crc = 0xFFFFFFFFU;
+    for (size_t i = 0U; i < (16U + bytes); i++) {
+        crc ^= cells[(i < 16U) ? i : (i + 4U)];
+        for (unsigned k = 0U; k < 8U; k++) {
+            crc = ((crc & 1U) != 0U) ? ((crc >> 1U) ^ 0xEDB88320U) : (crc >> 1U);
+        }
+    }
+    crc = ~crc;
+    memcpy(&cells[16], &crc, sizeof crc);
+    init(Q15, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+}
+
 /* Hundreds of saves: the slots take turns, and the newest wins. */
 static void test_saves_take_turns(void)
 {
@@ -334,6 +390,8 @@ int main(void)
     RUN_TEST(test_an_image_of_another_configuration_is_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_refused);
     RUN_TEST(test_storage_that_fails_at_any_read_is_survived);
+    RUN_TEST(test_a_slot_that_cannot_be_read_costs_only_itself);
+    RUN_TEST(test_an_image_of_another_size_is_foreign);
     RUN_TEST(test_saves_take_turns);
     RUN_TEST(test_results_do_not_depend_on_the_plan);
     return UNITY_END();

@@ -6,7 +6,9 @@
 
 #include <math.h>
 
+#ifndef SAMPLES
 #define SAMPLES 10000000U
+#endif
 #define TAUS 5U
 #define RING 256U /* of the record; a power of two above the window */
 

@@ -5,6 +5,8 @@
 #include "stages.h"
 #include "unity.h"
 
+#include <string.h>
+
 #define FED 400U
 
 static const uint32_t taus[3] = {1U, 3U, 8U};
@@ -126,10 +128,57 @@ static void test_positions_wrap_unnoticed_on_a_grid(void)
     wrapped(90U);
 }
 
+/* A lone gap, then nothing for 2^31 samples and more, then another: the first must not come back. Time goes by for
+ * everything but the boundaries that are still remembered. */
+static void forgotten(uint32_t later)
+{
+    davar_t plain;
+    davar_t late;
+    davar_result_t result[2];
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&plain, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&late, &config, memory[1], sizeof memory[1]));
+    for (uint32_t n = 0U; n < 1000U; n++) {
+        const int16_t sample = sample_at(n);
+        if ((n == 100U) || (n == 700U)) {
+            davar_gap(&plain, 1U);
+            davar_gap(&late, 1U);
+        }
+        if (n == 420U) {
+            uint32_t positions[8];
+            memcpy(positions, late.gaps.position, sizeof positions);
+            shift(&late, later);
+            memcpy(late.gaps.position, positions, sizeof positions);
+        }
+        (void)davar_push_q15(&plain, &sample, 1U);
+        (void)davar_push_q15(&late, &sample, 1U);
+        const bool ready = davar_take(&plain, &result[0]);
+        TEST_ASSERT_EQUAL(ready, davar_take(&late, &result[1]));
+        if (ready) {
+            same(&result[0], &result[1]);
+        }
+    }
+}
+
+static void test_an_old_gap_is_forgotten(void)
+{
+    static const uint32_t later[] = {0x7FFFFE00U, 0x80000000U, 0xFFFFFFFFU - 600U};
+    for (unsigned i = 0U; i < 3U; i++) {
+        setUp();
+        forgotten(later[i]);
+        config.mode = DAVAR_MODE_TRAILING;
+        forgotten(later[i]);
+        config.stride = 7U;
+        forgotten(later[i]);
+        config.mode = DAVAR_MODE_CENTRED;
+        forgotten(later[i]);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
+    RUN_TEST(test_an_old_gap_is_forgotten);
     return UNITY_END();
 }

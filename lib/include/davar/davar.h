@@ -53,18 +53,20 @@ size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count);
 
 /* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
- * the gap are left out of every sum. */
+ * the gap are left out of every sum. O(gaps_max), when it restarts the window O(T), with one 64-bit division. */
 void davar_gap(davar_t *davar, uint32_t missing);
 
 /* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution, ADEV and the fit here, not
  * in push. On a grid the result stays valid for K samples, otherwise until the next push (take always returns a
- * consistent one). Cost O(T), about 1 us on a PC. */
+ * consistent one). Cost: O(T) where white noise is all there is (about 1 us on a PC), O(T^2) beside it or when the window
+ * length has changed, O(T gaps) while gaps are inside. It reads integers first and again when a push has come between: now
+ * and then that stretch (O(T gaps), a few hundred to a thousand instructions without gaps) must pass without a push. */
 #define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);
 
 /* After the last sample, centred mode: completes the next epoch with the mirrored end. True: a result waits, take it and
  * call again. False: the record is finished (or shorter than window_max / 2, or mirrored_end was not asked for on a
- * grid, or the mode is trailing). After the first call no sample may be pushed before davar_reset (asserted). */
+ * grid, or the mode is trailing). After the first call no sample may be pushed before davar_reset (asserted). O(K T). */
 bool davar_flush(davar_t *davar);
 
 /* Back to the state after init; counters too. O(memory). */

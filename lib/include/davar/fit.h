@@ -20,7 +20,7 @@ typedef struct davar_plan {
     double misfit_spread;
     float weight[DAVAR_TAUS_MAX];
     float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];
-    uint32_t window; /* window length without gaps that the rest is made for (5.5); 0: none */
+    uint32_t window; /* window length without gaps or mirror images that the rest is made for (5.5); 0: none */
     double sigma[DAVAR_COEFFICIENT_COUNT];
     double doubt[DAVAR_COEFFICIENT_COUNT];
     double white_low;
@@ -35,7 +35,7 @@ typedef struct davar_plan {
 void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
- * entries from the first with differences == 0 on are left out), window length result->window_samples, sample period
+ * entries from the first with differences == 0 on are left out), window length result->window_samples with result->mirrored_samples in it, sample period
  * tau0_s (> 0). Writes result->coefficient[], and edf, low, high of every tau entry from the noise mix that was found.
  * A pure function of result and tau0_s: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.

@@ -25,13 +25,13 @@ typedef struct {
 /* Bytes of one slot for this instance: its memory and 200 more at most. */
 size_t davar_state_bytes(const davar_t *davar);
 
-/* Saves. DAVAR_OK; DAVAR_ERR_STATE_STORAGE: a slot is too small, or reading or writing failed (the older image is still
- * there). Needs push and take quiet. Cost: two passes over the older image's header, one over the state. */
+/* Saves. DAVAR_OK; DAVAR_ERR_STATE_STORAGE: a slot is too small, neither can be read, or writing failed (the older image
+ * is still there). Needs push and take quiet. Cost: two passes over the older image's header, one over the state. */
 davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage);
 
 /* Puts the newest whole image into an instance that init has just started with the same number type, configuration and
  * size of memory; the stream then goes on bit for bit (say davar_gap for what was lost meanwhile). DAVAR_OK;
- * DAVAR_ERR_STATE_STORAGE: a slot is too small, or reading failed; DAVAR_ERR_STATE_NONE: no whole image;
+ * DAVAR_ERR_STATE_STORAGE: a slot is too small, or neither can be read; DAVAR_ERR_STATE_NONE: no whole image;
  * DAVAR_ERR_STATE_FOREIGN: the only whole images are of another version, number type, configuration or machine. On
  * refusal the instance is as after init, unless the storage failed on the way: then reset it. Needs push and take quiet. */
 davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage);

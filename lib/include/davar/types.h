@@ -46,7 +46,7 @@ typedef enum {
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
     DAVAR_ERR_TAU_LONG,      /* two clusters longer than window_max */
-    DAVAR_ERR_TAU_OVERFLOW,  /* window_max * m^2 beyond the exact accumulators of this type; use q31 */
+    DAVAR_ERR_TAU_OVERFLOW,  /* window_max * m^2 beyond the exact accumulators of this type (q15: take q31) */
     DAVAR_ERR_STATE_STORAGE, /* state: a slot is too small, or the storage failed */
     DAVAR_ERR_STATE_NONE,    /* state: no whole image */
     DAVAR_ERR_STATE_FOREIGN  /* state: an image of another version, number type, configuration or machine */
@@ -70,15 +70,16 @@ struct davar_plan; /* fit.h */
 
 /* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
 typedef struct {
-    double rate_hz;           /* samples per second; no default */
-    double unit_per_count;    /* q15, q31: deg/s per count; no default */
-    double full_scale;        /* f32: largest |rate| expected, deg/s; beyond it samples saturate (counted) */
-    uint8_t sample_bits;      /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
-    davar_mode_t mode;        /* default centred */
+    double rate_hz;        /* samples per second, 1e-100 .. 1e100; no default */
+    double unit_per_count; /* q15, q31: deg/s per count, 1e-100 .. 1e100; no default */
+    double full_scale;   /* f32: largest |rate| expected, deg/s, 1e-20 .. 1e20; from it on samples saturate (counted) */
+    uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24. Of
+                                 more than 24 (and of f32's 31) the moments see the upper 24 */
+    davar_mode_t mode;   /* default centred */
     davar_policy_t policy;    /* default OR (A-DAVAR) */
     uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
     uint32_t window_min;      /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
-    uint32_t segment;         /* samples of the short segment l; default 100 */
+    uint32_t segment;         /* samples of the short segment l; default 100. 0 (fixed policy): no moments at all */
     double kurtosis_low;      /* K1; default 2.5 */
     double kurtosis_high;     /* K2; default 3.3 */
     double contribution_low;  /* S1; default 0 */
@@ -95,7 +96,7 @@ typedef struct {
     struct davar_plan *fit_plan;
 } davar_config_t;
 
-/* Weather: things the world did, counted, never fatal. Saturating counters. */
+/* Weather: things the world did, counted, never fatal. Counters stay at UINT32_MAX; `missed` alone goes on from 0. */
 typedef struct {
     uint32_t gaps;       /* davar_gap calls, and runs of NaN or inf */
     uint32_t missing;    /* samples lost in those gaps */
@@ -137,6 +138,8 @@ typedef struct {
 typedef struct {
     uint64_t epoch;          /* sample index from 0: window centre (centred) or newest sample (trailing) */
     uint32_t window_samples; /* L */
+    uint32_t
+        mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
     uint32_t gaps_in_window; /* gaps inside this window */
     bool unstable;           /* the policy's flag f (fixed: f1 OR f2, for information) */
     double kurtosis;         /* of the whole window; NaN when its variance is 0 (3.1) */

@@ -1,0 +1,134 @@
+/* davar - what the stages hold, as a verdict and as a result. Reading and computing are apart: what is read may change under
+ * the reader's eyes and is read again then, what is computed may take its time. */
+#ifndef DAVAR_SRC_COLLECT_H
+#define DAVAR_SRC_COLLECT_H
+
+#include "grid.h"
+#include "sequence.h"
+
+#include <math.h>
+
+static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
+{
+    const moments_t *const moments = &stages->moments;
+    if (stages->grid == NULL) {
+        powers_between(powers, first_part ? &moments->middle : &moments->head, &moments->tail);
+    } else {
+        const records_t records = stages->grid->records;
+        davar_read_apart();
+        records_powers(powers, &records, first_part ? records.middle_powers : records.head_powers);
+    }
+}
+
+static void verdict_on(verdict_t *verdict, const powers_t *whole, const powers_t *first, uint32_t length,
+                       const davar_config_t *config)
+{
+    powers_central(whole, length, &verdict->whole);
+    powers_central(first, length - config->segment, &verdict->first);
+    verdict->unstable = davar_stationarity_unstable(config, &verdict->whole, &verdict->first);
+}
+
+/* --- a result --------------------------------------------------------------------------------------------------- */
+
+/* What a result is computed from beside its own integers. */
+typedef struct {
+    sum_t sum[DAVAR_TAUS_MAX];
+    powers_t whole;
+    powers_t first;
+} readings_t;
+
+static uint32_t differences(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
+{
+    const uint32_t span = 2U * m;
+    return (window->length < span) ? 0U : ((window->length - span + 1U) - davar_gaps_spans_lost(gaps, window, m));
+}
+
+/* Samples of the window that are mirror images of others in it. */
+static uint32_t mirrored(const davar_window_t *window)
+{
+    const uint32_t in_front = window->at_start ? (0U - window_tail(window)) : 0U;
+    const uint32_t behind = window->finished ? (window_head(window) - window->end) : 0U;
+    return in_front + (((int32_t)behind > 0) ? behind : 0U);
+}
+
+static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, const davar_window_t *window,
+                        davar_result_t *result)
+{
+    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
+    result->window_samples = window->length;
+    result->mirrored_samples = mirrored(window);
+    result->gaps_in_window = davar_gaps_inside(gaps, window);
+    for (uint32_t t = 0U; t < config->tau_count; t++) {
+        result->tau[t].differences = differences(gaps, window, config->taus[t]);
+    }
+}
+
+static void read_sums(const stages_t *stages, readings_t *readings)
+{
+    if (stages->grid == NULL) {
+        for (uint32_t t = 0U; t < stages->allan.count; t++) {
+            sum_copy(&readings->sum[t], &stages->allan.tau[t].sum);
+        }
+        return;
+    }
+    const records_t records = stages->grid->records;
+    davar_read_apart();
+    for (uint32_t t = 0U; t < stages->allan.count; t++) {
+        readings->sum[t] = records_sum(&records, t);
+    }
+}
+
+/* Reads everything that a push changes, and computes nothing that can wait: only a stretch as long as this must come
+ * without a push now and then. What a push tears may be wrong but must do no harm: what indices and loops depend on is
+ * copied first. */
+static void read_stages(const davar_t *davar, davar_result_t *result, readings_t *readings)
+{
+    const davar_window_t window = davar->window;
+    const davar_gaps_t gaps = davar->gaps;
+    davar_read_apart();
+    read_window(davar->config, &gaps, &window, result);
+    read_sums(davar->stages, readings);
+    if (davar->config->segment != 0U) {
+        window_powers(&readings->whole, davar->stages, false);
+        window_powers(&readings->first, davar->stages, true);
+    }
+}
+
+static void evaluate_tau(davar_adev_t *adev, uint32_t m, const sum_t *sum, double unit_per_count)
+{
+    adev->m = m;
+    adev->adev = (double)NAN;
+    adev->low = (double)NAN;
+    adev->high = (double)NAN;
+    if (adev->differences > 0U) {
+        const double two_m_squared = 2.0 * (double)m * (double)m;
+        adev->adev = unit_per_count * sqrt(sum_to_double(*sum) / (two_m_squared * (double)adev->differences));
+    }
+}
+
+static void evaluate_stationarity(const davar_config_t *config, const readings_t *readings, davar_result_t *result)
+{
+    result->unstable = false;
+    result->kurtosis = (double)NAN;
+    result->contribution = (double)NAN;
+    if (config->segment != 0U) {
+        verdict_t verdict;
+        verdict_on(&verdict, &readings->whole, &readings->first, result->window_samples, config);
+        result->unstable = verdict.unstable;
+        result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
+        result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
+    }
+}
+
+static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
+{
+    const davar_config_t *const config = davar->config;
+    result->tau_count = config->tau_count;
+    for (uint32_t t = 0U; t < config->tau_count; t++) {
+        evaluate_tau(&result->tau[t], config->taus[t], &readings->sum[t], davar->unit_per_count);
+    }
+    evaluate_stationarity(config, readings, result);
+}
+
+#endif

@@ -1,0 +1,58 @@
+"""davar-sim --device COMMAND: what a device may do wrong (tools/davar-mcu tests what it does right)."""
+
+import struct
+import unittest
+
+from sim_case import SimCase
+
+RESULT_HEAD, RESULT_REST = 9, 6 + 20
+HEALTH = 2 ** 64 - 1
+
+
+def words(*values):
+    return struct.pack(f"<{len(values)}Q", *values)
+
+
+def result(channel=0, taus=1):
+    return words(channel, 300, 600, 0, 0, 0, 0, 0, taus) + words(*[0] * RESULT_REST)
+
+
+class Device(SimCase):
+    def device(self, results, *options):
+        """Runs davar-sim with a device that answers `results` (bytes; None: nothing)."""
+        recording = self.recording(1000)
+        answer = self.folder / "answer"
+        command = "true"
+        if results is not None:
+            answer.write_bytes(results)
+            command = f"sh -c 'cp {answer} $2' device"
+        return self.sim(recording, "--lsb", "0.01", "--taus", "1", *options, "--device", command)
+
+    def test_results_that_are_not_whole_are_refused(self):
+        for name, results in {"empty": b"", "cut in a head": result()[:40], "cut in a result": result()[:-8],
+                              "no health": result(), "foreign channel": result(channel=10 ** 9),
+                              "foreign taus": result(taus=33), "cut health": result() + words(HEALTH, 0)}.items():
+            for options in ((), ("--out", "jsonl")):
+                with self.subTest(name, options=options):
+                    done = self.device(results, *options)
+                    self.assertEqual(2, done.returncode, done.stderr)
+                    self.assertRegex(done.stderr, r"^davar-sim: \S+results: the device's results are not whole\n$")
+
+    def test_a_device_that_says_nothing_is_named(self):
+        done = self.device(None)
+        self.assertEqual((2, ""), (done.returncode, done.stdout))
+        self.assertIn("the device left no results", done.stderr)
+
+    def test_the_weather_is_the_device_s(self):
+        done = self.device(result() + words(HEALTH, 0, 3, 17, 5, 0, 0, 0, 0))
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertIn("17", done.stderr)
+
+    def test_pace_is_refused(self):
+        done = self.device(None, "--pace", "100")
+        self.assertEqual((2, "", "davar-sim: --pace: not with --device, which has a clock of its own\n"),
+                         (done.returncode, done.stdout, done.stderr))
+
+
+if __name__ == "__main__":
+    unittest.main()
