@@ -1,0 +1,132 @@
+"""What a report says, as plain values: the template only arranges them."""
+
+import hashlib
+import importlib.metadata
+import platform
+import re
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from pathlib import Path
+
+from .. import contributions, diagnose, improve, model as models
+from ..effects import table
+from . import pictures, words
+
+VERSION_HEADER = Path(__file__).resolve().parents[4] / "lib/include/davar/version.h"
+PACKAGES = ("numpy", "scipy", "matplotlib", "Jinja2")
+WHERE_MAX = 6
+
+
+@dataclass
+class Run:
+    """What was asked for: the command as typed, the files, and what they held."""
+    command: str
+    recording: object
+    model: object
+    files: dict = field(default_factory=dict)  # role -> path
+
+
+def versions():
+    found = {"davar": ".".join(re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", VERSION_HEADER.read_text())),
+             "Python": platform.python_version()}
+    return {**found, **{name: importlib.metadata.version(name) for name in PACKAGES}}
+
+
+def file_facts(files):
+    """Path, size and SHA-256, so that a reader can tell whether he has the same file."""
+    rows = []
+    for role, path in files.items():
+        data = Path(path).read_bytes()
+        rows.append({"role": role, "path": str(path), "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()})
+    return rows
+
+
+def run_facts(run):
+    recording = run.recording
+    return {"command": run.command, "files": file_facts(run.files),
+            "samples": recording.samples, "rate_hz": recording.rate_hz, "duration_s": recording.samples / recording.rate_hz,
+            "gaps": len(recording.gaps), "column": run.model.column, "notes": recording.notes,
+            "columns": list(recording.columns), "versions": versions(),
+            "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")}
+
+
+def parameter_rows(model, given, estimates):
+    """One row per parameter: the value in the file (None: not in it), the fitted value and its 95 % interval."""
+    before, rows = {term.kind: term.parameters for term in given.terms}, []
+    for term, entry in zip(model.terms, estimates):
+        for index, parameter in enumerate(p for p in table.find(term.kind).parameters if p.name in entry):
+            rows.append({"effect": words.name(term.kind), "first": index == 0, "name": parameter.name,
+                         "unit": "" if parameter.name == "axis" else parameter.unit,
+                         "given": before.get(term.kind, {}).get(parameter.name), "fitted": entry[parameter.name],
+                         "new": term.kind not in before})
+    return rows
+
+
+def candidate_rows(found):
+    """The candidates that are more than chance or were worked out, then the kinds of the rest."""
+    count, shown, rest = len(found.candidates), [], []
+    for index, candidate in enumerate(found.candidates):
+        if candidate.parameters or candidate.p_value < 0.05:
+            shown.append({"index": index, "candidate": candidate, "name": words.name(candidate.kind),
+                          "evidence": words.evidence(candidate.p_value, count),
+                          "added": candidate.kind in found.diagnosis.added,
+                          "effect": table.find(candidate.kind), "strength": words.strength(candidate.kind, candidate.parameters),
+                          "share": share(candidate, found.comparison)})
+        else:
+            rest.append(words.name(candidate.kind))
+    return shown, rest
+
+
+def share(candidate, comparison):
+    """Percent of the avoidable error that this effect alone would take; None when it was not worked out."""
+    if candidate.error_after != candidate.error_after or comparison.error <= comparison.error_floor:
+        return None
+    return 100 * min(1.0, max(0.0, (comparison.error - candidate.error_after) / (comparison.error - comparison.error_floor)))
+
+
+def test_rows(given, better):
+    return [{"name": name, "what": words.TESTS.get(name, ""), "p": p, "after": better.tests.get(name) if better else None}
+            for name, p in given.tests.items()]
+
+
+def correlation_rows(given, better):
+    return [{"name": name, "value": value, "p": p, "after": better.correlations.get(name, (None, None))[0] if better else None}
+            for name, (value, p) in sorted(given.correlations.items(), key=lambda item: -abs(item[1][0]))]
+
+
+def measured(run, comparison, better, state):
+    """The part that every report has."""
+    effects = contributions.of_state(state, run.recording, run.model) if better else []
+    effects = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
+    return {"run": run_facts(run), "comparison": comparison, "better": better, "misfit": words.misfit(comparison),
+            "failed": words.failed_tests(comparison.tests), "where": comparison.where[:WHERE_MAX],
+            "tests": test_rows(comparison, better), "correlations": correlation_rows(comparison, better),
+            "given_names": [words.name(kind) for kind in run.model.kinds],
+            "deviation": pictures.deviation(comparison, better, effects),
+            "map": pictures.failure_map(comparison, better), "spectrum": pictures.spectrum(comparison, better)}
+
+
+def of_comparison(run, comparison, state):
+    """`davarlab compare`: state is the model refitted on the recording."""
+    model, estimates = improve.fitted_model(state, run.model)
+    tone, verdict = words.verdict_of_comparison(comparison)
+    shocks = state.shocks.times if "shocks" in model.kinds else ()
+    return {**measured(run, comparison, None, state), "tone": tone, "verdict": verdict, "title": "Model against measurement",
+            "parameters": parameter_rows(model, run.model, estimates), "model_text": models.text_of(model),
+            "recorded": pictures.recorded(run.recording, run.model.column, zip(model.kinds, estimates), shocks)}
+
+
+def of_improvement(run, found):
+    """`davarlab diagnose` and `davarlab improve`."""
+    state = found.diagnosis.states[-1]
+    better = found.comparisons[-1] if len(found.comparisons) > 1 else None
+    tone, verdict = words.verdict_of_diagnosis(found)
+    shown, rest = candidate_rows(found)
+    shocks = state.shocks.times if "shocks" in found.model.kinds else ()
+    return {**measured(run, found.comparison, better, state), "tone": tone, "verdict": verdict,
+            "title": "Which effect is missing", "improvement": words.improvement(found), "next": words.what_next(found),
+            "candidates": shown, "rest": rest, "found": found, "adequate_at": diagnose.ADEQUATE,
+            "p_value_after": found.diagnosis.states[-1].adequacy.p_value,
+            "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None,
+            "parameters": parameter_rows(found.model, run.model, found.estimates), "model_text": models.text_of(found.model),
+            "recorded": pictures.recorded(run.recording, run.model.column, zip(found.model.kinds, found.estimates), shocks)}

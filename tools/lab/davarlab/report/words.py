@@ -1,0 +1,149 @@
+"""Sentences and numbers of a report, for a person who never saw the tool."""
+
+from ..compare import SIGNIFICANT
+from ..diagnose import FAMILY_WISE
+from ..effects import table
+
+TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# What each test of adequacy looks at (davarlab.adequacy).
+TESTS = {
+    "spectrum": "power of the residual at every frequency",
+    "bias step": "one sudden step of the bias",
+    "time and frequency": "power in octaves of frequency and 24 stretches of time, together",
+    "largest cell": "the worst single octave and stretch",
+    "line": "one sharp spectral line",
+    "narrow band": "a narrow band with too much power",
+    "amplitudes": "tails too heavy or too light (kurtosis)",
+    "jumps": "a short excursion of the mean",
+    "shocks": "single wild samples",
+}
+
+
+def name(kind):
+    return kind.replace("_", " ")
+
+
+def listed(kinds):
+    names = [name(kind) for kind in kinds]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def number(value):
+    """Three or four significant digits, powers of ten written as such."""
+    if value is None or value != value:
+        return "–"
+    if isinstance(value, str):
+        return value
+    if value != 0 and not 1e-4 <= abs(value) < 1e6:
+        digits, power = f"{value:.2e}".split("e")
+        return f"{digits}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
+    return f"{value:.4g}".replace("-", "−")
+
+
+def chance(p):
+    return "below 10⁻¹²" if p < TINY else f"{p:.2f}" if p >= 0.1 else number(float(f"{p:.2g}"))
+
+
+def evidence(p, count):
+    """How an engineer should take the p-value of one of `count` candidates."""
+    if p * count < 1e-6:
+        return "beyond doubt"
+    if p * count < FAMILY_WISE:
+        return "strong"
+    return "weak" if p < 0.05 else "no more than chance"
+
+
+def value_with_unit(parameter, estimate):
+    if isinstance(estimate.value, str):
+        return f"{parameter.name} {estimate.value}"
+    return (f"{number(estimate.value)} {parameter.unit.split(' (')[0]} "
+            f"(95 %: {number(estimate.low)} to {number(estimate.high)})")
+
+
+def strength(kind, estimates):
+    """The size of an effect as fitted, and its shape."""
+    parameters = [p for p in table.find(kind).parameters if p.name in estimates]
+    return ", ".join(value_with_unit(p, estimates[p.name]) for p in parameters)
+
+
+def clause(kind):
+    """The physics of an effect as part of a sentence."""
+    physics = table.find(kind).physics.rstrip(".")
+    return physics[0].lower() + physics[1:]
+
+
+def misfit(comparison):
+    """Where the whole record is off, in one sentence."""
+    whole = [cell for cell in comparison.cells if cell.start_s == 0 and
+             cell.stop_s >= 0.99 * comparison.samples / comparison.rate_hz]
+    off = [cell for cell in whole if abs(cell.z) > SIGNIFICANT]
+    if off:
+        worst = max(off, key=lambda cell: abs(cell.z))
+        span = f"between {off[0].tau_s:.3g} and {off[-1].tau_s:.3g} s" if len(off) > 1 else f"at {off[0].tau_s:.3g} s only"
+        return (f"Over the whole record the measured Allan deviation is {times(worst.ratio)} the model's at an averaging time "
+                f"of {worst.tau_s:.3g} s; it is off {span}.")
+    local = max(comparison.cells, key=lambda cell: abs(cell.z))
+    if abs(local.z) > SIGNIFICANT:
+        return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between "
+                f"{local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} the model's at "
+                f"{local.tau_s:.3g} s.")
+    return "The measured Allan deviation agrees with the model at every averaging time and in every part of the record."
+
+
+def times(ratio):
+    return f"{100 * (ratio - 1):+.2g} % off" if 0.9 < ratio < 1.1 else f"{ratio:.2g} times"
+
+
+def failed_tests(tests):
+    """The tests that fail by themselves, most telling first."""
+    bad = sorted((p, what) for what, p in tests.items() if p * len(tests) < 0.01)
+    return [what for _, what in bad]
+
+
+def verdict_of_comparison(comparison):
+    if comparison.adequate:
+        return "good", "The model explains this recording: what is left over is what chance leaves."
+    return "bad", "The model does not explain this recording: measurement and model differ by more than chance can do."
+
+
+def verdict_of_diagnosis(found):
+    """(tone, sentence) of an improvement."""
+    added, steps = found.diagnosis.added, found.steps
+    if found.verdict == "unknown":
+        if not added:
+            return "bad", "Something is missing that this tool does not know: none of its effects explains the misfit."
+        return "bad", (f"The model lacks more than this tool knows: {listed(added)} would help (error {steps[0].error:.3f} to "
+                       f"{steps[-1].error:.3f}), but what is left is still more than chance.")
+    if not added:
+        if found.comparison.adequate:
+            return "good", "Nothing is missing: the model explains this recording, and what is left over is what chance leaves."
+        return "missing", ("No effect is missing, but the sizes in the model file are off: with the same effects refitted the "
+                           "model explains this recording.")
+    sizes = dict(zip(found.model.kinds, found.estimates))
+    if len(added) == 1:
+        return "missing", f"The model lacks {name(added[0])}: {clause(added[0])}; {strength(added[0], sizes[added[0]])}."
+    return "missing", f"The model lacks {listed(added)}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
+
+
+def improvement(found):
+    first, last = found.steps[0], found.steps[-1]
+    if len(found.steps) == 1:
+        return f"The error is {first.error:.3f}; a true model would give about {first.error_floor:.3f} by the scatter of the estimate."
+    sentence = (f"Adding {'it' if len(found.steps) == 2 else 'them'} takes the error from {first.error:.3f} to {last.error:.3f}; "
+                f"a true model would give about {last.error_floor:.3f}.")
+    if last.error_held_out is not None:
+        sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
+    return sentence
+
+
+def what_next(found):
+    """Actions, in order."""
+    lines = [f"{name(kind).capitalize()}: {table.find(kind).confirm}" for kind in found.diagnosis.added]
+    for kind in found.diagnosis.alternatives:
+        lines.append(f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
+                     f"apart: {table.find(kind).confirm}")
+    if found.verdict == "unknown":
+        lines.append("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
+                     "more about an unknown effect than any list. An effect of your own can join the list (--effects FILE.py).")
+    return lines
