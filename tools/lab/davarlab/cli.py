@@ -124,7 +124,7 @@ def run_compare(options):
 def diagnosis_json(found):
     alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
     return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.diagnosis.added,
-            "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
+            "steps": [vars(step) for step in found.steps], "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
             "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
                             "error_held_out_after": c.error_held_out_after,
                             "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}

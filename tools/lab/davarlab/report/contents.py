@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib.metadata
+import math
 import platform
 import re
 from dataclasses import dataclass, field
@@ -63,18 +64,21 @@ def parameter_rows(model, given, estimates):
 
 
 def candidate_rows(found):
-    """The candidates that are more than chance or were worked out, then the kinds of the rest."""
-    count, shown, rest = len(found.candidates), [], []
+    """(candidates to show, names of those that only imitate what was added, names of those that are chance)."""
+    count, added, shown, imitators, chance = len(found.candidates), found.diagnosis.added, [], [], []
+    remaining = {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining} if added else {}
+    fitted = dict(zip(found.model.kinds, found.estimates))
     for index, candidate in enumerate(found.candidates):
-        if candidate.parameters or candidate.p_value < 0.05:
-            shown.append({"index": index, "candidate": candidate, "name": words.name(candidate.kind),
-                          "evidence": words.evidence(candidate.p_value, count),
-                          "added": candidate.kind in found.diagnosis.added,
-                          "effect": table.find(candidate.kind), "strength": words.strength(candidate.kind, candidate.parameters),
-                          "share": share(candidate, found.comparison)})
+        kind, after = candidate.kind, remaining.get(candidate.kind)
+        joined, lasting = kind in added, after is not None and after * count < diagnose.FAMILY_WISE
+        if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
+            shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
+                          "evidence": words.evidence(candidate.p_value, after, count, joined), "effect": table.find(kind),
+                          "after": None if joined else after, "share": share(candidate, found.comparison),
+                          "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:
-            rest.append(words.name(candidate.kind))
-    return shown, rest
+            (imitators if candidate.p_value * count < diagnose.FAMILY_WISE else chance).append(words.name(kind))
+    return shown, imitators, chance
 
 
 def share(candidate, comparison):
@@ -121,11 +125,12 @@ def of_improvement(run, found):
     state = found.diagnosis.states[-1]
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
     tone, verdict = words.verdict_of_diagnosis(found)
-    shown, rest = candidate_rows(found)
+    shown, imitators, chance = candidate_rows(found)
     shocks = state.shocks.times if "shocks" in found.model.kinds else ()
     return {**measured(run, found.comparison, better, state), "tone": tone, "verdict": verdict,
             "title": "Which effect is missing", "improvement": words.improvement(found), "next": words.what_next(found),
-            "candidates": shown, "rest": rest, "found": found, "adequate_at": diagnose.ADEQUATE,
+            "candidates": shown, "imitators": imitators, "chance_kinds": chance,
+            "added": words.listed(found.diagnosis.added) if found.diagnosis.added else None, "found": found, "adequate_at": diagnose.ADEQUATE,
             "p_value_after": found.diagnosis.states[-1].adequacy.p_value,
             "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None,
             "parameters": parameter_rows(found.model, run.model, found.estimates), "model_text": models.text_of(found.model),

@@ -98,7 +98,14 @@ def draw_columns(axes, title, names, recording, time):
         axes.plot(time, values, linewidth=1, label=name.split("_")[1] if len(names) > 1 else None)
     axes.set_ylabel(title)
     if len(names) > 1:
-        axes.legend(fontsize="small", ncols=3, loc="upper left")
+        legend_on_top(axes)
+
+
+def legend_on_top(axes):
+    """A legend in one row, with room made for it."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))
+    axes.legend(fontsize="small", ncols=4, loc="upper left")
 
 
 def mark(axes, recording, estimates, shock_times):
@@ -125,7 +132,7 @@ def recorded(recording, gyro, estimates=(), shock_times=()):
         first.plot(time, rows.mean(axis=1), color="k", linewidth=1, label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s")
         first.set_ylabel(f"{gyro.rsplit('_', 1)[0].replace('_', ' ')} [deg/s]")
         mark(first, recording, estimates, recording.time_s[np.asarray(shock_times, int)])
-        first.legend(fontsize="small", loc="upper right", ncols=3)
+        legend_on_top(first)
         for one, (title, names) in zip(axes[1:, 0], groups.items()):
             draw_columns(one, title, names, recording, time)
         axes[-1, 0].set(xlabel="time [s]", xlim=(time[0], time[-1]))

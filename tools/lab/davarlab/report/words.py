@@ -20,8 +20,12 @@ TESTS = {
 }
 
 
+NAMES = {"gauss_markov": "Gauss-Markov noise", "low_pass": "low pass of the sensor", "g_sensitivity": "g-sensitivity",
+         "warm_up": "warm-up"}
+
+
 def name(kind):
-    return kind.replace("_", " ")
+    return NAMES.get(kind, kind.replace("_", " "))
 
 
 def listed(kinds):
@@ -29,42 +33,45 @@ def listed(kinds):
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def number(value):
-    """Three or four significant digits, powers of ten written as such."""
+def number(value, digits=4):
+    """Significant digits as people write them, powers of ten written as such."""
     if value is None or value != value:
         return "–"
     if isinstance(value, str):
         return value
-    if value != 0 and not 1e-4 <= abs(value) < 1e6:
-        digits, power = f"{value:.2e}".split("e")
-        return f"{digits}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
-    return f"{value:.4g}".replace("-", "−")
+    if value == 0 or 1e-4 <= abs(value) < 1e6:
+        return (f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}").replace("-", "−")
+    mantissa, power = f"{value:.{digits - 2}e}".split("e")
+    return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
 
 
 def chance(p):
-    return "below 10⁻¹²" if p < TINY else f"{p:.2f}" if p >= 0.1 else number(float(f"{p:.2g}"))
+    return "below 10⁻¹²" if p < TINY else f"{p:.2f}" if p >= 0.1 else number(p, 3) if p < 1e-4 else f"{p:.2g}"
 
 
-def evidence(p, count):
-    """How an engineer should take the p-value of one of `count` candidates."""
-    if p * count < 1e-6:
-        return "beyond doubt"
-    if p * count < FAMILY_WISE:
+def evidence(before, after, count, added):
+    """How to take a candidate: its p-value beside the model as given and beside the final one, of `count` that were tried."""
+    likely = before * count < FAMILY_WISE
+    if added:
+        return "beyond doubt" if before * count < 1e-6 else "strong" if likely else "only beside the others"
+    if after is not None and after * count < FAMILY_WISE:
         return "strong"
-    return "weak" if p < 0.05 else "no more than chance"
+    if likely:
+        return "imitates what was added"
+    return "weak" if before < 0.05 else "no more than chance"
 
 
 def value_with_unit(parameter, estimate):
     if isinstance(estimate.value, str):
         return f"{parameter.name} {estimate.value}"
-    return (f"{number(estimate.value)} {parameter.unit.split(' (')[0]} "
-            f"(95 %: {number(estimate.low)} to {number(estimate.high)})")
+    value = f"{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
+    return value if estimate.low == estimate.high else f"{value}, 95 %: {number(estimate.low, 3)} to {number(estimate.high, 3)}"
 
 
 def strength(kind, estimates):
     """The size of an effect as fitted, and its shape."""
     parameters = [p for p in table.find(kind).parameters if p.name in estimates]
-    return ", ".join(value_with_unit(p, estimates[p.name]) for p in parameters)
+    return "; ".join(value_with_unit(p, estimates[p.name]) for p in parameters)
 
 
 def clause(kind):
@@ -122,7 +129,7 @@ def verdict_of_diagnosis(found):
                            "model explains this recording.")
     sizes = dict(zip(found.model.kinds, found.estimates))
     if len(added) == 1:
-        return "missing", f"The model lacks {name(added[0])}: {clause(added[0])}; {strength(added[0], sizes[added[0]])}."
+        return "missing", f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[added[0]])})."
     return "missing", f"The model lacks {listed(added)}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
 
 
@@ -130,8 +137,8 @@ def improvement(found):
     first, last = found.steps[0], found.steps[-1]
     if len(found.steps) == 1:
         return f"The error is {first.error:.3f}; a true model would give about {first.error_floor:.3f} by the scatter of the estimate."
-    sentence = (f"Adding {'it' if len(found.steps) == 2 else 'them'} takes the error from {first.error:.3f} to {last.error:.3f}; "
-                f"a true model would give about {last.error_floor:.3f}.")
+    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f} to {last.error:.3f}; a true "
+                f"model would give about {last.error_floor:.3f}.")
     if last.error_held_out is not None:
         sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
     return sentence
@@ -139,7 +146,7 @@ def improvement(found):
 
 def what_next(found):
     """Actions, in order."""
-    lines = [f"{name(kind).capitalize()}: {table.find(kind).confirm}" for kind in found.diagnosis.added]
+    lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in found.diagnosis.added]
     for kind in found.diagnosis.alternatives:
         lines.append(f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
                      f"apart: {table.find(kind).confirm}")
