@@ -4,7 +4,6 @@ import argparse
 import json
 import math
 import os
-import shlex
 import sys
 
 from . import compare, diagnose, files, improve, model as models, recording as recordings, simulate
@@ -107,7 +106,7 @@ def report(options, recording, model, found, state=None):
     from .report import contents, page  # the pictures take a second to load
     progress("drawing the report")
     named = {"recording": options.recording, "model": options.model, "held-out recording": getattr(options, "held_out", None)}
-    run = contents.Run(shlex.join(["tools/davarlab", *options.typed]), recording, model,
+    run = contents.Run(options.typed, recording, model,
                        {role: path for role, path in named.items() if path})
     page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
 

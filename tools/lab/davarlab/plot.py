@@ -5,6 +5,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.collections import PatchCollection  # noqa: E402
 from matplotlib.colors import LogNorm  # noqa: E402
 from matplotlib.patches import Rectangle  # noqa: E402
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
@@ -68,20 +69,24 @@ def ratio_scale(*comparisons):
     return plt.cm.ScalarMappable(LogNorm(1 / reach, reach), "RdBu_r")
 
 
+def cell_colour(cell, colours):
+    """The colour of its ratio, faded to white where chance does that."""
+    sure = 0.08 + 0.92 * np.clip((abs(cell.z) - FADED) / (FULL - FADED), 0, 1)
+    return 1 - sure * (1 - np.array(colours.to_rgba(cell.ratio)[:3]))
+
+
 def draw_map(axes, comparison, colours):
     """Measured over model in every window and at every tau; what chance would do is pale."""
-    for tau, cells in finest(comparison).items():
-        for cell in cells:
-            sure = np.clip((abs(cell.z) - FADED) / (FULL - FADED), 0, 1)
-            axes.add_patch(Rectangle((cell.start_s, tau / 2 ** 0.5), cell.stop_s - cell.start_s, tau / 2 ** 0.5,
-                                     facecolor=colours.to_rgba(cell.ratio), alpha=0.08 + 0.92 * sure, linewidth=0))
-            axes.add_patch(Rectangle((cell.start_s, tau / 2 ** 0.5), cell.stop_s - cell.start_s, tau / 2 ** 0.5, fill=False,
-                                     edgecolor="0.8", linewidth=0.3))
-            if abs(cell.z) > MARKED:
-                axes.plot((cell.start_s + cell.stop_s) / 2, tau, "k.", markersize=2.5)
-    taus = list(finest(comparison))
+    rows = finest(comparison)
+    cells, taus = [cell for row in rows.values() for cell in row], list(rows)
+    boxes = [Rectangle((cell.start_s, cell.tau_s / 2 ** 0.5), cell.stop_s - cell.start_s, cell.tau_s / 2 ** 0.5)
+             for cell in cells]
+    axes.add_collection(PatchCollection(boxes, facecolors=[cell_colour(cell, colours) for cell in cells], edgecolors="0.8",
+                                        linewidths=0.3))
+    sure = [((cell.start_s + cell.stop_s) / 2, cell.tau_s) for cell in cells if abs(cell.z) > MARKED]
+    axes.plot(*np.array(sure or [(np.nan, np.nan)]).T, "k.", markersize=2.5)
     axes.set(yscale="log", xlabel="time [s]", ylabel="averaging time tau [s]", ylim=(taus[0] / 2 ** 0.5, taus[-1] * 2 ** 0.5),
-             xlim=(0, max(cell.stop_s for cell in comparison.cells)))
+             xlim=(0, max(cell.stop_s for cell in cells)))
 
 
 def draw_map_scale(figure, axes, colours):

@@ -5,6 +5,7 @@ import importlib.metadata
 import math
 import platform
 import re
+import shlex
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
@@ -21,10 +22,19 @@ WHERE_MAX = 6
 @dataclass
 class Run:
     """What was asked for: the command as typed, the files, and what they held."""
-    command: str
+    typed: list
     recording: object
     model: object
     files: dict = field(default_factory=dict)  # role -> path
+
+    @property
+    def command(self):
+        return shlex.join(["tools/davarlab", *self.typed])
+
+    @property
+    def improve(self):
+        """The command that adds what is missing."""
+        return shlex.join(["tools/davarlab", "improve", self.files["recording"], "-m", self.files["model"], "-o", "BETTER.toml"])
 
 
 def versions():
@@ -81,6 +91,13 @@ def candidate_rows(found):
     return shown, imitators, chance
 
 
+def tested_beside(diagnosis):
+    """The kinds beside which the remaining candidates were tried: all that were added, or all but the last when the search
+    stopped at its longest."""
+    last = diagnosis.added[-1]
+    return diagnosis.added[:-1] if any(c.kind == last for c in diagnosis.remaining) else diagnosis.added
+
+
 def share(candidate, comparison):
     """Percent of the avoidable error that this effect alone would take; None when it was not worked out."""
     if candidate.error_after != candidate.error_after or comparison.error <= comparison.error_floor:
@@ -102,7 +119,7 @@ def measured(run, comparison, better, state):
     """The part that every report has."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     effects = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
-    return {"run": run_facts(run), "comparison": comparison, "better": better, "misfit": words.misfit(comparison),
+    return {"run": run_facts(run), "gap_note": words.gap_note(run.recording), "comparison": comparison, "better": better, "misfit": words.misfit(comparison),
             "failed": words.failed_tests(comparison.tests), "where": comparison.where[:WHERE_MAX],
             "tests": test_rows(comparison, better), "correlations": correlation_rows(comparison, better),
             "given_names": [words.name(kind) for kind in run.model.kinds],
@@ -128,9 +145,9 @@ def of_improvement(run, found):
     shown, imitators, chance = candidate_rows(found)
     shocks = state.shocks.times if "shocks" in found.model.kinds else ()
     return {**measured(run, found.comparison, better, state), "tone": tone, "verdict": verdict,
-            "title": "Which effect is missing", "improvement": words.improvement(found), "next": words.what_next(found),
+            "title": "Which effect is missing", "improvement": words.improvement(found), "next": words.what_next(found, run),
             "candidates": shown, "imitators": imitators, "chance_kinds": chance,
-            "added": words.listed(found.diagnosis.added) if found.diagnosis.added else None, "found": found, "adequate_at": diagnose.ADEQUATE,
+            "added": words.listed(tested_beside(found.diagnosis)) if found.diagnosis.added else None, "found": found, "adequate_at": diagnose.ADEQUATE,
             "p_value_after": found.diagnosis.states[-1].adequacy.p_value,
             "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None,
             "parameters": parameter_rows(found.model, run.model, found.estimates), "model_text": models.text_of(found.model),

@@ -30,7 +30,7 @@ def template():
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True,
                                      lstrip_blocks=True, undefined=jinja2.StrictUndefined)
     environment.globals.update(quantity=quantity, chance=words.chance)
-    environment.filters.update(breakable=breakable, number=words.number)
+    environment.filters.update(breakable=breakable, number=words.number, name=words.name)
     return environment.get_template("page.html")
 
 

@@ -2,11 +2,13 @@
 
 import base64
 import io
+import textwrap
 
 import numpy as np
 
 from .. import plot
 from ..plot import plt
+from . import words
 
 WIDTH = 5.9  # inches; at the 96 pixels of a browser's inch half of a page
 STRETCHES = 500
@@ -64,9 +66,9 @@ def steps(found):
         if None not in outside:
             one.plot(place, outside, "s--", color=plot.GIVEN, label="held-out recording")
         one.plot(place, [step.error_floor for step in found], "--", color="0.4", label="floor: scatter of the estimate alone")
-        names = ["as given"] + [f"+ {step.added.replace('_', ' ')}" for step in found[1:]]
-        one.set_xticks(place, [name.replace(" ", "\n") if len(found) > 4 else name for name in names])
-        one.set(ylabel="error [decades of Allan deviation]", ylim=(0, None), xlim=(-0.4, len(found) - 0.6))
+        names = ["as given"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
+        one.set_xticks(place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names])
+        one.set(ylabel="error [decades of Allan deviation]", ylim=(0, 1.15 * max(max(step.error, step.error_held_out or 0) for step in found)), xlim=(-0.4, len(found) - 0.6))
         one.grid(axis="y", alpha=0.3)
         one.legend(fontsize="small")
         return svg(figure)
@@ -108,7 +110,7 @@ def legend_on_top(axes):
     axes.legend(fontsize="small", ncols=4, loc="upper left")
 
 
-def mark(axes, recording, estimates, shock_times):
+def mark(axes, estimates, shock_times):
     """Instants and intervals that the model's effects name."""
     for kind, entry in estimates:
         if kind == "noise_step":
@@ -119,19 +121,20 @@ def mark(axes, recording, estimates, shock_times):
                       label="shocks")
 
 
-def recorded(recording, gyro, estimates=(), shock_times=()):
-    """The gyro column (extremes and mean of short stretches) and what was logged beside it."""
+def recorded(recording, gyro, estimates=(), shocks=()):
+    """The gyro column (extremes and mean of short stretches) and what was logged beside it; time counts samples.
+    shocks: sample indices."""
     with plt.rc_context(SETTINGS):
         groups = column_groups(recording, gyro)
         figure, axes = plt.subplots(1 + len(groups), 1, figsize=(WIDTH, 2.4 + 1.4 * len(groups)), layout="constrained",
                                     squeeze=False, sharex=True, height_ratios=[1.8] + [1] * len(groups))
         rows = stretches(recording.rate_dps(gyro))
-        time = stretches(recording.time_s).mean(axis=1)
+        time = (np.arange(len(rows)) + 0.5) * rows.shape[1] / recording.rate_hz
         first = axes[0, 0]
         first.fill_between(time, rows.min(axis=1), rows.max(axis=1), color="0.75", linewidth=0, label="extremes")
         first.plot(time, rows.mean(axis=1), color="k", linewidth=1, label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s")
         first.set_ylabel(f"{gyro.rsplit('_', 1)[0].replace('_', ' ')} [deg/s]")
-        mark(first, recording, estimates, recording.time_s[np.asarray(shock_times, int)])
+        mark(first, estimates, np.asarray(shocks) / recording.rate_hz)
         legend_on_top(first)
         for one, (title, names) in zip(axes[1:, 0], groups.items()):
             draw_columns(one, title, names, recording, time)

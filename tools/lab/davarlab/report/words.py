@@ -23,6 +23,8 @@ TESTS = {
 NAMES = {"gauss_markov": "Gauss-Markov noise", "low_pass": "low pass of the sensor", "g_sensitivity": "g-sensitivity",
          "warm_up": "warm-up"}
 
+UNITS = ("dps", "s", "hz", "hour", "per")
+
 
 def name(kind):
     return NAMES.get(kind, kind.replace("_", " "))
@@ -61,10 +63,16 @@ def evidence(before, after, count, added):
     return "weak" if before < 0.05 else "no more than chance"
 
 
+def label(parameter):
+    """What a parameter is called in a sentence; a coefficient needs no name."""
+    words = [word for word in parameter.name.split("_") if word not in UNITS]
+    return "" if words[0] == "coefficient" else " ".join(words) + " "
+
+
 def value_with_unit(parameter, estimate):
     if isinstance(estimate.value, str):
-        return f"{parameter.name} {estimate.value}"
-    value = f"{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
+        return label(parameter) + estimate.value
+    value = f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
     return value if estimate.low == estimate.high else f"{value}, 95 %: {number(estimate.low, 3)} to {number(estimate.high, 3)}"
 
 
@@ -76,7 +84,7 @@ def strength(kind, estimates):
 
 def clause(kind):
     """The physics of an effect as part of a sentence."""
-    physics = table.find(kind).physics.rstrip(".")
+    physics = table.find(kind).physics.rstrip(".").split(": ")[0]
     return physics[0].lower() + physics[1:]
 
 
@@ -88,18 +96,20 @@ def misfit(comparison):
     if off:
         worst = max(off, key=lambda cell: abs(cell.z))
         span = f"between {off[0].tau_s:.3g} and {off[-1].tau_s:.3g} s" if len(off) > 1 else f"at {off[0].tau_s:.3g} s only"
-        return (f"Over the whole record the measured Allan deviation is {times(worst.ratio)} the model's at an averaging time "
+        return (f"Over the whole record the measured Allan deviation is {times(worst.ratio)} at an averaging time "
                 f"of {worst.tau_s:.3g} s; it is off {span}.")
     local = max(comparison.cells, key=lambda cell: abs(cell.z))
     if abs(local.z) > SIGNIFICANT:
         return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between "
-                f"{local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} the model's at "
+                f"{local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} at "
                 f"{local.tau_s:.3g} s.")
     return "The measured Allan deviation agrees with the model at every averaging time and in every part of the record."
 
 
 def times(ratio):
-    return f"{100 * (ratio - 1):+.2g} % off" if 0.9 < ratio < 1.1 else f"{ratio:.2g} times"
+    if 0.9 < ratio < 1.1:
+        return f"{100 * abs(ratio - 1):.2g} % {'above' if ratio > 1 else 'below'} the model's"
+    return f"{ratio:.2g} times the model's"
 
 
 def failed_tests(tests):
@@ -144,13 +154,23 @@ def improvement(found):
     return sentence
 
 
-def what_next(found):
+def what_next(found, run):
     """Actions, in order."""
     lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in found.diagnosis.added]
     for kind in found.diagnosis.alternatives:
         lines.append(f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
                      f"apart: {table.find(kind).confirm}")
+    if found.diagnosis.added and "-o" not in run.typed:
+        lines.append(f"Add {'it' if len(found.diagnosis.added) == 1 else 'them'}: {run.improve}")
     if found.verdict == "unknown":
         lines.append("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
                      "more about an unknown effect than any list. An effect of your own can join the list (--effects FILE.py).")
     return lines
+
+
+def gap_note(recording):
+    """What gaps do to the results; None without gaps."""
+    if not len(recording.gaps):
+        return None
+    return (f"The recording has {len(recording.gaps)} gaps. Samples are taken as if they followed each other, and times below "
+            "count samples: do not trust slow terms (bias instability, random walk, drifts) where gaps are a large part.")
