@@ -64,6 +64,10 @@ def estimates_text(model, entries):
     return "\n".join(lines)
 
 
+def fitted_json(model, entries):
+    return [{"kind": term.kind, "parameters": estimates_json(entry)} for term, entry in zip(model.terms, entries)]
+
+
 def comparison_json(c):
     return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
             "p_value": c.p_value, "adequate": bool(c.adequate), "tests": c.tests,
@@ -94,8 +98,7 @@ def run_fit(options):
     fitted, entries = improve.fit(recording, model, progress)
     if options.output:
         models.write(fitted, options.output)
-    emit(options, {"effects": [{"kind": t.kind, "parameters": estimates_json(e)} for t, e in zip(fitted.terms, entries)],
-                   "model": options.output}, estimates_text(fitted, entries))
+    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output}, estimates_text(fitted, entries))
     return 0
 
 
@@ -123,7 +126,8 @@ def run_compare(options):
 def diagnosis_json(found):
     alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
     return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.diagnosis.added,
-            "steps": [vars(step) for step in found.steps], "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
+            "steps": [vars(step) for step in found.steps],
+            "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
             "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
                             "error_held_out_after": c.error_held_out_after,
                             "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}
@@ -163,7 +167,8 @@ def run_improve(options):
     for s in found.steps:
         outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
         lines.append(f"{s.added or '(as given)':<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{s.p_value:>11.3g}")
-    emit(options, {"steps": steps, "verdict": found.verdict, "model": options.output},
+    emit(options, {"steps": steps, "verdict": found.verdict, "model": options.output,
+                   "fitted": fitted_json(found.model, found.estimates)},
          "\n".join([*lines, "", verdict_text(found), "", estimates_text(found.model, found.estimates)]))
     return 1 if found.verdict == "unknown" else 0
 

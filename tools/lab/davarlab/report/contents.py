@@ -31,10 +31,9 @@ class Run:
     def command(self):
         return shlex.join(["tools/davarlab", *self.typed])
 
-    @property
-    def improve(self):
-        """The command that adds what is missing."""
-        return shlex.join(["tools/davarlab", "improve", self.files["recording"], "-m", self.files["model"], "-o", "BETTER.toml"])
+    def follow_up(self, command, *options):
+        """Another command on the same files."""
+        return shlex.join(["tools/davarlab", command, self.files["recording"], "-m", self.files["model"], *options])
 
 
 def versions():
@@ -64,10 +63,10 @@ def run_facts(run):
 def parameter_rows(model, given, estimates):
     """One row per parameter: the value in the file (None: not in it), the fitted value and its 95 % interval."""
     before, rows = {term.kind: term.parameters for term in given.terms}, []
-    for term, entry in zip(model.terms, estimates):
+    for place, (term, entry) in enumerate(zip(model.terms, estimates)):
         for index, parameter in enumerate(p for p in table.find(term.kind).parameters if p.name in entry):
             rows.append({"effect": words.name(term.kind), "first": index == 0, "name": parameter.name,
-                         "unit": "" if parameter.name == "axis" else parameter.unit,
+                         "key": f"fitted.{place}.parameters.{parameter.name}", "unit": "" if parameter.name == "axis" else parameter.unit,
                          "given": before.get(term.kind, {}).get(parameter.name), "fitted": entry[parameter.name],
                          "new": term.kind not in before})
     return rows
@@ -133,6 +132,7 @@ def of_comparison(run, comparison, state):
     tone, verdict = words.verdict_of_comparison(comparison)
     shocks = state.shocks.times if "shocks" in model.kinds else ()
     return {**measured(run, comparison, None, state), "tone": tone, "verdict": verdict, "title": "Model against measurement",
+            "next": words.after_comparison(comparison, state, run),
             "parameters": parameter_rows(model, run.model, estimates), "model_text": models.text_of(model),
             "recorded": pictures.recorded(run.recording, run.model.column, zip(model.kinds, estimates), shocks)}
 

@@ -1,7 +1,7 @@
 """Sentences and numbers of a report, for a person who never saw the tool."""
 
 from ..compare import SIGNIFICANT
-from ..diagnose import FAMILY_WISE
+from ..diagnose import ADEQUATE, FAMILY_WISE
 from ..effects import table
 
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
@@ -161,11 +161,20 @@ def what_next(found, run):
         lines.append(f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
                      f"apart: {table.find(kind).confirm}")
     if found.diagnosis.added and "-o" not in run.typed:
-        lines.append(f"Add {'it' if len(found.diagnosis.added) == 1 else 'them'}: {run.improve}")
+        lines.append(f"Add {'it' if len(found.diagnosis.added) == 1 else 'them'}: {run.follow_up('improve', '-o', 'BETTER.toml')}")
     if found.verdict == "unknown":
         lines.append("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
                      "more about an unknown effect than any list. An effect of your own can join the list (--effects FILE.py).")
     return lines
+
+
+def after_comparison(comparison, state, run):
+    """Actions after `davarlab compare`; state: the same effects refitted."""
+    if comparison.adequate:
+        return []
+    if state.adequacy.p_value >= ADEQUATE:
+        return [f"The same effects with other sizes would do. Refit them: {run.follow_up('fit', '-o', 'FITTED.toml')}"]
+    return [f"Find out what is missing: {run.follow_up('diagnose', '--report', 'DIAGNOSIS.html')}"]
 
 
 def gap_note(recording):
