@@ -125,11 +125,14 @@ class Page:
             raise Closed(answer["exceptionDetails"]["text"])
         return answer["result"].get("value")
 
-    def screenshot(self, height=None):
-        """PNG of the whole page, or of its first `height` CSS pixels."""
+    def screenshot(self, height=None, element=None):
+        """PNG of the whole page, of its first `height` CSS pixels, or of the box of an element (a selector)."""
         size = self.browser.call("Page.getLayoutMetrics", self.session)["cssContentSize"]
-        clip = {"x": 0, "y": 0, "width": size["width"], "height": height or size["height"], "scale": 1}
-        picture = self.browser.call("Page.captureScreenshot", self.session, format="png", clip=clip,
+        clip = {"x": 0, "y": 0, "width": size["width"], "height": height or size["height"]}
+        if element:
+            clip = self.evaluate(f"(r => ({{x: r.x + scrollX, y: r.y + scrollY, width: r.width, height: r.height}}))"
+                                 f"(document.querySelector({json.dumps(element)}).getBoundingClientRect())")
+        picture = self.browser.call("Page.captureScreenshot", self.session, format="png", clip={**clip, "scale": 1},
                                     captureBeyondViewport=True)
         return base64.b64decode(picture["data"])
 

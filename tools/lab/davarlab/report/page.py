@@ -29,7 +29,7 @@ def breakable(name):
 def template():
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True,
                                      lstrip_blocks=True, undefined=jinja2.StrictUndefined)
-    environment.globals.update(quantity=quantity, chance=words.chance)
+    environment.globals.update(quantity=quantity, chance=words.chance, bounds=words.bounds)
     environment.filters.update(breakable=breakable, number=words.number, name=words.name)
     return environment.get_template("page.html")
 

@@ -30,8 +30,8 @@ def name(kind):
     return NAMES.get(kind, kind.replace("_", " "))
 
 
-def listed(kinds):
-    names = [name(kind) for kind in kinds]
+def listed(kinds, shown=name):
+    names = [shown(kind) for kind in kinds]
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
@@ -45,6 +45,12 @@ def number(value, digits=4):
         return (f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}").replace("-", "−")
     mantissa, power = f"{value:.{digits - 2}e}".split("e")
     return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
+
+
+def bounds(estimate):
+    """A way to write both ends of an interval: with as many digits as tell them apart."""
+    digits = next((d for d in range(4, 10) if number(estimate.low, d) != number(estimate.high, d)), 9)
+    return lambda value: number(value, digits)
 
 
 def chance(p):
@@ -69,17 +75,20 @@ def label(parameter):
     return "" if words[0] == "coefficient" else " ".join(words) + " "
 
 
-def value_with_unit(parameter, estimate):
+def bare_value(parameter, estimate):
     if isinstance(estimate.value, str):
         return label(parameter) + estimate.value
-    value = f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
-    return value if estimate.low == estimate.high else f"{value}, 95 %: {number(estimate.low, 3)} to {number(estimate.high, 3)}"
+    return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
 
 
-def strength(kind, estimates):
+def value_with_interval(parameter, estimate):
+    low, high = (estimate.low if isinstance(estimate.low, str) else number(bound, 3) for bound in (estimate.low, estimate.high))
+    return bare_value(parameter, estimate) + ("" if low == high else f", 95 %: {low} to {high}")
+
+
+def strength(kind, estimates, shown=value_with_interval):
     """The size of an effect as fitted, and its shape."""
-    parameters = [p for p in table.find(kind).parameters if p.name in estimates]
-    return "; ".join(value_with_unit(p, estimates[p.name]) for p in parameters)
+    return "; ".join(shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates)
 
 
 def clause(kind):
@@ -140,7 +149,8 @@ def verdict_of_diagnosis(found):
     sizes = dict(zip(found.model.kinds, found.estimates))
     if len(added) == 1:
         return "missing", f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[added[0]])})."
-    return "missing", f"The model lacks {listed(added)}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
+    named = listed(added, lambda kind: f"{name(kind)} ({strength(kind, sizes[kind], bare_value)})")
+    return "missing", f"The model lacks {named}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
 
 
 def improvement(found):
