@@ -83,7 +83,7 @@ def bare_value(parameter, estimate):
 
 def value_with_interval(parameter, estimate):
     low, high = (estimate.low if isinstance(estimate.low, str) else number(bound, 3) for bound in (estimate.low, estimate.high))
-    return bare_value(parameter, estimate) + ("" if low == high else f", 95 %: {low} to {high}")
+    return bare_value(parameter, estimate) + ("" if low == high else f", 95\u00a0%: {low} to {high}")
 
 
 def strength(kind, estimates, shown=value_with_interval):
@@ -165,26 +165,27 @@ def improvement(found):
 
 
 def what_next(found, run):
-    """Actions, in order."""
-    lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in found.diagnosis.added]
+    """Actions in order: (what to do, the command that does it or None)."""
+    added, lines = found.diagnosis.added, []
+    lines += [(f"Confirm {name(kind)}: {table.find(kind).confirm}", None) for kind in added]
     for kind in found.diagnosis.alternatives:
-        lines.append(f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
-                     f"apart: {table.find(kind).confirm}")
-    if found.diagnosis.added and "-o" not in run.typed:
-        lines.append(f"Add {'it' if len(found.diagnosis.added) == 1 else 'them'}: {run.follow_up('improve', '-o', 'BETTER.toml')}")
+        lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
+                      f"apart: {table.find(kind).confirm}", None))
+    if added and "-o" not in run.typed:
+        lines.append((f"Add {'it' if len(added) == 1 else 'them'} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
     if found.verdict == "unknown":
-        lines.append("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
-                     "more about an unknown effect than any list. An effect of your own can join the list (--effects FILE.py).")
+        lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
+                      "more about an unknown effect than any list. An effect of your own joins the list with", "--effects FILE.py"))
     return lines
 
 
 def after_comparison(comparison, state, run):
-    """Actions after `davarlab compare`; state: the same effects refitted."""
+    """The same after `davarlab compare`; state: the effects refitted."""
     if comparison.adequate:
         return []
     if state.adequacy.p_value >= ADEQUATE:
-        return [f"The same effects with other sizes would do. Refit them: {run.follow_up('fit', '-o', 'FITTED.toml')}"]
-    return [f"Find out what is missing: {run.follow_up('diagnose', '--report', 'DIAGNOSIS.html')}"]
+        return [("The same effects with other sizes would do. Refit them:", run.follow_up("fit", "-o", "FITTED.toml"))]
+    return [("Find out what is missing:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
 
 
 def gap_note(recording):
