@@ -110,7 +110,9 @@ def report(options, recording, model, found, state=None):
     progress("drawing the report")
     named = {"recording": options.recording, "model": options.model, "held-out recording": getattr(options, "held_out", None)}
     run = contents.Run(options.typed, recording, model,
-                       {role: path for role, path in named.items() if path})
+                       {role: path for role, path in named.items() if path},
+                       [word for path in options.effects for word in ("--effects", path)]
+                       + (["--rate", f"{options.rate:g}"] if options.rate else []))
     page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
 
 

@@ -21,11 +21,12 @@ WHERE_MAX = 6
 
 @dataclass
 class Run:
-    """What was asked for: the command as typed, the files, and what they held."""
+    """What was asked for: the command as typed, the files and what they held, options that every further command needs."""
     typed: list
     recording: object
     model: object
     files: dict = field(default_factory=dict)  # role -> path
+    common: list = field(default_factory=list)
 
     @property
     def command(self):
@@ -33,7 +34,7 @@ class Run:
 
     def follow_up(self, command, *options):
         """Another command on the same files."""
-        return shlex.join(["tools/davarlab", command, self.files["recording"], "-m", self.files["model"], *options])
+        return shlex.join(["tools/davarlab", command, self.files["recording"], "-m", self.files["model"], *self.common, *options])
 
 
 def versions():
@@ -119,7 +120,7 @@ def measured(run, comparison, better, state):
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     effects = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
     return {"run": run_facts(run), "gap_note": words.gap_note(run.recording), "comparison": comparison, "better": better, "misfit": words.misfit(comparison),
-            "failed": words.failed_tests(comparison.tests), "where": comparison.where[:WHERE_MAX],
+            "failed": words.failed_tests((better or comparison).tests), "where": comparison.where[:WHERE_MAX],
             "tests": test_rows(comparison, better), "correlations": correlation_rows(comparison, better),
             "given_names": [words.name(kind) for kind in run.model.kinds],
             "deviation": pictures.deviation(comparison, better, effects),

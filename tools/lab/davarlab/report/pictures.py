@@ -7,6 +7,7 @@ import textwrap
 import numpy as np
 
 from .. import plot
+from ..effects import table
 from ..plot import plt
 from . import words
 
@@ -81,16 +82,19 @@ def stretches(values):
     return values[:count * length].reshape(count, length)
 
 
-def column_groups(recording, gyro):
-    """Columns that belong on one panel: title -> names. Accelerometer axes share one."""
-    groups = {}
+def column_groups(recording, kinds):
+    """Columns that belong on one panel: title -> names. Accelerometer axes share one; what the model's effects need comes
+    first."""
+    groups, needs = {}, tuple(need for kind in kinds for need in table.find(kind).needs)
     for name in recording.columns:
         if name == "time_s" or name.startswith("gyro_") or np.ptp(recording.columns[name]) == 0:
             continue
         quantity, _, unit = name.rpartition("_")
-        title = f"vibration [{unit} rms]" if quantity.startswith("accel") else f"{quantity.replace('_', ' ')} [{unit}]"
+        title = f"vibration [{unit} rms]" if quantity.startswith("accel") else \
+            f"{quantity.replace('_', ' ')} [{unit}]" if quantity else name
         groups.setdefault(title, []).append(name)
-    return dict(list(groups.items())[:COLUMN_PANELS])
+    ordered = sorted(groups.items(), key=lambda group: not (needs and group[1][0].startswith(needs)))
+    return dict(ordered[:COLUMN_PANELS])
 
 
 def draw_columns(axes, title, names, recording, time):
@@ -125,7 +129,8 @@ def recorded(recording, gyro, estimates=(), shocks=()):
     """The gyro column (extremes and mean of short stretches) and what was logged beside it; time counts samples.
     shocks: sample indices."""
     with plt.rc_context(SETTINGS):
-        groups = column_groups(recording, gyro)
+        estimates = list(estimates)
+        groups = column_groups(recording, [kind for kind, _ in estimates])
         figure, axes = plt.subplots(1 + len(groups), 1, figsize=(WIDTH, 2.4 + 1.4 * len(groups)), layout="constrained",
                                     squeeze=False, sharex=True, height_ratios=[1.8] + [1] * len(groups))
         rows = stretches(recording.rate_dps(gyro))

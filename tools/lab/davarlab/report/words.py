@@ -122,9 +122,9 @@ def times(ratio):
 
 
 def failed_tests(tests):
-    """The tests that fail by themselves, most telling first."""
-    bad = sorted((p, what) for what, p in tests.items() if p * len(tests) < 0.01)
-    return [what for _, what in bad]
+    """What the tests that fail by themselves look for, most telling first; None when none does."""
+    bad = [TESTS.get(what, what) for p, what in sorted((p, what) for what, p in tests.items()) if p * len(tests) < ADEQUATE]
+    return "; ".join(bad) or None
 
 
 def verdict_of_comparison(comparison):
@@ -173,6 +173,8 @@ def what_next(found, run):
                       f"apart: {table.find(kind).confirm}", None))
     if added and "-o" not in run.typed:
         lines.append((f"Add {'it' if len(added) == 1 else 'them'} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
+    if found.verdict == "none" and not found.comparison.adequate:
+        lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
     if found.verdict == "unknown":
         lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
                       "more about an unknown effect than any list. An effect of your own joins the list with", "--effects FILE.py"))
