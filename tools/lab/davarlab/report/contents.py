@@ -34,7 +34,8 @@ class Run:
 
     def follow_up(self, command, *options):
         """Another command on the same files."""
-        return shlex.join(["tools/davarlab", command, self.files["recording"], "-m", self.files["model"], *self.common, *options])
+        files = [self.files["recording"], "-m", self.files["model"]]
+        return shlex.join(["tools/davarlab", command, *files, *self.common, *options])
 
 
 def versions():
@@ -67,7 +68,8 @@ def parameter_rows(model, given, estimates):
     for place, (term, entry) in enumerate(zip(model.terms, estimates)):
         for index, parameter in enumerate(p for p in table.find(term.kind).parameters if p.name in entry):
             rows.append({"effect": words.name(term.kind), "first": index == 0, "name": parameter.name,
-                         "key": f"fitted.{place}.parameters.{parameter.name}", "unit": "" if parameter.name == "axis" else parameter.unit,
+                         "key": f"fitted.{place}.parameters.{parameter.name}",
+                         "unit": "" if parameter.name == "axis" else parameter.unit,
                          "given": before.get(term.kind, {}).get(parameter.name), "fitted": entry[parameter.name],
                          "new": term.kind not in before})
     return rows
@@ -82,8 +84,9 @@ def candidate_rows(found):
         kind, after = candidate.kind, remaining.get(candidate.kind)
         joined, lasting = kind in added, after is not None and after * count < diagnose.FAMILY_WISE
         if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
+            evidence = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
             shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
-                          "evidence": words.evidence(candidate.p_value, after, count, joined), "effect": table.find(kind),
+                          "evidence": evidence, "effect": table.find(kind),
                           "after": None if joined else after, "share": share(candidate, found.comparison),
                           "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:
@@ -111,45 +114,45 @@ def test_rows(given, better):
 
 
 def correlation_rows(given, better):
-    return [{"name": name, "value": value, "p": p, "after": better.correlations.get(name, (None, None))[0] if better else None}
+    after = better.correlations if better else {}
+    return [{"name": name, "value": value, "p": p, "after": after.get(name, (None, None))[0]}
             for name, (value, p) in sorted(given.correlations.items(), key=lambda item: -abs(item[1][0]))]
 
 
-def measured(run, comparison, better, state):
-    """The part that every report has."""
+def measured(run, comparison, better, state, model, estimates):
+    """The part that every report has. better: the comparison of the final model when it has more effects than the given one;
+    state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
-    effects = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
-    return {"run": run_facts(run), "gap_note": words.gap_note(run.recording), "comparison": comparison, "better": better, "misfit": words.misfit(comparison),
-            "failed": words.failed_tests((better or comparison).tests), "where": comparison.where[:WHERE_MAX],
-            "tests": test_rows(comparison, better), "correlations": correlation_rows(comparison, better),
-            "given_names": [words.name(kind) for kind in run.model.kinds],
-            "deviation": pictures.deviation(comparison, better, effects),
+    added = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
+    shocks = state.shocks.times if "shocks" in model.kinds else ()
+    return {"run": run_facts(run), "gap_note": words.gap_note(run.recording),
+            "given_names": [words.name(kind) for kind in run.model.kinds], "comparison": comparison, "better": better,
+            "misfit": words.misfit(comparison), "failed": words.failed_tests((better or comparison).tests),
+            "where": comparison.where[:WHERE_MAX], "tests": test_rows(comparison, better),
+            "correlations": correlation_rows(comparison, better),
+            "parameters": parameter_rows(model, run.model, estimates), "model_text": models.text_of(model),
+            "deviation": pictures.deviation(comparison, better, added),
+            "recorded": pictures.recorded(run.recording, run.model.column, zip(model.kinds, estimates), shocks),
             "map": pictures.failure_map(comparison, better), "spectrum": pictures.spectrum(comparison, better)}
 
 
 def of_comparison(run, comparison, state):
     """`davarlab compare`: state is the model refitted on the recording."""
-    model, estimates = improve.fitted_model(state, run.model)
     tone, verdict = words.verdict_of_comparison(comparison)
-    shocks = state.shocks.times if "shocks" in model.kinds else ()
-    return {**measured(run, comparison, None, state), "tone": tone, "verdict": verdict, "title": "Model against measurement",
-            "next": words.after_comparison(comparison, state, run),
-            "parameters": parameter_rows(model, run.model, estimates), "model_text": models.text_of(model),
-            "recorded": pictures.recorded(run.recording, run.model.column, zip(model.kinds, estimates), shocks)}
+    return {**measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
+            "title": "Model against measurement", "tone": tone, "verdict": verdict,
+            "next": words.after_comparison(comparison, state, run)}
 
 
 def of_improvement(run, found):
     """`davarlab diagnose` and `davarlab improve`."""
-    state = found.diagnosis.states[-1]
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
     tone, verdict = words.verdict_of_diagnosis(found)
     shown, imitators, chance = candidate_rows(found)
-    shocks = state.shocks.times if "shocks" in found.model.kinds else ()
-    return {**measured(run, found.comparison, better, state), "tone": tone, "verdict": verdict,
-            "title": "Which effect is missing", "improvement": words.improvement(found), "next": words.what_next(found, run),
+    return {**measured(run, found.comparison, better, found.diagnosis.states[-1], found.model, found.estimates),
+            "title": "Which effect is missing", "tone": tone, "verdict": verdict, "found": found,
+            "improvement": words.improvement(found), "next": words.what_next(found, run),
+            "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "adequate_at": diagnose.ADEQUATE,
             "candidates": shown, "imitators": imitators, "chance_kinds": chance,
-            "added": words.listed(tested_beside(found.diagnosis)) if found.diagnosis.added else None, "found": found, "adequate_at": diagnose.ADEQUATE,
-            "p_value_after": found.diagnosis.states[-1].adequacy.p_value,
-            "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None,
-            "parameters": parameter_rows(found.model, run.model, found.estimates), "model_text": models.text_of(found.model),
-            "recorded": pictures.recorded(run.recording, run.model.column, zip(found.model.kinds, found.estimates), shocks)}
+            "added": words.listed(tested_beside(found.diagnosis)) if found.diagnosis.added else None,
+            "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None}

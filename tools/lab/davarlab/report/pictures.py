@@ -66,10 +66,11 @@ def steps(found):
         outside = [step.error_held_out for step in found]
         if None not in outside:
             one.plot(place, outside, "s--", color=plot.GIVEN, label="held-out recording")
-        one.plot(place, [step.error_floor for step in found], "--", color="0.4", label="floor: scatter of the estimate alone")
+        one.plot(place, [step.error_floor for step in found], "--", color="0.4", label="floor: scatter alone")
         names = ["as given"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
         one.set_xticks(place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names])
-        one.set(ylabel="error [decades of Allan deviation]", ylim=(0, 1.15 * max(max(step.error, step.error_held_out or 0) for step in found)), xlim=(-0.4, len(found) - 0.6))
+        top = max(max(step.error, step.error_held_out or 0) for step in found)
+        one.set(ylabel="error [decades of Allan deviation]", ylim=(0, 1.15 * top), xlim=(-0.4, len(found) - 0.6))
         one.grid(axis="y", alpha=0.3)
         one.legend(fontsize="small")
         return svg(figure)
@@ -137,7 +138,8 @@ def recorded(recording, gyro, estimates=(), shocks=()):
         time = (np.arange(len(rows)) + 0.5) * rows.shape[1] / recording.rate_hz
         first = axes[0, 0]
         first.fill_between(time, rows.min(axis=1), rows.max(axis=1), color="0.75", linewidth=0, label="extremes")
-        first.plot(time, rows.mean(axis=1), color="k", linewidth=1, label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s")
+        first.plot(time, rows.mean(axis=1), color="k", linewidth=1,
+                   label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s")
         first.set_ylabel(f"{gyro.rsplit('_', 1)[0].replace('_', ' ')} [deg/s]")
         mark(first, estimates, np.asarray(shocks) / recording.rate_hz)
         legend_on_top(first)

@@ -30,9 +30,9 @@ def name(kind):
     return NAMES.get(kind, kind.replace("_", " "))
 
 
-def listed(kinds, shown=name):
+def listed(kinds, shown=name, joint=" and "):
     names = [shown(kind) for kind in kinds]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
 
 
 def number(value, digits=4):
@@ -57,15 +57,15 @@ def chance(p):
     return "below 10⁻¹²" if p < TINY else f"{p:.2f}" if p >= 0.1 else number(p, 3) if p < 1e-4 else f"{p:.2g}"
 
 
-def evidence(before, after, count, added):
-    """How to take a candidate: its p-value beside the model as given and beside the final one, of `count` that were tried."""
+def evidence(before, after, count, added, alternative=False):
+    """How to take one of `count` candidates: its p-value beside the model as given and beside the final one."""
     likely = before * count < FAMILY_WISE
     if added:
         return "beyond doubt" if before * count < 1e-6 else "strong" if likely else "only beside the others"
     if after is not None and after * count < FAMILY_WISE:
         return "strong"
     if likely:
-        return "imitates what was added"
+        return "cannot be told from it" if alternative else "imitates what was added"
     return "weak" if before < 0.05 else "no more than chance"
 
 
@@ -82,7 +82,7 @@ def bare_value(parameter, estimate):
 
 
 def value_with_interval(parameter, estimate):
-    low, high = (estimate.low if isinstance(estimate.low, str) else number(bound, 3) for bound in (estimate.low, estimate.high))
+    low, high = number(estimate.low, 3), number(estimate.high, 3)
     return bare_value(parameter, estimate) + ("" if low == high else f", 95\u00a0%: {low} to {high}")
 
 
@@ -93,7 +93,7 @@ def strength(kind, estimates, shown=value_with_interval):
 
 def clause(kind):
     """The physics of an effect as part of a sentence."""
-    physics = table.find(kind).physics.rstrip(".").split(": ")[0]
+    physics = table.find(kind).physics.rstrip(".").split(": ")[0].split(" (")[0]
     return physics[0].lower() + physics[1:]
 
 
@@ -133,32 +133,42 @@ def verdict_of_comparison(comparison):
     return "bad", "The model does not explain this recording: measurement and model differ by more than chance can do."
 
 
+def verdict_of_unknown(added, steps):
+    if not added:
+        return "Something is missing that this tool does not know: none of its effects explains the misfit."
+    return (f"The model lacks more than this tool knows: {listed(added)} would help (error {steps[0].error:.3f} to "
+            f"{steps[-1].error:.3f}), but what is left is still more than chance.")
+
+
+def verdict_of_missing(found):
+    added, sizes = found.diagnosis.added, dict(zip(found.model.kinds, found.estimates))
+    if len(added) == 1:
+        if found.diagnosis.alternatives and found.diagnosis.ranking[0].kind == added[0]:
+            rivals = listed(added + found.diagnosis.alternatives, joint=" or ")
+            return f"The model lacks {rivals}, which this recording cannot tell apart."
+        return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[added[0]])})."
+    named = listed(added, lambda kind: f"{name(kind)} ({strength(kind, sizes[kind], bare_value)})")
+    return f"The model lacks {named}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
+
+
 def verdict_of_diagnosis(found):
     """(tone, sentence) of an improvement."""
-    added, steps = found.diagnosis.added, found.steps
     if found.verdict == "unknown":
-        if not added:
-            return "bad", "Something is missing that this tool does not know: none of its effects explains the misfit."
-        return "bad", (f"The model lacks more than this tool knows: {listed(added)} would help (error {steps[0].error:.3f} to "
-                       f"{steps[-1].error:.3f}), but what is left is still more than chance.")
-    if not added:
-        if found.comparison.adequate:
-            return "good", "Nothing is missing: the model explains this recording, and what is left over is what chance leaves."
-        return "missing", ("No effect is missing, but the sizes in the model file are off: with the same effects refitted the "
-                           "model explains this recording.")
-    sizes = dict(zip(found.model.kinds, found.estimates))
-    if len(added) == 1:
-        return "missing", f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[added[0]])})."
-    named = listed(added, lambda kind: f"{name(kind)} ({strength(kind, sizes[kind], bare_value)})")
-    return "missing", f"The model lacks {named}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
+        return "bad", verdict_of_unknown(found.diagnosis.added, found.steps)
+    if found.diagnosis.added:
+        return "missing", verdict_of_missing(found)
+    if found.comparison.adequate:
+        return "good", "Nothing is missing: the model explains this recording, and what is left over is what chance leaves."
+    return "missing", ("No effect is missing, but the sizes in the model file are off: with the same effects refitted the "
+                       "model explains this recording.")
 
 
 def improvement(found):
     first, last = found.steps[0], found.steps[-1]
     if len(found.steps) == 1:
-        return f"The error is {first.error:.3f}; a true model would give about {first.error_floor:.3f} by the scatter of the estimate."
-    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f} to {last.error:.3f}; a true "
-                f"model would give about {last.error_floor:.3f}.")
+        return f"The error is {first.error:.3f}; a true model would give about {first.error_floor:.3f}."
+    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f} to {last.error:.3f}; "
+                f"a true model would give about {last.error_floor:.3f}.")
     if last.error_held_out is not None:
         sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
     return sentence
@@ -172,12 +182,13 @@ def what_next(found, run):
         lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
                       f"apart: {table.find(kind).confirm}", None))
     if added and "-o" not in run.typed:
-        lines.append((f"Add {'it' if len(added) == 1 else 'them'} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
+        lines.append((f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
     if found.verdict == "none" and not found.comparison.adequate:
         lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
     if found.verdict == "unknown":
-        lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails says "
-                      "more about an unknown effect than any list. An effect of your own joins the list with", "--effects FILE.py"))
+        lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
+                      "says more about an unknown effect than any list. An effect of your own joins the list with",
+                      "--effects FILE.py"))
     return lines
 
 
@@ -194,5 +205,6 @@ def gap_note(recording):
     """What gaps do to the results; None without gaps."""
     if not len(recording.gaps):
         return None
-    return (f"The recording has {len(recording.gaps)} gaps. Samples are taken as if they followed each other, and times below "
-            "count samples: do not trust slow terms (bias instability, random walk, drifts) where gaps are a large part.")
+    return (f"The recording has {len(recording.gaps)} gaps. Samples are taken as if they followed each other, and times "
+            "below count samples: do not trust slow terms (bias instability, random walk, drifts) where gaps are a large "
+            "part.")
