@@ -2,6 +2,8 @@
 
 import base64
 import json
+import os
+import random
 import re
 import subprocess
 import sys
@@ -180,6 +182,21 @@ class Pages(unittest.TestCase):
                     self.assertGreater(min(sizes), 0, (name, width))
                     self.assertEqual(page.evaluate("document.getElementById('verdict').innerText"), self.pages[name].verdict)
                     self.assertEqual(page.screenshot()[:4], b"\x89PNG")
+
+
+class Numbers(unittest.TestCase):
+    def test_a_number_of_any_size_is_written_rounded(self):
+        draw = random.Random(4)
+        values = [sign * 10 ** draw.uniform(-30, 12) for _ in range(1000) for sign in (-1, 1)] + [0.0]
+        program = ("import json, sys; from davarlab.report import words; "
+                   "print(json.dumps([words.number(v, d) for v in json.load(sys.stdin) for d in (3, 4, 9)]))")
+        run("effects")  # makes the environment
+        done = subprocess.run([ROOT / "build/venv-lab/bin/python", "-B", "-c", program], input=json.dumps(values), text=True,
+                              env={**os.environ, "PYTHONPATH": str(ROOT / "tools/lab")}, check=True, stdout=subprocess.PIPE)
+        for place, text in enumerate(json.loads(done.stdout)):
+            value, shown = values[place // 3], shown_number(text)
+            self.assertLessEqual(abs(float(shown) - value), 0.5001 * 10.0 ** shown.as_tuple().exponent, text)
+            self.assertLessEqual(abs(float(shown) - value), 0.051 * abs(value), text)
 
 
 class Files(unittest.TestCase):

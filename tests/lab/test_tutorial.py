@@ -29,7 +29,7 @@ class Tutorial(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.work = Path(folder.name)
         cls.said = {command[1]: tutorial.run(command, cls.work) for command in tutorial.commands()}
-        cls.readme = (ROOT / "README.md").read_text(encoding="utf-8")
+        cls.story = tutorial.section()
 
     def assert_close(self, shown, printed):
         self.assertEqual(len(shown), len(printed))
@@ -41,7 +41,7 @@ class Tutorial(unittest.TestCase):
         self.assertEqual(len(tutorial.commands()), COMMANDS)
 
     def test_the_table_is_the_one_that_improve_prints(self):
-        shown = tutorial.block("tutorial-output").splitlines()
+        shown = tutorial.block("text").splitlines()
         printed = self.said["improve"].splitlines()[:len(shown)]
         number = re.compile(r"(?<![\w])\d[\d.]*(?:e-?\d+)?")
         for a, b in zip(shown, printed, strict=True):
@@ -50,7 +50,7 @@ class Tutorial(unittest.TestCase):
 
     def test_the_two_bias_instabilities_are_those_of_fit_and_improve(self):
         for name, sentence in (("fit", r"The latter comes out as.*?\)"), ("improve", r"Bias instability is now.*?\)")):
-            shown = re.search(sentence, self.readme, re.DOTALL).group()
+            shown = re.search(sentence, self.story, re.DOTALL).group()
             printed = self.said[name].split("bias_instability\n")[1]
             self.assert_close(interval(shown), interval(printed))
 
@@ -61,8 +61,7 @@ class Tutorial(unittest.TestCase):
         self.assertIn("The model lacks sinusoid", (self.work / "build/missing.html").read_text(encoding="utf-8"))
 
     def test_its_pictures_are_there_and_small(self):
-        section = self.readme.split("## Which effect is missing")[1].split("\n## ")[0]
-        pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", section)
+        pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", self.story)
         self.assertEqual(len(pictures), 2)
         for picture in pictures:
             data = (ROOT / picture).read_bytes()

@@ -12,17 +12,23 @@ from pathlib import Path
 from browser import Browser
 
 ROOT = Path(__file__).resolve().parents[2]
+HEADING = "## Which effect is missing"
+
+
+def section():
+    """The part of README.md that tells the story."""
+    return (ROOT / "README.md").read_text(encoding="utf-8").split(f"\n{HEADING}\n")[1].split("\n## ")[0]
 
 
 def block(language):
-    """The text of the one fenced block of this language."""
-    found = re.findall(rf"^```{language}\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
-    assert len(found) == 1, f"README.md has {len(found)} ```{language} blocks"
+    """The text of its one fenced block of this language."""
+    found = re.findall(rf"^```{language}\n(.*?)^```$", section(), re.DOTALL | re.MULTILINE)
+    assert len(found) == 1, f"README.md, {HEADING}: {len(found)} blocks ```{language}"
     return found[0]
 
 
 def commands():
-    return [shlex.split(line) for line in block("tutorial").splitlines()]
+    return [shlex.split(line) for line in block("sh").splitlines()]
 
 
 def run(command, folder):
