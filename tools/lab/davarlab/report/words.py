@@ -177,18 +177,18 @@ def improvement(found):
 def what_next(found, run):
     """Actions in order: (what to do, the command that does it or None)."""
     added, lines = found.diagnosis.added, []
-    lines += [(f"Confirm {name(kind)}: {table.find(kind).confirm}", None) for kind in added]
-    for kind in found.diagnosis.alternatives:
-        lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
-                      f"apart: {table.find(kind).confirm}", None))
-    if added and "-o" not in run.typed:
-        lines.append((f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
-    if found.verdict == "none" and not found.comparison.adequate:
-        lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
     if found.verdict == "unknown":
         lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
                       "says more about an unknown effect than any list. An effect of your own joins the list with",
                       "--effects FILE.py"))
+    lines += [(f"Confirm {name(kind)}: {table.find(kind).confirm}", None) for kind in added]
+    for kind in found.diagnosis.alternatives:
+        lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
+                      f"apart: {table.find(kind).confirm}", None))
+    if added and found.verdict != "unknown" and "-o" not in run.typed:
+        lines.append((f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
+    if not added and found.verdict == "none" and not found.comparison.adequate:
+        lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
     return lines
 
 
