@@ -112,7 +112,7 @@ def report(options, recording, model, found, state=None):
     run = contents.Run(options.typed, recording, model,
                        {role: path for role, path in named.items() if path},
                        [word for path in options.effects for word in ("--effects", path)]
-                       + (["--rate", f"{options.rate:g}"] if options.rate else []))
+                       + (["--rate", f"{options.rate:g}"] if options.rate else []), getattr(options, "output", None))
     page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
 
 

@@ -27,6 +27,7 @@ class Run:
     model: object
     files: dict = field(default_factory=dict)  # role -> path
     common: list = field(default_factory=list)
+    output: str | None = None  # the model file that was written
 
     @property
     def command(self):

@@ -185,7 +185,9 @@ def what_next(found, run):
     for kind in found.diagnosis.alternatives:
         lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
                       f"apart: {table.find(kind).confirm}", None))
-    if added and found.verdict != "unknown" and "-o" not in run.typed:
+    if added and run.output:
+        lines.append((f"The model with {listed(added)} is in", run.output))
+    elif added and found.verdict != "unknown":
         lines.append((f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
     if not added and found.verdict == "none" and not found.comparison.adequate:
         lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
