@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from .errors import BadInput
 TAUS_MAX = 24
 
 
+@cache
 def library():
     """The shared library that tools/davarlab builds."""
     default = Path(__file__).resolve().parents[3] / "build/tools/tools/lab/libdavar_lab.so"

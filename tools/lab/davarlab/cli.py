@@ -6,7 +6,7 @@ import math
 import os
 import sys
 
-from . import compare, diagnose, improve, model as models, recording as recordings, simulate
+from . import compare, diagnose, files, improve, model as models, recording as recordings, simulate
 from .effects import table
 from .errors import BadInput
 
@@ -64,6 +64,10 @@ def estimates_text(model, entries):
     return "\n".join(lines)
 
 
+def fitted_json(model, entries):
+    return [{"kind": term.kind, "parameters": estimates_json(entry)} for term, entry in zip(model.terms, entries)]
+
+
 def comparison_json(c):
     return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
             "p_value": c.p_value, "adequate": bool(c.adequate), "tests": c.tests,
@@ -94,14 +98,29 @@ def run_fit(options):
     fitted, entries = improve.fit(recording, model, progress)
     if options.output:
         models.write(fitted, options.output)
-    emit(options, {"effects": [{"kind": t.kind, "parameters": estimates_json(e)} for t, e in zip(fitted.terms, entries)],
-                   "model": options.output}, estimates_text(fitted, entries))
+    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output}, estimates_text(fitted, entries))
     return 0
+
+
+def report(options, recording, model, found, state=None):
+    """Writes the page of --report: of a comparison (state: the model refitted) or of an improvement."""
+    if not options.report:
+        return
+    from .report import contents, page  # the pictures take a second to load
+    progress("drawing the report")
+    named = {"recording": options.recording, "model": options.model, "held-out recording": getattr(options, "held_out", None)}
+    run = contents.Run(options.typed, recording, model,
+                       {role: path for role, path in named.items() if path},
+                       [word for path in options.effects for word in ("--effects", path)]
+                       + (["--rate", f"{options.rate:g}"] if options.rate else []), getattr(options, "output", None))
+    page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
 
 
 def run_compare(options):
     recording, model = load(options)
-    found = compare.compare(recording, model, progress)
+    state = diagnose.judged(diagnose.start(recording, model, progress))
+    found = compare.compare(recording, model, progress, state)
+    report(options, recording, model, found, state)
     emit(options, comparison_json(found), comparison_text(found))
     return 0 if found.adequate else 1
 
@@ -109,7 +128,8 @@ def run_compare(options):
 def diagnosis_json(found):
     alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
     return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.diagnosis.added,
-            "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
+            "steps": [vars(step) for step in found.steps],
+            "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
             "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
                             "error_held_out_after": c.error_held_out_after,
                             "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}
@@ -129,6 +149,7 @@ def run_diagnose(options):
     recording, model = load(options)
     held_out = recordings.read(options.held_out, options.rate) if options.held_out else None
     found = improve.improve(recording, model, held_out, progress, DETAIL)
+    report(options, recording, model, found)
     lines = [comparison_text(found.comparison), "", verdict_text(found)]
     lines += [f"This recording cannot tell it from {kind}. {table.find(kind).confirm}" for kind in found.diagnosis.alternatives]
     lines += [""] + [f"{i}. {c.kind}: {c.why}" for i, c in enumerate(found.candidates[:DETAIL + 2], 1)]
@@ -139,15 +160,17 @@ def run_diagnose(options):
 def run_improve(options):
     recording, model = load(options)
     held_out = recordings.read(options.held_out, options.rate) if options.held_out else None
-    found = improve.improve(recording, model, held_out, progress)
+    found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
     if options.output:
         models.write(found.model, options.output)
+    report(options, recording, model, found)
     steps = [vars(step) for step in found.steps]
     lines = [f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}"]
     for s in found.steps:
         outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
         lines.append(f"{s.added or '(as given)':<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{s.p_value:>11.3g}")
-    emit(options, {"steps": steps, "verdict": found.verdict, "model": options.output},
+    emit(options, {"steps": steps, "verdict": found.verdict, "model": options.output,
+                   "fitted": fitted_json(found.model, found.estimates)},
          "\n".join([*lines, "", verdict_text(found), "", estimates_text(found.model, found.estimates)]))
     return 1 if found.verdict == "unknown" else 0
 
@@ -225,6 +248,7 @@ MODEL = argument("-m", "--model", required=True, help="model file (TOML)")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
+REPORT = argument("--report", metavar="R.html", help="one page with pictures that opens in any browser")
 RATE = argument("--rate", type=float, help="samples per second, when the recording has no time_s")
 
 # command: (function, what it does, arguments)
@@ -241,9 +265,9 @@ def run_live(options):
 COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
     "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, RATE]),
-    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, RATE]),
-    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, RATE]),
-    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, RATE]),
+    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, RATE]),
+    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, RATE]),
+    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, RATE]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "effects": (run_effects, "lists every effect", []),
@@ -289,6 +313,9 @@ def main(arguments):
         options = parser().parse_args(arguments)
         for path in options.effects:
             table.load(path)
+        options.typed = arguments
+        if getattr(options, "report", None):
+            files.check_writable(options.report)
         return COMMANDS[options.command][0](options)
     except BadInput as why:
         print(f"davarlab: {why}", file=sys.stderr)

@@ -28,12 +28,14 @@ class State:
 @dataclass
 class Diagnosis:
     """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes refitted), best first;
-    added: the kinds that forward selection took, in order; states: the model before and after each of them."""
+    added: the kinds that forward selection took, in order; states: the model before and after each of them; remaining:
+    candidates beside the last model that was tried."""
     verdict: str
     ranking: list
     alternatives: list
     added: list = field(default_factory=list)
     states: list = field(default_factory=list)
+    remaining: list = field(default_factory=list)
 
 
 def start(recording, model, progress=lambda text: None):
@@ -171,4 +173,4 @@ def diagnose(recording, model, progress=lambda text: None):
     final = states[-1].adequacy
     adequate = final.p_value >= ADEQUATE
     verdict = "unknown" if not adequate else next((c.kind for c in first if c.kind in added), "none")
-    return Diagnosis(verdict, first, close, added, states)
+    return Diagnosis(verdict, first, close, added, states, found)

@@ -40,6 +40,7 @@ class Improvement:
     model: Model
     estimates: list
     candidates: list = field(default_factory=list)
+    comparisons: list = field(default_factory=list)  # one per step
 
 
 def estimates_of(state):
@@ -119,14 +120,16 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     comparison = compare.compare(recording, model, progress, found.states[0])
     steps = [Step(None, model.kinds, comparison.error, comparison.error_floor, held_out_error(held_out, model),
                   comparison.p_value)]
+    comparisons = [comparison]
     final, entries = fitted_model(found.states[-1], model)
     for before, state in zip(found.states, found.states[1:]):
         progress(f"adding {state.parts[-1].kind}")
         better, _ = fitted_model(state, model)
         result = compare.compare(recording, better, fitted=state)
+        comparisons.append(result)
         steps.append(Step(state.parts[-1].kind, state.model_kinds, result.error, result.error_floor,
                           held_out_error(held_out, better), state.adequacy.p_value))
     for candidate in found.ranking:
         candidate.state = found.states[0]
     shown = described(recording, model, found.ranking, comparison, held_out, detail)
-    return Improvement(comparison, found, steps, found.verdict, final, entries, shown)
+    return Improvement(comparison, found, steps, found.verdict, final, entries, shown, comparisons)

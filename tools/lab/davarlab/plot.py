@@ -1,11 +1,22 @@
-"""Pictures of a comparison."""
+"""Pictures of a comparison: every function draws on axes or on a figure that it is given."""
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.collections import PatchCollection  # noqa: E402
+from matplotlib.colors import LogNorm  # noqa: E402
+from matplotlib.patches import Rectangle  # noqa: E402
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
 from scipy import stats  # noqa: E402
+
+GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"
+FADED, FULL, MARKED = 2.0, 4.0, 4.0  # |z| at which a cell of the map begins to be coloured, is in full colour, has a dot
+
+
+def plain_number(value, _=None):
+    return f"{value:g}"
 
 
 def whole_record(comparison):
@@ -13,47 +24,109 @@ def whole_record(comparison):
     return [cell for cell in comparison.cells if cell.stop_s - cell.start_s > 0.99 * stop]
 
 
-def draw_deviation(axes, comparison):
+def draw_model(axes, comparison, colour, name):
+    """Model deviation of the whole record with the band that 95 % of recordings would keep to, were it true."""
     cells = whole_record(comparison)
     tau = np.array([cell.tau_s for cell in cells])
     model = np.array([cell.model_dps for cell in cells])
     freedom = np.array([cell.freedom for cell in cells])
     low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
-    axes.fill_between(tau, low, high, color="tab:blue", alpha=0.2, label="95 % of recordings, were the model true")
-    axes.loglog(tau, model, color="tab:blue", label="model")
-    axes.loglog(tau, [cell.measured_dps for cell in cells], "k.", label="measured")
-    axes.set(xlabel="tau [s]", ylabel="Allan deviation [deg/s]")
-    axes.legend()
+    axes.fill_between(tau, low, high, color=colour, alpha=0.2, linewidth=0)
+    axes.plot(tau, model, color=colour, label=name)
 
 
-def draw_map(axes, comparison):
-    shortest = min(cell.stop_s - cell.start_s for cell in comparison.cells)
-    cells = [cell for cell in comparison.cells if cell.stop_s - cell.start_s < 1.01 * shortest]
-    time, tau = sorted({cell.start_s for cell in cells}), sorted({cell.tau_s for cell in cells})
-    z = np.full((len(tau), len(time)), np.nan)
-    for cell in cells:
-        z[tau.index(cell.tau_s), time.index(cell.start_s)] = cell.z
-    mesh = axes.pcolormesh(np.append(time, time[-1] + shortest), np.geomspace(tau[0], 2 * tau[-1], len(tau) + 1), z,
-                           cmap="RdBu_r", vmin=-5, vmax=5)
-    axes.set(yscale="log", xlabel="time [s]", ylabel="tau [s]", title="measured against model, standard deviations")
-    axes.figure.colorbar(mesh, ax=axes)
+def draw_deviation(axes, given, better=None, effects=(), name="model as given"):
+    """Measured and model Allan deviation. better: the comparison with what was added; effects: (name, taus in s,
+    deviations) of single effects."""
+    draw_model(axes, given, GIVEN if better else BETTER, name)
+    if better:
+        draw_model(axes, better, BETTER, "model with what was added")
+    for (kind, tau, deviation), line in zip(effects, (":", "--", "-.", (0, (1, 3)))):
+        axes.plot(tau, deviation, color=QUIET, linestyle=line, label=f"{kind} alone")
+    measured = [(cell.tau_s, cell.measured_dps) for cell in whole_record(given)]
+    axes.plot(*zip(*measured), "k.", label="measured")
+    values = [cell.measured_dps for cell in whole_record(given)] + [cell.model_dps for cell in whole_record(better or given)]
+    axes.set(xscale="log", yscale="log", xlabel="averaging time tau [s]", ylabel="Allan deviation [deg/s]",
+             ylim=(min(values) / 3, max(values) * 2))
+    axes.grid(which="major", alpha=0.3)
+    axes.legend(fontsize="small")
 
 
-def draw_spectrum(axes, comparison):
-    f, ratio, counts = comparison.spectrum
-    spread = 2 * np.sqrt(2 / np.maximum(counts, 1))
-    axes.fill_between(f, np.maximum(1 - spread, 1e-2), 1 + spread, color="tab:blue", alpha=0.2)
-    axes.loglog(f, np.maximum(ratio, 1e-2), "k.")
-    axes.set(xlabel="frequency [Hz]", ylabel="residual spectrum over model")
+def finest(comparison):
+    """tau -> the cells of the shortest windows that reach it."""
+    rows = {}
+    for cell in comparison.cells:
+        rows.setdefault(cell.tau_s, []).append(cell)
+    return {tau: [cell for cell in cells if cell.stop_s - cell.start_s < 1.01 * min(c.stop_s - c.start_s for c in cells)]
+            for tau, cells in sorted(rows.items())}
+
+
+def ratio_scale(*comparisons):
+    """Colours of measured over model, the same for all of these comparisons; white is 1."""
+    worst = max((max(cell.ratio, 1 / max(cell.ratio, 1e-9)) for c in comparisons for cell in c.cells if abs(cell.z) > FADED),
+                default=2.0)
+    reach = min(max(worst, 2.0), 10.0)
+    return plt.cm.ScalarMappable(LogNorm(1 / reach, reach), "RdBu_r")
+
+
+def cell_colour(cell, colours):
+    """The colour of its ratio, faded to white where chance does that."""
+    sure = 0.08 + 0.92 * np.clip((abs(cell.z) - FADED) / (FULL - FADED), 0, 1)
+    return 1 - sure * (1 - np.array(colours.to_rgba(cell.ratio)[:3]))
+
+
+def draw_map(axes, comparison, colours):
+    """Measured over model in every window and at every tau; what chance would do is pale."""
+    rows = finest(comparison)
+    cells, taus = [cell for row in rows.values() for cell in row], list(rows)
+    boxes = [Rectangle((cell.start_s, cell.tau_s / 2 ** 0.5), cell.stop_s - cell.start_s, cell.tau_s / 2 ** 0.5)
+             for cell in cells]
+    axes.add_collection(PatchCollection(boxes, facecolors=[cell_colour(cell, colours) for cell in cells], edgecolors="0.8",
+                                        linewidths=0.3))
+    sure = [((cell.start_s + cell.stop_s) / 2, cell.tau_s) for cell in cells if abs(cell.z) > MARKED]
+    axes.plot(*np.array(sure or [(np.nan, np.nan)]).T, "k.", markersize=2.5)
+    axes.set(yscale="log", xlabel="time [s]", ylabel="averaging time tau [s]", ylim=(taus[0] / 2 ** 0.5, taus[-1] * 2 ** 0.5),
+             xlim=(0, max(cell.stop_s for cell in cells)))
+
+
+def draw_map_scale(figure, axes, colours):
+    bar = figure.colorbar(colours, ax=axes, label="measured / model")
+    bar.ax.yaxis.set_major_locator(MaxNLocator(1))
+    low, high = colours.norm.vmin, colours.norm.vmax
+    ticks = [value for value in (0.1, 0.2, 0.5, 0.7, 1, 1.4, 2, 5, 10) if low * 0.99 <= value <= high * 1.01]
+    bar.set_ticks(ticks, labels=[f"{value:g}" for value in ticks])
+    bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    bar.ax.minorticks_off()
+
+
+def draw_spectrum(axes, given, better=None, name="model as given"):
+    """Spectrum of what the model leaves over what it should leave; 1 is right."""
+    f, ratio, counts = given.spectrum
+    least = max(min(ratio.min(), 0.3), 0.03)
+    spread = stats.chi2.ppf([[0.025], [0.975]], counts) / counts
+    axes.fill_between(f, *spread, color="0.85", linewidth=0, label="95 % of what chance does")
+    axes.axhline(1, color="0.6", linewidth=0.8)
+    axes.plot(f, np.maximum(ratio, least), ".", color=GIVEN if better else BETTER, label=name)
+    if better:
+        axes.plot(better.spectrum[0], np.maximum(better.spectrum[1], least), ".", color=BETTER, label="model with what was added")
+    top = max(np.max(ratio), np.max(better.spectrum[1]) if better else 0)
+    axes.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel="residual power / model",
+             ylim=(least / 1.2, max(2 * top, 4)))
+    axes.yaxis.set_major_formatter(FuncFormatter(plain_number))
+    axes.grid(which="major", alpha=0.3)
+    axes.legend(fontsize="small")
 
 
 def draw(comparison, path):
     """Allan deviation, failure map and residual spectrum in one PNG."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
-    draw_deviation(axes[0], comparison)
-    draw_map(axes[1], comparison)
-    draw_spectrum(axes[2], comparison)
+    draw_deviation(axes[0], comparison, name="model")
+    colours = ratio_scale(comparison)
+    draw_map(axes[1], comparison, colours)
+    draw_map_scale(figure, axes[1], colours)
+    draw_spectrum(axes[2], comparison, name="model")
     axes[0].set_title(f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
                       f"p = {comparison.p_value:.2g}")
+    axes[1].set_title("pale: within chance; a dot: more than 4 standard deviations")
     figure.savefig(path, dpi=100)
     plt.close(figure)

@@ -1,0 +1,59 @@
+"""The Allan deviation of each effect of a fitted model by itself, over the whole record (DESIGN 8)."""
+
+import numpy as np
+
+from . import allan, candidates, changes
+
+
+def of_spectrum(bench, parts, part, size, taus):
+    filters = [other for other in parts if other.role == "filter"] if part.kind == "angle_random_walk" else []
+
+    def spectrum(f):
+        value = part.effect.spectrum(f, bench.data.rate_hz, part.shape)
+        for cut in filters:
+            value = value * cut.effect.spectrum(f, bench.data.rate_hz, cut.shape)
+        return value
+
+    return np.sqrt(size * allan.expected(spectrum, taus, bench.data.rate_hz))
+
+
+def of_course(bench, part, coefficients, taus):
+    """A known course: what lib/ measures of it."""
+    course = np.zeros(len(bench.y))
+    for key, value, unit in zip(bench.keys(part), coefficients, bench.courses(part)):
+        scale = bench.data.scale(key)
+        course += value / scale * (unit - unit.mean()) if scale else 0.0
+    return allan.windows(course, len(course) // 2 * 2, taus)[0]
+
+
+def white_shares(state):
+    """kind -> share of the mean white variance that a part whose variance changes adds."""
+    changing = [part.kind for part in state.parts if part.kind in ("vibration_noise", "noise_step")]
+    if not changing or state.blocks is None:
+        return {}
+    rows = candidates.variance_shapes(state.parts, state.bench.recording, state.blocks)
+    sizes, variance, _ = changes.fit(state.blocks, rows)
+    return {kind: size * row.mean() / variance.mean() for kind, size, row in zip(changing, sizes[1:], rows[1:])}
+
+
+def of_state(state, recording, model):
+    """(kind, taus in s, deviations in deg/s) of every part that has one; a filter has none. Cost: one pass of lib/ per
+    known course."""
+    bench, y = state.bench, recording.rate_dps(model.column)
+    taus = allan.octaves(len(y) // 2 * 2)
+    sizes, coefficients, found, white = iter(state.fit.sizes), iter(state.fit.coefficients), [], None
+    shares = white_shares(state)
+    for part in state.parts:
+        deviation = None
+        if part.role == "spectrum":
+            deviation = of_spectrum(bench, state.parts, part, next(sizes), taus)
+            white = deviation if part.kind == "angle_random_walk" else white
+        elif part.role == "mean":
+            deviation = of_course(bench, part, [next(coefficients) for _ in bench.keys(part)], taus)
+        elif part.role == "events":
+            deviation = allan.windows(y - state.shocks.clean, len(y) // 2 * 2, taus)[0]
+        elif part.kind in shares and white is not None:
+            deviation = white * np.sqrt(shares[part.kind])
+        if deviation is not None:
+            found.append((part.kind, np.array(taus) / bench.data.rate_hz, deviation))
+    return found

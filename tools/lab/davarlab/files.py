@@ -1,0 +1,44 @@
+"""Files that are written whole or not at all."""
+
+import contextlib
+import os
+import secrets
+from pathlib import Path
+
+from .errors import BadInput
+
+
+def partial(path):
+    path = Path(path).resolve()
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+
+
+def check_writable(path):
+    """Raises BadInput when `path` could not be written; leaves nothing behind. For commands that work long before they write."""
+    try:
+        if Path(path).exists() and not Path(path).is_file():
+            raise OSError(None, "is not a file")
+        trial = partial(path)
+        trial.touch(exist_ok=False)
+        trial.unlink()
+    except (OSError, ValueError) as why:
+        raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
+
+
+def reason(why):
+    return (why.strerror or str(why)).lower() if isinstance(why, OSError) else str(why)
+
+
+def write_whole(path, data):
+    """Writes bytes to a file beside `path`, then takes its place. What was there stays until then. Raises BadInput."""
+    trial = partial(path)
+    try:
+        with open(trial, "xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(trial, Path(path).resolve())
+    except OSError as why:
+        with contextlib.suppress(OSError):
+            trial.unlink()
+        raise BadInput(f"{path}: cannot be written ({reason(why)})") from None

@@ -1,0 +1,43 @@
+"""The page: one HTML file that needs nothing else."""
+
+from functools import cache
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup, escape
+
+from .. import files
+from . import words
+
+HERE = Path(__file__).resolve().parent
+
+
+def quantity(key, value, show=words.number):
+    """A number as people read it, with its full value for machines: <data value="..."> and its name in the JSON."""
+    if value is None or value != value:
+        return Markup("–")
+    full = value if isinstance(value, str) else repr(float(value))
+    return Markup('<data data-key="{}" value="{}">{}</data>').format(key, full, show(value))
+
+
+def breakable(name):
+    """A long name with underscores may break after each."""
+    return Markup("_<wbr>").join(escape(part) for part in str(name).split("_"))
+
+
+@cache
+def template():
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True,
+                                     lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    environment.globals.update(quantity=quantity, chance=words.chance, bounds=words.bounds)
+    environment.filters.update(breakable=breakable, number=words.number, name=words.name)
+    return environment.get_template("page.html")
+
+
+def html(contents):
+    return template().render(contents, style=Markup((HERE / "style.css").read_text(encoding="utf-8")))
+
+
+def write(contents, path):
+    """Writes the page whole or not at all. Raises BadInput when `path` cannot be written."""
+    files.write_whole(path, html(contents).encode())

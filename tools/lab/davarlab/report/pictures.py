@@ -1,0 +1,149 @@
+"""The pictures of a report, each one SVG file in text."""
+
+import base64
+import io
+import textwrap
+
+import numpy as np
+
+from .. import plot
+from ..effects import table
+from ..plot import plt
+from . import words
+
+WIDTH = 5.9  # inches; at the 96 pixels of a browser's inch half of a page
+STRETCHES = 500
+COLUMN_PANELS = 3
+SETTINGS = {"svg.fonttype": "path", "svg.hashsalt": "davarlab", "font.size": 9.5, "axes.titlesize": 9.5}
+
+
+def svg(figure):
+    """A data URI; no metadata, so that nothing in it points outside."""
+    text = io.BytesIO()
+    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    plt.close(figure)
+    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode()
+
+
+def framed(height, rows=1, **settings):
+    return plt.subplots(rows, 1, figsize=(WIDTH, height), layout="constrained", squeeze=False, **settings)
+
+
+def deviation(given, better, effects):
+    with plt.rc_context(SETTINGS):
+        figure, axes = framed(4.0)
+        plot.draw_deviation(axes[0, 0], given, better, effects)
+        return svg(figure)
+
+
+def failure_map(given, better):
+    with plt.rc_context(SETTINGS):
+        maps = [("model as given", given)] + ([("with what was added", better)] if better else [])
+        figure, axes = framed(2.6 * len(maps) + 0.4, len(maps), sharex=True)
+        colours = plot.ratio_scale(*(comparison for _, comparison in maps))
+        for (title, comparison), one in zip(maps, axes[:, 0]):
+            plot.draw_map(one, comparison, colours)
+            one.set_title(title)
+        for one in axes[:-1, 0]:
+            one.set_xlabel("")
+        plot.draw_map_scale(figure, list(axes[:, 0]), colours)
+        return svg(figure)
+
+
+def spectrum(given, better):
+    with plt.rc_context(SETTINGS):
+        figure, axes = framed(3.6)
+        plot.draw_spectrum(axes[0, 0], given, better)
+        return svg(figure)
+
+
+def steps(found):
+    """The error after each step, in sample and held out, and the floor."""
+    with plt.rc_context(SETTINGS):
+        figure, axes = framed(3.2)
+        one, place = axes[0, 0], np.arange(len(found))
+        one.plot(place, [step.error for step in found], "o-", color=plot.BETTER, label="this recording")
+        outside = [step.error_held_out for step in found]
+        if None not in outside:
+            one.plot(place, outside, "s--", color=plot.GIVEN, label="held-out recording")
+        one.plot(place, [step.error_floor for step in found], "--", color="0.4", label="floor: scatter alone")
+        names = ["as given"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
+        one.set_xticks(place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names])
+        top = max(max(step.error, step.error_held_out or 0) for step in found)
+        one.set(ylabel="error [decades of Allan deviation]", ylim=(0, 1.15 * top), xlim=(-0.4, len(found) - 0.6))
+        one.grid(axis="y", alpha=0.3)
+        one.legend(fontsize="small")
+        return svg(figure)
+
+
+def stretches(values):
+    """Rows of equal stretches; a rest of less than one stretch is left out."""
+    count = min(STRETCHES, len(values))
+    length = len(values) // count
+    return values[:count * length].reshape(count, length)
+
+
+def column_groups(recording, kinds):
+    """Columns that belong on one panel: title -> names. Accelerometer axes share one; what the model's effects need comes
+    first."""
+    groups, needs = {}, tuple(need for kind in kinds for need in table.find(kind).needs)
+    for name in recording.columns:
+        if name == "time_s" or name.startswith("gyro_") or np.ptp(recording.columns[name]) == 0:
+            continue
+        quantity, _, unit = name.rpartition("_")
+        title = f"vibration [{unit} rms]" if quantity.startswith("accel") else \
+            f"{quantity.replace('_', ' ')} [{unit}]" if quantity else name
+        groups.setdefault(title, []).append(name)
+    ordered = sorted(groups.items(), key=lambda group: not (needs and group[1][0].startswith(needs)))
+    return dict(ordered[:COLUMN_PANELS])
+
+
+def draw_columns(axes, title, names, recording, time):
+    for name in names:
+        rows = stretches(recording.columns[name])
+        values = rows.std(axis=1) if title.startswith("vibration") else rows.mean(axis=1)
+        axes.plot(time, values, linewidth=1, label=name.split("_")[1] if len(names) > 1 else None)
+    axes.set_ylabel(title)
+    if len(names) > 1:
+        legend_on_top(axes)
+
+
+def legend_on_top(axes):
+    """A legend in one row, with room made for it."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))
+    axes.legend(fontsize="small", ncols=4, loc="upper left")
+
+
+def mark(axes, estimates, shock_times):
+    """Instants and intervals that the model's effects name."""
+    for kind, entry in estimates:
+        if kind == "noise_step":
+            axes.axvspan(entry["start_s"].value, entry["stop_s"].value, color=plot.GIVEN, alpha=0.15, label="noise step")
+        if kind == "shocks":
+            top = axes.get_ylim()[1]
+            axes.plot(shock_times, np.full(len(shock_times), top), "v", color=plot.GIVEN, markersize=5, clip_on=False,
+                      label="shocks")
+
+
+def recorded(recording, gyro, estimates=(), shocks=()):
+    """The gyro column (extremes and mean of short stretches) and what was logged beside it; time counts samples.
+    shocks: sample indices."""
+    with plt.rc_context(SETTINGS):
+        estimates = list(estimates)
+        groups = column_groups(recording, [kind for kind, _ in estimates])
+        figure, axes = plt.subplots(1 + len(groups), 1, figsize=(WIDTH, 2.4 + 1.4 * len(groups)), layout="constrained",
+                                    squeeze=False, sharex=True, height_ratios=[1.8] + [1] * len(groups))
+        rows = stretches(recording.rate_dps(gyro))
+        time = (np.arange(len(rows)) + 0.5) * rows.shape[1] / recording.rate_hz
+        first = axes[0, 0]
+        first.fill_between(time, rows.min(axis=1), rows.max(axis=1), color="0.75", linewidth=0, label="extremes")
+        first.plot(time, rows.mean(axis=1), color="k", linewidth=1,
+                   label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s")
+        first.set_ylabel(f"{gyro.rsplit('_', 1)[0].replace('_', ' ')} [deg/s]")
+        mark(first, estimates, np.asarray(shocks) / recording.rate_hz)
+        legend_on_top(first)
+        for one, (title, names) in zip(axes[1:, 0], groups.items()):
+            draw_columns(one, title, names, recording, time)
+        axes[-1, 0].set(xlabel="time [s]", xlim=(time[0], time[-1]))
+        return svg(figure)

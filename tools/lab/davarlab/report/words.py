@@ -1,0 +1,212 @@
+"""Sentences and numbers of a report, for a person who never saw the tool."""
+
+from ..compare import SIGNIFICANT
+from ..diagnose import ADEQUATE, FAMILY_WISE
+from ..effects import table
+
+TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# What each test of adequacy looks at (davarlab.adequacy).
+TESTS = {
+    "spectrum": "power of the residual at every frequency",
+    "bias step": "one sudden step of the bias",
+    "time and frequency": "power in octaves of frequency and 24 stretches of time, together",
+    "largest cell": "the worst single octave and stretch",
+    "line": "one sharp spectral line",
+    "narrow band": "a narrow band with too much power",
+    "amplitudes": "tails too heavy or too light (kurtosis)",
+    "jumps": "a short excursion of the mean",
+    "shocks": "single wild samples",
+}
+
+
+NAMES = {"gauss_markov": "Gauss-Markov noise", "low_pass": "low pass of the sensor", "g_sensitivity": "g-sensitivity",
+         "warm_up": "warm-up"}
+
+UNITS = ("dps", "s", "hz", "hour", "per")
+
+
+def name(kind):
+    return NAMES.get(kind, kind.replace("_", " "))
+
+
+def listed(kinds, shown=name, joint=" and "):
+    names = [shown(kind) for kind in kinds]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
+
+
+def number(value, digits=4):
+    """Significant digits as people write them, powers of ten written as such."""
+    if value is None or value != value:
+        return "–"
+    if isinstance(value, str):
+        return value
+    if value == 0 or 1e-4 <= abs(value) < 1e6:
+        return (f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}").replace("-", "−")
+    mantissa, power = f"{value:.{digits - 2}e}".split("e")
+    return f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}".replace("-", "−")
+
+
+def bounds(estimate):
+    """A way to write both ends of an interval: with as many digits as tell them apart."""
+    digits = next((d for d in range(4, 10) if number(estimate.low, d) != number(estimate.high, d)), 9)
+    return lambda value: number(value, digits)
+
+
+def chance(p):
+    return "below 10⁻¹²" if p < TINY else f"{p:.2f}" if p >= 0.1 else number(p, 3) if p < 1e-4 else f"{p:.2g}"
+
+
+def evidence(before, after, count, added, alternative=False):
+    """How to take one of `count` candidates: its p-value beside the model as given and beside the final one."""
+    likely = before * count < FAMILY_WISE
+    if added:
+        return "beyond doubt" if before * count < 1e-6 else "strong" if likely else "only beside the others"
+    if after is not None and after * count < FAMILY_WISE:
+        return "strong"
+    if likely:
+        return "cannot be told from it" if alternative else "imitates what was added"
+    return "weak" if before < 0.05 else "no more than chance"
+
+
+def label(parameter):
+    """What a parameter is called in a sentence; a coefficient needs no name."""
+    words = [word for word in parameter.name.split("_") if word not in UNITS]
+    return "" if words[0] == "coefficient" else " ".join(words) + " "
+
+
+def bare_value(parameter, estimate):
+    if isinstance(estimate.value, str):
+        return label(parameter) + estimate.value
+    return f"{label(parameter)}{number(estimate.value, 3)} {parameter.unit.split(' (')[0]}".rstrip()
+
+
+def value_with_interval(parameter, estimate):
+    low, high = number(estimate.low, 3), number(estimate.high, 3)
+    return bare_value(parameter, estimate) + ("" if low == high else f", 95\u00a0%: {low} to {high}")
+
+
+def strength(kind, estimates, shown=value_with_interval):
+    """The size of an effect as fitted, and its shape."""
+    return "; ".join(shown(p, estimates[p.name]) for p in table.find(kind).parameters if p.name in estimates)
+
+
+def clause(kind):
+    """The physics of an effect as part of a sentence."""
+    physics = table.find(kind).physics.rstrip(".").split(": ")[0].split(" (")[0]
+    return physics[0].lower() + physics[1:]
+
+
+def misfit(comparison):
+    """Where the whole record is off, in one sentence."""
+    whole = [cell for cell in comparison.cells if cell.start_s == 0 and
+             cell.stop_s >= 0.99 * comparison.samples / comparison.rate_hz]
+    off = [cell for cell in whole if abs(cell.z) > SIGNIFICANT]
+    if off:
+        worst = max(off, key=lambda cell: abs(cell.z))
+        span = f"between {off[0].tau_s:.3g} and {off[-1].tau_s:.3g} s" if len(off) > 1 else f"at {off[0].tau_s:.3g} s only"
+        return (f"Over the whole record the measured Allan deviation is {times(worst.ratio)} at an averaging time "
+                f"of {worst.tau_s:.3g} s; it is off {span}.")
+    local = max(comparison.cells, key=lambda cell: abs(cell.z))
+    if abs(local.z) > SIGNIFICANT:
+        return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between "
+                f"{local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} at "
+                f"{local.tau_s:.3g} s.")
+    return "The measured Allan deviation agrees with the model at every averaging time and in every part of the record."
+
+
+def times(ratio):
+    if 0.9 < ratio < 1.1:
+        return f"{100 * abs(ratio - 1):.2g} % {'above' if ratio > 1 else 'below'} the model's"
+    return f"{ratio:.2g} times the model's"
+
+
+def failed_tests(tests):
+    """What the tests that fail by themselves look for, most telling first; None when none does."""
+    bad = [TESTS.get(what, what) for p, what in sorted((p, what) for what, p in tests.items()) if p * len(tests) < ADEQUATE]
+    return "; ".join(bad) or None
+
+
+def verdict_of_comparison(comparison):
+    if comparison.adequate:
+        return "good", "The model explains this recording: what is left over is what chance leaves."
+    return "bad", "The model does not explain this recording: measurement and model differ by more than chance can do."
+
+
+def verdict_of_unknown(added, steps):
+    if not added:
+        return "Something is missing that this tool does not know: none of its effects explains the misfit."
+    return (f"The model lacks more than this tool knows: {listed(added)} would help (error {steps[0].error:.3f} to "
+            f"{steps[-1].error:.3f}), but what is left is still more than chance.")
+
+
+def verdict_of_missing(found):
+    added, sizes = found.diagnosis.added, dict(zip(found.model.kinds, found.estimates))
+    if len(added) == 1:
+        if found.diagnosis.alternatives and found.diagnosis.ranking[0].kind == added[0]:
+            rivals = listed(added + found.diagnosis.alternatives, joint=" or ")
+            return f"The model lacks {rivals}, which this recording cannot tell apart."
+        return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[added[0]])})."
+    named = listed(added, lambda kind: f"{name(kind)} ({strength(kind, sizes[kind], bare_value)})")
+    return f"The model lacks {named}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
+
+
+def verdict_of_diagnosis(found):
+    """(tone, sentence) of an improvement."""
+    if found.verdict == "unknown":
+        return "bad", verdict_of_unknown(found.diagnosis.added, found.steps)
+    if found.diagnosis.added:
+        return "missing", verdict_of_missing(found)
+    if found.comparison.adequate:
+        return "good", "Nothing is missing: the model explains this recording, and what is left over is what chance leaves."
+    return "missing", ("No effect is missing, but the sizes in the model file are off: with the same effects refitted the "
+                       "model explains this recording.")
+
+
+def improvement(found):
+    first, last = found.steps[0], found.steps[-1]
+    if len(found.steps) == 1:
+        return f"The error is {first.error:.3f}; a true model would give about {first.error_floor:.3f}."
+    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f} to {last.error:.3f}; "
+                f"a true model would give about {last.error_floor:.3f}.")
+    if last.error_held_out is not None:
+        sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
+    return sentence
+
+
+def what_next(found, run):
+    """Actions in order: (what to do, the command that does it or None)."""
+    added, lines = found.diagnosis.added, []
+    if found.verdict == "unknown":
+        lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
+                      "says more about an unknown effect than any list. An effect of your own joins the list with",
+                      "--effects FILE.py"))
+    lines += [(f"Confirm {name(kind)}: {table.find(kind).confirm}", None) for kind in added]
+    for kind in found.diagnosis.alternatives:
+        lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
+                      f"apart: {table.find(kind).confirm}", None))
+    if added and run.output:
+        lines.append((f"The model with {listed(added)} is in", run.output))
+    elif added and found.verdict != "unknown":
+        lines.append((f"Add {listed(added)} to the model:", run.follow_up("improve", "-o", "BETTER.toml")))
+    if not added and found.verdict == "none" and not found.comparison.adequate:
+        lines.append(("Refit the sizes:", run.follow_up("fit", "-o", "FITTED.toml")))
+    return lines
+
+
+def after_comparison(comparison, state, run):
+    """The same after `davarlab compare`; state: the effects refitted."""
+    if comparison.adequate:
+        return []
+    if state.adequacy.p_value >= ADEQUATE:
+        return [("The same effects with other sizes would do. Refit them:", run.follow_up("fit", "-o", "FITTED.toml"))]
+    return [("Find out what is missing:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
+
+
+def gap_note(recording):
+    """What gaps do to the results; None without gaps."""
+    if not len(recording.gaps):
+        return None
+    return (f"The recording has {len(recording.gaps)} gaps. Samples are taken as if they followed each other, and times "
+            "below count samples: do not trust slow terms (bias instability, random walk, drifts) where gaps are a large "
+            "part.")
