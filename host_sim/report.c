@@ -92,6 +92,14 @@ static void note_timing(const options_t *options, const timing_t *timing)
     (void)fputc('\n', stderr);
 }
 
+static void note_contradiction(const timing_t *timing)
+{
+    if (timing_is_contradicted(timing)) {
+        (void)fprintf(stderr, "davar-sim: note: --rate %.6g is used; the time stamps say %.6g Hz\n", timing->rate_hz,
+                      timing->stamped_hz);
+    }
+}
+
 void report_notes(const options_t *options, const recording_t *recording, const timing_t *timing,
                   const quantisation_t *quantisation)
 {
@@ -102,6 +110,7 @@ void report_notes(const options_t *options, const recording_t *recording, const 
     }
     note_unused_options(options, &recording->selection);
     note_timing(options, timing);
+    note_contradiction(timing);
 }
 
 void report_weather(const davar_health_t *health)

@@ -10,17 +10,27 @@
 #define DOUBTFUL_RATE 0.20
 #define DOUBTFUL_GAPS 0.05
 
+/* Rows over time; 0 when no time goes by. */
+static bool mean_rate(double *rate_hz, const recording_t *recording, sim_error_t *error)
+{
+    double first_s = 0.0;
+    double last_s = 0.0;
+    if (!spool_read(&recording->times, 0U, 1U, &first_s, error) ||
+        !spool_read(&recording->times, recording->rows - 1U, 1U, &last_s, error)) {
+        return false;
+    }
+    *rate_hz = (last_s > first_s) ? ((double)(recording->rows - 1U) / (last_s - first_s)) : 0.0;
+    return true;
+}
+
 static bool rate_from_stamps(timing_t *timing, const recording_t *recording, const options_t *options,
                              sim_error_t *error)
 {
     if (recording->rows < 2U) {
         return sim_fail(error, "%s: one row only: too short to know the rate", options->recording);
     }
-    double first_s = 0.0;
-    double last_s = 0.0;
     if (!median_step(&recording->times, &timing->period_s, error) ||
-        !spool_read(&recording->times, 0U, 1U, &first_s, error) ||
-        !spool_read(&recording->times, recording->rows - 1U, 1U, &last_s, error)) {
+        !mean_rate(&timing->mean_rate_hz, recording, error)) {
         return false;
     }
     if (!(timing->period_s > 0.0) || !isfinite(1.0 / timing->period_s)) {
@@ -28,7 +38,6 @@ static bool rate_from_stamps(timing_t *timing, const recording_t *recording, con
                         options->recording);
     }
     timing->rate_hz = 1.0 / timing->period_s;
-    timing->mean_rate_hz = (double)(recording->rows - 1U) / (last_s - first_s);
     return true;
 }
 
@@ -55,6 +64,9 @@ bool timing_find(timing_t *timing, const recording_t *recording, const options_t
     if (!given && !rate_from_stamps(timing, recording, options, error)) {
         return false;
     }
+    if (given && recording->has_time && !mean_rate(&timing->stamped_hz, recording, error)) {
+        return false;
+    }
     timing->period_s = 1.0 / timing->rate_hz;
     const double factor = (options->gap_factor > 0.0) ? options->gap_factor : GAP_FACTOR_DEFAULT;
     const bool look = recording->has_time && (!given || (options->gap_factor > 0.0));
@@ -72,6 +84,12 @@ uint32_t timing_missing(const timing_t *timing, double step_s)
         return 1U;
     }
     return (missing < (double)UINT32_MAX) ? (uint32_t)missing : UINT32_MAX;
+}
+
+bool timing_is_contradicted(const timing_t *timing)
+{
+    return (timing->stamped_hz > 0.0) &&
+           (fabs(timing->stamped_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
 }
 
 bool timing_is_doubtful(const timing_t *timing)
