@@ -150,8 +150,8 @@ class Rate(SimCase):
     def test_a_given_rate_wins(self):
         path = self.recording(count=200)
         self.assertAlmostEqual(2.0, self.arw(path) / self.arw(path, "--rate", "400"), places=7)
-        self.assertIn("note: --rate 400 is used; the time stamps say 100 Hz", self.sim(path, "--rate", "400").stderr)
-        self.assertNotIn("time stamps", self.sim(path, "--rate", "101").stderr)
+        self.assertIn("note: --rate 400 is used; the time stamps say 100 Hz", self.sim(self.recording(400), "--rate", "400").stderr)
+        self.assertNotIn("time stamps", self.sim(self.recording(400), "--rate", "101").stderr)
 
     def test_two_rows_are_enough_to_know_the_rate(self):
         path = self.write("two.csv", "time_s,gyro_x_dps\n0,1\n0.5,2\n")
