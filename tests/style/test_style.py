@@ -29,6 +29,7 @@ MAY_INCLUDE = {
     "host_sim": ("lib/include", "port/include", "port/node", "port/job"),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
     "tests/target": ("lib/include", "port/bare_metal"),
+    "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/lab": ("lib/include",),
 }

@@ -90,7 +90,9 @@ static void measure_single(const char *mean_name, const char *worst_name)
         worst = (spent > worst) ? spent : worst;
     }
     board_figure(mean_name, (100U * total) / count);
-    board_figure(worst_name, worst);
+    if (worst_name != NULL) {
+        board_figure(worst_name, worst);
+    }
 }
 
 static void measure_every_sample(void)
@@ -124,15 +126,77 @@ static void measure_grid(void)
     }
     board_figure("grid_push_x100", (100U * push) / (rounds * STRIDE));
     board_figure("grid_take", take / rounds);
-    measure_single("grid_single_push_x100", "grid_worst_push");
+    measure_single("grid_single_push_x100", NULL);
 }
 
-/* For scale: the filter that everybody has written. */
-static int16_t fir(const int16_t *x, const int16_t *h)
+/* --- the default: adaptive window, steps of the noise, gaps -------------------------------------------------------------- */
+
+typedef struct {
+    uint32_t pushes;
+    uint32_t total;
+    uint32_t worst;
+    uint32_t worst_take;
+} rough_t;
+
+/* Noise five times as large for a while, and a gap now and then, near a step too. */
+static void push_roughly(rough_t *rough, uint32_t i)
+{
+    const int16_t sample = (int16_t)((((i / 700U) % 2U) == 0U) ? sample_at(i) : (5 * sample_at(i)));
+    if (((i % 977U) == 400U) || ((i % 2100U) == 705U)) {
+        davar_gap(&davar, 1U);
+    }
+    const uint32_t mark = board_mark();
+    (void)davar_push_q15(&davar, &sample, 1U);
+    const uint32_t spent = board_instructions_since(mark);
+    rough->total += spent;
+    rough->pushes++;
+    rough->worst = (spent > rough->worst) ? spent : rough->worst;
+}
+
+static rough_t measure_roughly(uint32_t stride, uint32_t take_every)
+{
+    rough_t rough = {0U, 0U, 0U, 0U};
+    start(DAVAR_POLICY_OR, stride);
+    for (uint32_t i = 0U; i < 5600U; i++) {
+        push_roughly(&rough, i);
+        if ((i % take_every) == 0U) {
+            const uint32_t mark = board_mark();
+            sink += davar_take(&davar, &result) ? 1 : 0;
+            const uint32_t spent = board_instructions_since(mark);
+            rough.worst_take = (spent > rough.worst_take) ? spent : rough.worst_take;
+        }
+    }
+    return rough;
+}
+
+static void measure_default(void)
+{
+    const rough_t each = measure_roughly(1U, 50U);
+    board_figure("default_push_x100", (100U * (each.total / 100U)) / (each.pushes / 100U));
+    board_figure("default_worst_push", each.worst);
+    const rough_t grid = measure_roughly(STRIDE, 1U);
+    board_figure("grid_worst_push", grid.worst);
+    board_figure("worst_take", (each.worst_take > grid.worst_take) ? each.worst_take : grid.worst_take);
+}
+
+/* For scale: the filter that everybody has written, plain and four taps a turn; which is faster depends on the core. */
+static int16_t fir_plain(const int16_t *x, const int16_t *h)
 {
     int32_t sum = 0;
     for (unsigned k = 0U; k < FIR_TAPS; k++) {
         sum += (int32_t)x[k] * h[k];
+    }
+    return (int16_t)(sum >> 15);
+}
+
+static int16_t fir_by_four(const int16_t *x, const int16_t *h)
+{
+    int32_t sum = 0;
+    for (unsigned k = 0U; k < FIR_TAPS; k += 4U) {
+        sum += (int32_t)x[k] * h[k];
+        sum += (int32_t)x[k + 1U] * h[k + 1U];
+        sum += (int32_t)x[k + 2U] * h[k + 2U];
+        sum += (int32_t)x[k + 3U] * h[k + 3U];
     }
     return (int16_t)(sum >> 15);
 }
@@ -143,53 +207,73 @@ static void measure_fir(void)
     for (unsigned k = 0U; k < FIR_TAPS; k++) {
         taps[k] = (int16_t)(100U + k);
     }
-    const uint32_t mark = board_mark();
+    uint32_t mark = board_mark();
     for (uint32_t i = 0U; i < 100U; i++) {
-        sink += fir(&samples[i], taps);
+        sink += fir_plain(&samples[i], taps);
     }
-    board_figure("fir64_q15_x100", board_instructions_since(mark));
+    const uint32_t plain = board_instructions_since(mark);
+    mark = board_mark();
+    for (uint32_t i = 0U; i < 100U; i++) {
+        sink += fir_by_four(&samples[i], taps);
+    }
+    const uint32_t by_four = board_instructions_since(mark);
+    board_figure("fir64_q15_x100", (plain < by_four) ? plain : by_four);
 }
 
 /* --- stack ------------------------------------------------------------------------------------------------------- */
 
-static __attribute__((noinline)) volatile uint32_t *below(void)
+#define MARGIN 32U /* words that painting itself needs */
+
+static inline uintptr_t stack_pointer(void)
 {
-    return (volatile uint32_t *)((uintptr_t)__builtin_frame_address(0) & ~(uintptr_t)7U) - 24 - STACK_WORDS;
+    uintptr_t pointer;
+#if defined(__riscv)
+    __asm__ volatile("mv %0, sp" : "=r"(pointer));
+#else
+    __asm__ volatile("mov %0, sp" : "=r"(pointer));
+#endif
+    return pointer;
 }
 
-static __attribute__((noinline)) void paint(volatile uint32_t *bottom)
+static __attribute__((noinline)) void paint(uintptr_t from)
 {
+    volatile uint32_t *const below = (volatile uint32_t *)from - MARGIN - STACK_WORDS;
     for (uint32_t i = 0U; i < STACK_WORDS; i++) {
-        bottom[i] = PAINT;
+        below[i] = PAINT;
     }
 }
 
-static __attribute__((noinline)) uint32_t used(const volatile uint32_t *bottom)
+/* Bytes between the caller's stack pointer and the deepest word that is not paint any more. */
+static __attribute__((noinline)) uint32_t used(uintptr_t from)
 {
+    const volatile uint32_t *const below = (const volatile uint32_t *)from - MARGIN - STACK_WORDS;
     uint32_t clean = 0U;
-    while ((clean < STACK_WORDS) && (bottom[clean] == PAINT)) {
+    while ((clean < STACK_WORDS) && (below[clean] == PAINT)) {
         clean++;
     }
-    return (STACK_WORDS - clean) * (uint32_t)sizeof(uint32_t);
+    return (MARGIN + STACK_WORDS - clean) * (uint32_t)sizeof(uint32_t);
 }
 
-/* The deepest of many pushes (gaps and window changes among them), and of many takes. */
+/* The deepest of many pushes (gaps, restarts and window changes among them), and of many takes. */
 static void measure_stack(void)
 {
-    start(DAVAR_POLICY_OR, 1U);
-    volatile uint32_t *const bottom = below();
     uint32_t push = 0U;
     uint32_t take = 0U;
+    start(DAVAR_POLICY_OR, 1U);
     for (uint32_t i = 0U; i < 2000U; i++) {
         const int16_t sample = (int16_t)((((i / 300U) % 2U) == 0U) ? sample_at(i) : (20 * sample_at(i)));
-        paint(bottom);
+        const uintptr_t from = stack_pointer();
+        paint(from);
+        if (((i % 377U) == 100U) || ((i >= 1500U) && (i < 1510U))) {
+            davar_gap(&davar, 1U);
+        }
         (void)davar_push_q15(&davar, &sample, 1U);
-        const uint32_t of_push = used(bottom);
+        const uint32_t of_push = used(from);
         push = (of_push > push) ? of_push : push;
         if ((i % 20U) == 0U) {
-            paint(bottom);
+            paint(from);
             sink += davar_take(&davar, &result) ? 1 : 0;
-            const uint32_t of_take = used(bottom);
+            const uint32_t of_take = used(from);
             take = (of_take > take) ? of_take : take;
         }
     }
@@ -202,6 +286,7 @@ int main(void)
     make_samples();
     measure_every_sample();
     measure_grid();
+    measure_default();
     measure_fir();
     measure_stack();
     board_figure("davar_t_bytes", (uint32_t)sizeof davar);

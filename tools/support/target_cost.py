@@ -77,8 +77,11 @@ def measure(target):
         "pipeline_grid_instructions_per_sample": round(raw["grid_push_x100"] / 100 + raw["grid_take"] / STRIDE, 2),
         "grid_single_push_instructions_per_sample": raw["grid_single_push_x100"] / 100,
         "fir64_q15_instructions_per_sample": raw["fir64_q15_x100"] / 100,
-        "worst_push_instructions": raw["every_sample_worst_push"],
+        "fixed_worst_push_instructions": raw["every_sample_worst_push"],
+        "default_instructions_per_sample": raw["default_push_x100"] / 100,
+        "worst_push_instructions": raw["default_worst_push"],
         "grid_worst_push_instructions": raw["grid_worst_push"],
+        "worst_take_instructions": raw["worst_take"],
         "ram_bytes": raw["ram_bytes"], "ram_grid_bytes": raw["ram_grid_bytes"], "state_bytes": state,
         "plan_bytes": raw["plan_bytes"], "result_bytes": raw["result_bytes"],
         "stack_bytes": raw["stack_push_bytes"], "stack_take_bytes": raw["stack_take_bytes"],
@@ -101,7 +104,7 @@ FORBIDDEN = re.compile(r"^(udiv|sdiv|div|divu|rem|remu|v(?!ldr|str|mov|push|pop|
 
 def disassembly(target, image):
     """Function -> (instructions, functions it goes to)."""
-    code, name = {}, None
+    code, name, before = {}, None, ""
     for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
         head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
         if head:
@@ -112,7 +115,10 @@ def disassembly(target, image):
         if body and name:
             operation, operands = body.groups()
             code[name][0].add(operation.split(".")[0] if not operation.startswith("v") else operation)
-            if operation in ("blx", "jalr", "c.jalr") or (operation == "jalr" and "ra" in operands):
+            returns = re.fullmatch(r"lr|ra", operands.strip()) or before == f"pop {{{operands.strip()}}}"  # on a Cortex-M0
+            to_register = not re.search(r"<.+>", operands) and not returns
+            before = f"{operation} {operands.strip()}"
+            if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
                 code[name][1].add("a pointer")
             for goal in re.findall(r"<([A-Za-z_][\w.$]*)>", operands):
                 code[name][1].add(goal)
@@ -141,8 +147,10 @@ def offences(target, image, roots):
 
 COLUMNS = (
     ("every sample", "every_sample_instructions_per_sample"), ("per tau", "every_sample_instructions_per_sample_per_tau"),
-    ("grid push", "grid_push_instructions_per_sample"), ("take", "grid_take_instructions_per_result"),
+    ("adaptive", "default_instructions_per_sample"), ("grid push", "grid_push_instructions_per_sample"),
     ("64-tap FIR", "fir64_q15_instructions_per_sample"), ("worst push", "worst_push_instructions"),
+    ("worst grid push", "grid_worst_push_instructions"), ("take", "grid_take_instructions_per_result"),
+    ("worst take", "worst_take_instructions"),
     ("flash push", "flash_push_bytes"), ("flash take", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"),
     ("RAM", "ram_bytes"), ("RAM grid", "ram_grid_bytes"), ("stack push", "stack_bytes"),
     ("stack take", "stack_take_bytes"))
