@@ -88,8 +88,7 @@ uint32_t timing_missing(const timing_t *timing, double step_s)
 
 bool timing_is_contradicted(const timing_t *timing)
 {
-    return (timing->stamped_hz > 0.0) &&
-           (fabs(timing->stamped_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
+    return (timing->stamped_hz > 0.0) && (fabs(timing->stamped_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
 }
 
 bool timing_is_doubtful(const timing_t *timing)

@@ -104,7 +104,7 @@ FORBIDDEN = re.compile(r"^(udiv|sdiv|div|divu|rem|remu|v(?!ldr|str|mov|push|pop|
 
 def disassembly(target, image):
     """Function -> (instructions, functions it goes to)."""
-    code, name, before = {}, None, ""
+    code, name, popped = {}, None, None
     for line in tool(target, "objdump", "-d", "--no-show-raw-insn", image).splitlines():
         head = re.match(r"^[0-9a-f]+ <(.+)>:$", line)
         if head:
@@ -115,9 +115,10 @@ def disassembly(target, image):
         if body and name:
             operation, operands = body.groups()
             code[name][0].add(operation.split(".")[0] if not operation.startswith("v") else operation)
-            returns = re.fullmatch(r"lr|ra", operands.strip()) or before == f"pop {{{operands.strip()}}}"  # on a Cortex-M0
+            alone = re.fullmatch(r"{(r\d+)}", operands.strip())
+            popped = alone.group(1) if operation == "pop" and alone else popped  # how a Cortex-M0 returns
+            returns = operands.strip() in ("lr", "ra", popped)
             to_register = not re.search(r"<.+>", operands) and not returns
-            before = f"{operation} {operands.strip()}"
             if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
                 code[name][1].add("a pointer")
             for goal in re.findall(r"<([A-Za-z_][\w.$]*)>", operands):
