@@ -3,25 +3,13 @@
 #include "davar/davar.h"
 
 #include "config.h"
+#include "door.h"
 #include "number.h"
 #include "sequence.h"
 
 #include <assert.h>
 
 /* --- init -------------------------------------------------------------------------------------------------------- */
-
-/* The door of float samples: the smallest power of two q with full_scale <= 2^30 q (2.3). */
-static double float_quantum(double full_scale)
-{
-    double quantum = 1.0;
-    while ((quantum * 1073741824.0) < full_scale) {
-        quantum *= 2.0;
-    }
-    while ((quantum * 536870912.0) >= full_scale) {
-        quantum *= 0.5;
-    }
-    return quantum;
-}
 
 static size_t memory_size(const davar_config_t *config, const davar_number_t *number, bool is_float)
 {
@@ -46,7 +34,7 @@ static davar_status_t init(davar_t *davar, const davar_config_t *config, void *m
     }
     const davar_t fresh = {.config = config, .number = number, .stages = memory, .is_float = is_float};
     *davar = fresh;
-    davar->unit_per_count = is_float ? float_quantum(config->full_scale) : config->unit_per_count;
+    davar->unit_per_count = is_float ? door_quantum(config->full_scale) : config->unit_per_count;
     davar->counts_per_unit = is_float ? (float)(1.0 / davar->unit_per_count) : 0.0F;
     number->start(davar, memory);
     if (config->fit_plan != NULL) {
@@ -117,21 +105,6 @@ size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
     return consumed;
 }
 
-/* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the remainder. */
-static int32_t float_counts(davar_t *davar, float rate)
-{
-    const float limit = (float)davar->config->full_scale;
-    float inside = rate;
-    if ((rate >= limit) || (rate <= -limit)) {
-        davar_count(&davar->health.saturated);
-        inside = (rate > 0.0F) ? limit : -limit;
-    }
-    const float scaled = inside * davar->counts_per_unit;
-    const int32_t whole = (int32_t)scaled;
-    const float rest = scaled - (float)whole;
-    return whole + ((rest >= 0.5F) ? 1 : 0) - ((rest <= -0.5F) ? 1 : 0);
-}
-
 static void gap(davar_t *davar, uint32_t missing)
 {
     const uint32_t room = UINT32_MAX - davar->health.missing;
@@ -143,8 +116,7 @@ static void gap(davar_t *davar, uint32_t missing)
 /* NaN and inf are left out; a run of them is one gap. */
 static bool float_missing(davar_t *davar, float rate)
 {
-    const bool finite = (rate - rate) <= 0.0F;
-    if (finite) {
+    if (door_admits(rate)) {
         davar->in_gap = false;
         return false;
     }
@@ -168,7 +140,7 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
         const float rate = rates[consumed];
         consumed++;
         if (!float_missing(davar, rate)) {
-            const int32_t counts = float_counts(davar, rate);
+            const int32_t counts = door_counts(davar, rate);
             (void)davar_q31_push(davar, &counts, 1U);
         }
     }

@@ -178,6 +178,18 @@ static davar_config_t adaptive(uint32_t stride)
     return config;
 }
 
+/* A grid whose every fourth sample finds the records of an adaptive window. */
+static davar_config_t fine_grid(uint32_t window)
+{
+    davar_config_t config = adaptive(4U);
+    config.mode = DAVAR_MODE_TRAILING;
+    config.window_max = window;
+    config.window_min = window / 2U;
+    config.segment = window / 8U;
+    config.tau_count = 6U;
+    return config;
+}
+
 static void figure(const char *key, double value)
 {
     printf("%s %.4g\n", key, value);
@@ -199,5 +211,8 @@ int main(void)
     figure("full_chain_push_only_ns_per_sample", median_of_runs(run_q15, &chain));
     figure("brute_force_ns_per_sample", median_of_runs(run_brute_force, &every_sample));
     figure("flatness_65536_over_64", median_of_runs(run_q15, &long_window) / median_of_runs(run_q15, &short_window));
+    const davar_config_t short_grid = fine_grid(256U);
+    const davar_config_t long_grid = fine_grid(65536U);
+    figure("grid_flatness_65536_over_256", median_of_runs(run_q15, &long_grid) / median_of_runs(run_q15, &short_grid));
     return (sink > 0.0) ? 0 : 1;
 }
