@@ -24,16 +24,21 @@ typedef struct {
 typedef struct {
     const uint32_t *m; /* the cluster sizes, as configured */
     tau_t *tau;
-    uint32_t count;
-    uint32_t span_max; /* 2 m of the largest tau */
-    uint32_t run;      /* samples up to the leading edge without a gap */
-    uint32_t to_gap;   /* samples from the leading edge to the next gap, or DAVAR_NO_GAP */
-    uint32_t room;     /* samples from the trailing edge to the next gap, or DAVAR_NO_GAP */
-    bool starting;     /* spans still reach in front of the first sample */
-    bool mirrored;     /* ... into its mirror image */
-    bool run_doubles;  /* the run reaches back into its own mirror image */
-    bool warming;      /* sliding, centred: the first window still grows on both sides (2.6) */
+    uint32_t run;     /* samples up to the leading edge without a gap */
+    uint32_t to_gap;  /* samples from the leading edge to the next gap, or DAVAR_NO_GAP */
+    uint32_t room;    /* samples from the trailing edge to the next gap, or DAVAR_NO_GAP */
+    uint8_t count;    /* of the cluster sizes */
+    bool starting;    /* spans still reach in front of the first sample */
+    bool mirrored;    /* ... into its mirror image */
+    bool run_doubles; /* the run reaches back into its own mirror image */
+    bool warming;     /* sliding, centred: the first window still grows on both sides (2.6) */
 } allan_t;
+
+/* Samples of the longest span. */
+static inline uint32_t allan_span_max(const allan_t *allan)
+{
+    return 2U * allan->m[allan->count - 1U];
+}
 
 /* An edge on its way over one sample: D changes by at[0] - 2 at[m] + at[2 m], with the signs of the lags the edge's. */
 typedef struct {
@@ -183,7 +188,7 @@ static void allan_extend_run(allan_t *allan, const davar_gaps_t *gaps, const dav
     if (allan->to_gap != DAVAR_NO_GAP) {
         allan->to_gap--;
     }
-    if (allan->run < allan->span_max) {
+    if (allan->run < allan_span_max(allan)) {
         allan->run += allan->run_doubles ? 2U : 1U;
     }
 }
@@ -191,7 +196,7 @@ static void allan_extend_run(allan_t *allan, const davar_gaps_t *gaps, const dav
 /* `head` samples are behind the leading edge: can a span still reach in front of the first one? */
 static void allan_end_start(allan_t *allan, uint32_t head)
 {
-    if (head >= allan->span_max) {
+    if (head >= allan_span_max(allan)) {
         allan->starting = false;
     }
 }
@@ -211,7 +216,7 @@ static void allan_shrink_room(allan_t *allan, const davar_gaps_t *gaps, const da
 /* No gap near the leading edge, no span in front of the start. */
 static bool allan_leads_freely(const allan_t *allan)
 {
-    return (allan->run >= allan->span_max) && (allan->to_gap == DAVAR_NO_GAP) && !allan->starting;
+    return (allan->run >= allan_span_max(allan)) && (allan->to_gap == DAVAR_NO_GAP) && !allan->starting;
 }
 
 #endif

@@ -124,9 +124,10 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
 static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
 {
     const davar_config_t *const config = davar->config;
+    const double unit_per_count = davar->is_float ? (1.0 / (double)davar->counts_per_unit) : config->unit_per_count;
     result->tau_count = config->tau_count;
     for (uint32_t t = 0U; t < config->tau_count; t++) {
-        evaluate_tau(&result->tau[t], config->taus[t], &readings->sum[t], davar->unit_per_count);
+        evaluate_tau(&result->tau[t], config->taus[t], &readings->sum[t], unit_per_count);
     }
     evaluate_stationarity(config, readings, result);
 }

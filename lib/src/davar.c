@@ -34,8 +34,7 @@ static davar_status_t init(davar_t *davar, const davar_config_t *config, void *m
     }
     const davar_t fresh = {.config = config, .number = number, .stages = memory, .is_float = is_float};
     *davar = fresh;
-    davar->unit_per_count = is_float ? door_quantum(config->full_scale) : config->unit_per_count;
-    davar->counts_per_unit = is_float ? (float)(1.0 / davar->unit_per_count) : 0.0F;
+    davar->counts_per_unit = is_float ? (float)(1.0 / door_quantum(config->full_scale)) : 0.0F;
     number->start(davar, memory);
     if (config->fit_plan != NULL) {
         davar_fit_plan(config->fit_plan, config->taus, config->tau_count);
@@ -81,7 +80,6 @@ void davar_reset(davar_t *davar)
     davar->in_gap = false;
     davar->produced = 0U;
     davar->seen = 0U;
-    davar->taken = 0U;
     davar->number->start(davar, davar->stages);
 }
 
@@ -196,7 +194,7 @@ davar_health_t davar_health(const davar_t *davar)
     do {
         before = davar_read_begin(davar);
         health = davar->health;
-        health.missed = davar->produced - davar->taken - (davar_result_waits(davar) ? 1U : 0U);
+        health.missed = davar_missed(davar, davar->produced, davar_result_waits(davar));
     } while (davar_read_torn(davar, before));
     return health;
 }

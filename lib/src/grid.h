@@ -179,10 +179,11 @@ static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uin
     }
 }
 
-static void grid_run_moments(moments_t *moments, const ring_t *ring, uint32_t index, uint32_t count)
+static void grid_run_moments(stages_t *stages, uint32_t index, uint32_t count)
 {
-    for (uint32_t i = 0U; (i < count) && (moments->segment != 0U); i++) {
-        powers_add(&moments->head, ring->sample[ring_behind(ring, index, i)], moments->shift);
+    const ring_t *const ring = &stages->ring;
+    for (uint32_t i = 0U; i < count; i++) {
+        powers_add(&stages->moments.head, ring->sample[ring_behind(ring, index, i)], stages->shift);
     }
 }
 
@@ -198,7 +199,7 @@ static void grid_receive(stages_t *stages, davar_t *davar, uint32_t count)
 /* Samples that may come at once: up to the next record of the powers, and as many as the ring has beside the spans. */
 static uint32_t grid_block(const stages_t *stages, const davar_window_t *window, uint32_t most)
 {
-    const uint32_t room = stages->ring.capacity - stages->allan.span_max;
+    const uint32_t room = stages->ring.capacity - allan_span_max(&stages->allan);
     return smaller(most, smaller(room, stages->grid->next - window->received));
 }
 
@@ -217,7 +218,9 @@ static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t coun
     if (!quiet) {
         grid_schedule_sums(stages->grid, &stages->allan, davar->window.received + count);
     }
-    grid_run_moments(&stages->moments, &stages->ring, index, count);
+    if (davar->config->segment != 0U) {
+        grid_run_moments(stages, index, count);
+    }
     grid_receive(stages, davar, count);
 }
 
@@ -237,7 +240,9 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
     }
     grid_schedule_sums(stages->grid, allan, position + 1U);
-    grid_run_moments(&stages->moments, &stages->ring, index, 1U);
+    if (davar->config->segment != 0U) {
+        grid_run_moments(stages, index, 1U);
+    }
     allan_end_start(allan, position + 1U);
     grid_receive(stages, davar, 1U);
 }
@@ -296,7 +301,7 @@ static void grid_place(stages_t *stages, const davar_t *davar)
     const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, stride, &slot);
     grid->records.head_powers = &head->powers[slot];
     grid->records.head_sums = &head->sums[(size_t)slot * taus];
-    const uint32_t middle_position = head_at - stages->moments.segment;
+    const uint32_t middle_position = head_at - davar->config->segment;
     const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, stride, &slot);
     grid->records.middle_powers = &middle->powers[slot];
     const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window_tail(&davar->window), stride, &slot);

@@ -11,8 +11,6 @@ typedef struct {
     powers_t head; /* on a grid the only one: the others are recorded where they will be needed */
     powers_t middle;
     powers_t tail;
-    uint32_t segment; /* 0: kurtosis and contribution are switched off */
-    uint32_t shift;   /* bits dropped so that a sample fits the moments */
 } moments_t;
 
 #endif

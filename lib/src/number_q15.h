@@ -17,13 +17,13 @@ typedef int16_t sample_t;
 typedef int32_t difference_t;
 typedef uint64_t sum_t;
 
-/* Sums of x, x^2, x^3 and of the two halves of x^4, running modulo their widths: what a window adds to each fits. */
+/* Sums of x, x^2, x^3, x^4, running modulo their widths (32, 64, 64, 96 bits): what a window adds to each fits. */
 typedef struct {
     uint32_t first;
+    uint32_t fourth_high;
     uint64_t second;
     uint64_t third;
     uint64_t fourth_low;
-    uint64_t fourth_high;
 } powers_t;
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
@@ -66,8 +66,8 @@ static inline void powers_add(powers_t *powers, sample_t sample, unsigned shift)
     powers->first += (uint32_t)value;
     powers->second += (uint64_t)square;
     powers->third += davar_multiply_i32(square, value);
-    powers->fourth_low += (uint32_t)fourth;
-    powers->fourth_high += fourth >> 32U;
+    powers->fourth_low += fourth;
+    powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
 }
 
 /* Field by field: a struct this large would be copied by a library call on some targets. */
@@ -85,8 +85,9 @@ static inline void powers_between(powers_t *between, const powers_t *later, cons
     between->first = later->first - earlier->first;
     between->second = later->second - earlier->second;
     between->third = later->third - earlier->third;
+    const uint32_t borrow = (later->fourth_low < earlier->fourth_low) ? 1U : 0U;
     between->fourth_low = later->fourth_low - earlier->fourth_low;
-    between->fourth_high = later->fourth_high - earlier->fourth_high;
+    between->fourth_high = later->fourth_high - earlier->fourth_high - borrow;
 }
 
 /* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
@@ -94,11 +95,10 @@ static void powers_central(const powers_t *powers, uint32_t n, davar_central_t *
 {
     const int32_t first = (int32_t)powers->first;
     const uint64_t square = davar_multiply_i32(first, first);
-    const davar_u128_t high = {powers->fourth_high << 32U, powers->fourth_high >> 32U};
-    const davar_u128_t low = {powers->fourth_low, 0U};
+    const davar_u128_t raw = {powers->fourth_low, powers->fourth_high};
     const uint64_t four_first = (uint64_t)(int64_t)first << 2U;
     const uint64_t six_second = (powers->second << 2U) + (powers->second << 1U);
-    davar_u128_t fourth = davar_u128_scale(davar_u128_add(high, low), n);
+    davar_u128_t fourth = davar_u128_scale(raw, n);
     fourth = davar_u128_subtract(fourth, davar_multiply_i64((int64_t)four_first, (int64_t)powers->third));
     fourth = davar_u128_add(davar_u128_scale(fourth, n), davar_multiply_u64(square, six_second));
     fourth = davar_u128_subtract(davar_u128_scale(fourth, n), davar_multiply_u64(square, square + (square << 1U)));

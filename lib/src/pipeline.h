@@ -60,15 +60,13 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
     const uint32_t bits = is_float ? NUMBER_SAMPLE_BITS_MAX : given;
     const uint32_t significant = is_float ? DAVAR_FLOAT_BITS : given;
     stages->highest = (sample_t)((INT64_C(1) << (bits - 1U)) - 1);
-    stages->lowest = (sample_t)(-(INT64_C(1) << (bits - 1U)));
-    stages->moments.shift = (significant > NUMBER_MOMENT_BITS) ? (significant - NUMBER_MOMENT_BITS) : 0U;
+    stages->shift = (uint8_t)((significant > NUMBER_MOMENT_BITS) ? (significant - NUMBER_MOMENT_BITS) : 0U);
 }
 
 static void start_allan(allan_t *allan, const davar_config_t *config)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
     allan->count = config->tau_count;
-    allan->span_max = 2U * config->taus[config->tau_count - 1U];
     allan->run = 0U;
     allan->to_gap = DAVAR_NO_GAP;
     allan->room = DAVAR_NO_GAP;
@@ -82,13 +80,12 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     }
 }
 
-static void start_moments(moments_t *moments, const davar_config_t *config)
+static void start_moments(moments_t *moments)
 {
     const powers_t zero = {0};
     moments->head = zero;
     moments->middle = zero;
     moments->tail = zero;
-    moments->segment = config->segment;
 }
 
 static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
@@ -114,7 +111,7 @@ static void start(davar_t *davar, uint64_t origin, uint32_t skip)
     stages->steady = STEADY_NOT;
     stages->ring.next = 0U;
     start_allan(&stages->allan, config);
-    start_moments(&stages->moments, config);
+    start_moments(&stages->moments);
     start_window(&davar->window, config, origin, skip);
     if (stages->grid != NULL) {
         grid_start(stages->grid, config, &stages->allan);
@@ -204,20 +201,19 @@ static bool step_carefully(stages_t *stages, davar_t *davar)
     }
     window->wait--;
     const bool complete = (window->wait == 0U) && epoch_complete(stages, davar);
-    stages->steady = steadiness(stages, window);
+    stages->steady = (uint8_t)steadiness(stages, window);
     return complete;
 }
 
 static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
 {
-    if ((sample > stages->lowest) && (sample < stages->highest)) {
+    const sample_t highest = stages->highest;
+    const sample_t lowest = (sample_t)(-highest - 1);
+    if ((sample > lowest) && (sample < highest)) {
         return sample;
     }
     davar_count(&davar->health.saturated);
-    if (sample < stages->lowest) {
-        return stages->lowest;
-    }
-    return (sample > stages->highest) ? stages->highest : sample;
+    return (sample < highest) ? lowest : highest;
 }
 
 /* One sample while the window glides: it completes an epoch, and nothing else happens. */
@@ -225,7 +221,7 @@ static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sampl
 {
     davar_window_t *const window = &davar->window;
     ring_put(&stages->ring, limited(stages, davar, sample));
-    sliding_glide(stages, window);
+    sliding_glide(stages, davar);
     if (window->at_start) {
         window->at_start = (int32_t)window_tail(window) < 0;
     }
@@ -402,9 +398,9 @@ static bool pipeline_collect(davar_t *davar, davar_result_t *result)
             read_stages(davar, result, &readings);
         }
     } while (davar_read_torn(davar, before));
+    davar->health.missed = davar_missed(davar, produced, waits);
     davar->seen = produced;
     if (waits) {
-        davar->taken = davar->taken + 1U;
         evaluate(davar, &readings, result);
     }
     return waits;

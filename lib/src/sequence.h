@@ -44,4 +44,12 @@ static inline bool davar_result_waits(const davar_t *davar)
     return davar->ready && (davar->produced != davar->seen);
 }
 
+/* Results up to `produced` that were, or will be, lost; `waits`: not the last of them. */
+static inline uint32_t davar_missed(const davar_t *davar, uint32_t produced, bool waits)
+{
+    const uint32_t more = (produced - davar->seen) - (waits ? 1U : 0U);
+    const uint32_t room = UINT32_MAX - davar->health.missed;
+    return davar->health.missed + ((more < room) ? more : room);
+}
+
 #endif

@@ -23,63 +23,74 @@ static uint32_t sliding_tail_index(const ring_t *ring, const davar_window_t *win
 
 /* --- moments ----------------------------------------------------------------------------------------------------- */
 
-static void sliding_lead_moments(moments_t *moments, const ring_t *ring, uint32_t index, uint32_t length)
+/* The sample at `index` of the ring goes behind one of the cursors. */
+static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_t index)
 {
-    if (moments->segment == 0U) {
+    powers_add(powers, stages->ring.sample[index], stages->shift);
+}
+
+static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+{
+    const uint32_t segment = davar->config->segment;
+    if (segment == 0U) {
         return;
     }
-    powers_add(&moments->head, ring->sample[index], moments->shift);
-    if (length > moments->segment) {
-        powers_add(&moments->middle, ring->sample[ring_before(ring, index, moments->segment)], moments->shift);
+    sliding_add(&stages->moments.head, stages, index);
+    if (davar->window.length > segment) {
+        sliding_add(&stages->moments.middle, stages, ring_before(&stages->ring, index, segment));
     }
 }
 
-static void sliding_trail_moments(moments_t *moments, const ring_t *ring, uint32_t index)
+static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
-    if (moments->segment != 0U) {
-        powers_add(&moments->tail, ring->sample[index], moments->shift);
+    if (davar->config->segment != 0U) {
+        sliding_add(&stages->moments.tail, stages, index);
     }
 }
 
 /* Both edges, and the middle between them. */
-DAVAR_APART static void sliding_glide_moments(moments_t *moments, const ring_t *ring, uint32_t head, uint32_t tail)
+DAVAR_APART static void sliding_glide_moments(stages_t *stages, uint32_t segment, uint32_t head, uint32_t tail)
 {
-    powers_add(&moments->head, ring->sample[head], moments->shift);
-    powers_add(&moments->middle, ring->sample[ring_before(ring, head, moments->segment)], moments->shift);
-    powers_add(&moments->tail, ring->sample[tail], moments->shift);
+    sliding_add(&stages->moments.head, stages, head);
+    sliding_add(&stages->moments.middle, stages, ring_before(&stages->ring, head, segment));
+    sliding_add(&stages->moments.tail, stages, tail);
 }
 
 /* --- plain steps ------------------------------------------------------------------------------------------------- */
 
 /* Both edges. The newest sample is in the ring already, and the window does not know of it yet. */
-static inline void sliding_glide(stages_t *stages, davar_window_t *window)
+static inline void sliding_glide(stages_t *stages, davar_t *davar)
 {
+    davar_window_t *const window = &davar->window;
+    const uint32_t segment = davar->config->segment;
     const ring_t *const ring = &stages->ring;
     const uint32_t head = ring_index(ring, window->lag + 1U);
     const uint32_t tail = ring_index(ring, window->lag + window->length + 1U);
     allan_slide(&stages->allan, allan_leading(ring, head), allan_trailing(ring, tail));
-    if (stages->moments.segment != 0U) {
-        sliding_glide_moments(&stages->moments, ring, head, tail);
+    if (segment != 0U) {
+        sliding_glide_moments(stages, segment, head, tail);
     }
     window_glide(window);
 }
 
-static void sliding_lead_plainly(stages_t *stages, davar_window_t *window)
+static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
 {
+    davar_window_t *const window = &davar->window;
     const ring_t *const ring = &stages->ring;
     const uint32_t index = sliding_head_index(ring, window);
     allan_lead(&stages->allan, allan_leading(ring, index));
     window->lag--;
     window->length++;
-    sliding_lead_moments(&stages->moments, ring, index, window->length);
+    sliding_lead_moments(stages, davar, index);
 }
 
-static void sliding_trail_plainly(stages_t *stages, davar_window_t *window)
+static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
 {
+    davar_window_t *const window = &davar->window;
     const ring_t *const ring = &stages->ring;
     const uint32_t index = sliding_tail_index(ring, window);
     allan_trail(&stages->allan, allan_trailing(ring, index));
-    sliding_trail_moments(&stages->moments, ring, index);
+    sliding_trail_moments(stages, davar, index);
     window->length--;
 }
 
@@ -125,7 +136,7 @@ static void sliding_lead_carefully(stages_t *stages, davar_t *davar)
     window->lag--;
     window->length++;
     sliding_lead_taus(&stages->allan, &stages->ring, index, window, 1U);
-    sliding_lead_moments(&stages->moments, &stages->ring, index, window->length);
+    sliding_lead_moments(stages, davar, index);
     allan_end_start(&stages->allan, window_head(window));
 }
 
@@ -134,7 +145,7 @@ static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     const uint32_t index = sliding_tail_index(&stages->ring, window);
     sliding_trail_taus(&stages->allan, &stages->ring, index, window->length);
-    sliding_trail_moments(&stages->moments, &stages->ring, index);
+    sliding_trail_moments(stages, davar, index);
     window->length--;
     allan_shrink_room(&stages->allan, &davar->gaps, window, window_tail(window));
 }
@@ -143,8 +154,8 @@ static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
 
 static void sliding_lead(stages_t *stages, davar_t *davar)
 {
-    if (allan_leads_freely(&stages->allan) && (davar->window.length >= stages->allan.span_max)) {
-        sliding_lead_plainly(stages, &davar->window);
+    if (allan_leads_freely(&stages->allan) && (davar->window.length >= allan_span_max(&stages->allan))) {
+        sliding_lead_plainly(stages, davar);
     } else {
         sliding_lead_carefully(stages, davar);
     }
@@ -152,8 +163,8 @@ static void sliding_lead(stages_t *stages, davar_t *davar)
 
 static void sliding_trail(stages_t *stages, davar_t *davar)
 {
-    if ((stages->allan.room == DAVAR_NO_GAP) && (davar->window.length > stages->allan.span_max)) {
-        sliding_trail_plainly(stages, &davar->window);
+    if ((stages->allan.room == DAVAR_NO_GAP) && (davar->window.length > allan_span_max(&stages->allan))) {
+        sliding_trail_plainly(stages, davar);
     } else {
         sliding_trail_carefully(stages, davar);
     }
@@ -162,7 +173,7 @@ static void sliding_trail(stages_t *stages, davar_t *davar)
 /* Can the window glide from here on, sample by sample? Only a careful step, a gap or the law can change the answer. */
 static bool sliding_glides(const allan_t *allan, const davar_window_t *window)
 {
-    return allan_leads_freely(allan) && (allan->room == DAVAR_NO_GAP) && (window->length >= allan->span_max) &&
+    return allan_leads_freely(allan) && (allan->room == DAVAR_NO_GAP) && (window->length >= allan_span_max(allan)) &&
            (window->next_length == window->length);
 }
 
@@ -181,17 +192,19 @@ static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_
 /* --- the mirrored start ------------------------------------------------------------------------------------------ */
 
 /* By symmetry the sums in front of -p are the negatives of those in front of p (2.8). */
-static void sliding_warm_moments(moments_t *moments, sample_t sample, uint32_t position, uint32_t half)
+static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index, uint32_t position)
 {
-    if (moments->segment == 0U) {
+    static const powers_t no_powers = {0};
+    moments_t *const moments = &stages->moments;
+    const uint32_t half = config->window_max / 2U;
+    if (config->segment == 0U) {
         return;
     }
-    static const powers_t no_powers = {0};
-    powers_add(&moments->head, sample, moments->shift);
+    sliding_add(&moments->head, stages, index);
     powers_between(&moments->tail, &no_powers, &moments->head);
-    if ((position + moments->segment) < half) {
+    if ((position + config->segment) < half) {
         powers_copy(&moments->middle, &moments->head);
-    } else if ((position + half) < moments->segment) {
+    } else if ((position + half) < config->segment) {
         powers_copy(&moments->middle, &moments->tail);
     } else { /* the middle is nearer to the start than this */
     }
@@ -206,13 +219,12 @@ static void sliding_warm(stages_t *stages, davar_t *davar)
     ring_t *const ring = &stages->ring;
     const uint32_t position = window_head(window);
     const uint32_t index = ring_index(ring, 1U);
-    const uint32_t half = davar->config->window_max / 2U;
     ring->sample[ring_before(ring, index, (2U * position) + 1U)] = ring->sample[index];
     allan_extend_run(&stages->allan, &davar->gaps, window, position);
     window->lag--;
     window->length += 2U;
     sliding_lead_taus(&stages->allan, ring, index, window, 2U);
-    sliding_warm_moments(&stages->moments, ring->sample[index], position, half);
+    sliding_warm_moments(stages, davar->config, index, position);
     allan_end_start(&stages->allan, window_head(window));
 }
 

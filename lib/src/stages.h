@@ -62,10 +62,10 @@ typedef struct {
     ring_t ring;
     allan_t allan;
     moments_t moments;
-    grid_t *grid; /* null: a value at every sample */
-    steady_t steady;
-    sample_t lowest; /* samples at or beyond these are saturated */
-    sample_t highest;
+    grid_t *grid;     /* null: a value at every sample */
+    sample_t highest; /* samples at or beyond it, or its complement, are saturated */
+    uint8_t steady;   /* a steady_t */
+    uint8_t shift;    /* bits dropped so that a sample fits the moments */
 } stages_t;
 
 #endif

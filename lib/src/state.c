@@ -27,7 +27,6 @@ typedef struct {
     davar_health_t health;
     uint32_t produced;
     uint32_t seen;
-    uint32_t taken;
     uint16_t gaps;
     bool ready;
     bool in_gap;
@@ -169,7 +168,6 @@ static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigne
     davar->health = saved.health;
     davar->produced = saved.produced;
     davar->seen = saved.seen;
-    davar->taken = saved.taken;
     davar->ready = saved.ready;
     davar->in_gap = saved.in_gap;
     davar->number->resume(davar);
@@ -204,7 +202,6 @@ static saved_t saved_of(const davar_t *davar)
     saved.health = davar->health;
     saved.produced = davar->produced;
     saved.seen = davar->seen;
-    saved.taken = davar->taken;
     saved.gaps = davar->gaps.count;
     saved.ready = davar->ready;
     saved.in_gap = davar->in_gap;

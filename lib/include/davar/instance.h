@@ -41,14 +41,12 @@ typedef struct davar {
     const struct davar_number *number; /* the pipeline of its number type */
     void *stages;                      /* that pipeline's state, at the start of the caller's memory */
     davar_gaps_t gaps;
+    float counts_per_unit; /* f32 only: a power of two */
     davar_window_t window;
     davar_health_t health;
-    double unit_per_count;
-    float counts_per_unit;      /* f32 only */
     volatile uint32_t sequence; /* odd while a push is at work */
     volatile uint32_t produced; /* results completed */
     volatile uint32_t seen;     /* the value of `produced` at the last take */
-    volatile uint32_t taken;    /* results taken */
     bool ready;                 /* the sums are those of the newest result */
     bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
     bool in_gap;                /* f32: inside a run of NaN or inf */
@@ -59,8 +57,8 @@ typedef struct davar {
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 8, 4) / 8];
  * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)176U + (12U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)240U + (12U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)136U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)216U + (4U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + 1U)) +                \
      DAVAR_ROUND8((size_t)4U * (gaps)))

@@ -96,7 +96,7 @@ typedef struct {
     struct davar_plan *fit_plan;
 } davar_config_t;
 
-/* Weather: things the world did, counted, never fatal. Counters stay at UINT32_MAX; `missed` alone goes on from 0. */
+/* Weather: things the world did, counted, never fatal. Saturating counters. */
 typedef struct {
     uint32_t gaps;       /* davar_gap calls, and runs of NaN or inf */
     uint32_t missing;    /* samples lost in those gaps */
