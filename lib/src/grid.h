@@ -183,7 +183,7 @@ static void grid_run_moments(stages_t *stages, uint32_t index, uint32_t count)
 {
     const ring_t *const ring = &stages->ring;
     for (uint32_t i = 0U; i < count; i++) {
-        powers_add(&stages->moments.head, ring->sample[ring_behind(ring, index, i)], stages->shift);
+        powers_add(&stages->moments.head, ring->sample[ring_behind(ring, index, i)]);
     }
 }
 

@@ -9,7 +9,6 @@
 #define NUMBER(name) davar_q15_##name
 #define NUMBER_SAMPLE_BITS_DEFAULT 16U
 #define NUMBER_SAMPLE_BITS_MAX 16U
-#define NUMBER_MOMENT_BITS 16U
 #define NUMBER_SUM_BITS 64U
 #define NUMBER_WINDOW_MAX 65536U
 
@@ -57,9 +56,8 @@ static inline double sum_to_double(sum_t sum)
     return (double)sum;
 }
 
-static inline void powers_add(powers_t *powers, sample_t sample, unsigned shift)
+static inline void powers_add(powers_t *powers, sample_t sample)
 {
-    (void)shift; /* 16 bits fit */
     const int32_t value = sample;
     const int32_t square = value * value;
     const uint64_t fourth = davar_multiply_i32(square, square);

@@ -26,7 +26,7 @@ static uint32_t sliding_tail_index(const ring_t *ring, const davar_window_t *win
 /* The sample at `index` of the ring goes behind one of the cursors. */
 static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_t index)
 {
-    powers_add(powers, stages->ring.sample[index], stages->shift);
+    powers_add(powers, stages->ring.sample[index]);
 }
 
 static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)

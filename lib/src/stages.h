@@ -65,7 +65,6 @@ typedef struct {
     grid_t *grid;     /* null: a value at every sample */
     sample_t highest; /* samples at or beyond it, or its complement, are saturated */
     uint8_t steady;   /* a steady_t */
-    uint8_t shift;    /* bits dropped so that a sample fits the moments */
 } stages_t;
 
 #endif

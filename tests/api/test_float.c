@@ -98,6 +98,30 @@ static void test_float_and_fixed_decide_alike(void)
     TEST_ASSERT_GREATER_THAN_UINT32(1000U, shrunk);
 }
 
+/* Noise of 20 quanta far below full scale: its kurtosis is that of the quanta, none of whose bits are dropped. */
+static void test_a_quiet_sensor_keeps_its_kurtosis(void)
+{
+    davar_t fixed;
+    davar_t floating;
+    davar_result_t other;
+    random_t random = random_seeded(12U);
+    config.full_scale = 2000.0;
+    config.sample_bits = 32U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&fixed, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&floating, &config, memory[1], sizeof memory[1]));
+    for (uint32_t n = 0U; n < 2000U; n++) {
+        const int32_t count = 524288 + (int32_t)lrint(20.0 * random_gauss(&random));
+        const float rate = (float)((double)count / 524288.0);
+        (void)davar_push_q31(&fixed, &count, 1U);
+        (void)davar_push_f32(&floating, &rate, 1U);
+        if (davar_take(&fixed, &result) && davar_take(&floating, &other)) {
+            TEST_ASSERT_EQUAL_DOUBLE(result.kurtosis, other.kurtosis);
+            TEST_ASSERT_EQUAL(result.unstable, other.unstable);
+            TEST_ASSERT_DOUBLE_WITHIN(1.0, 3.0, other.kurtosis);
+        }
+    }
+}
+
 static void test_not_a_number_and_infinity_are_left_out_as_gaps(void)
 {
     davar_t davar;
@@ -169,6 +193,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_the_error_stays_in_its_bound_after_full_scale_bursts);
     RUN_TEST(test_float_and_fixed_decide_alike);
+    RUN_TEST(test_a_quiet_sensor_keeps_its_kurtosis);
     RUN_TEST(test_not_a_number_and_infinity_are_left_out_as_gaps);
     RUN_TEST(test_beyond_full_scale_saturates_and_counts);
     RUN_TEST(test_rounding_at_the_door);

@@ -82,13 +82,15 @@ static void choose_config(random_t *random, trial_t *trial)
     config->gaps_max = (uint16_t)((2U * config->window_max) + 2U); /* those of two windows, all there can be */
     config->mirrored_end = true;
     trial->number = (number_t)(random_next(random) % NUMBER_COUNT);
+    config->sample_bits = ((trial->number == NUMBER_Q31) && (random_next(random) % 2U)) ? 32U : 0U;
     choose_taus(random, trial);
 }
 
 /* Quiet noise, full-scale bursts, constant rails: whatever a stream can hold. */
 static void choose_samples(random_t *random, trial_t *trial)
 {
-    const int32_t full = (trial->number == NUMBER_Q15) ? 32767 : 8388607;
+    const bool widest = (trial->config.sample_bits == 32U);
+    const int32_t full = widest ? INT32_MAX : ((trial->number == NUMBER_Q15) ? 32767 : 8388607);
     const uint32_t gaps_per_thousand = (random_next(random) % 2U) ? between(random, 0U, 60U) : 0U;
     int32_t noise = 20;
     int32_t offset = 0;
@@ -99,6 +101,7 @@ static void choose_samples(random_t *random, trial_t *trial)
             kind = between(random, 0U, 4U);
             noise = (int32_t)between(random, 1U, 300U);
             offset = (int32_t)between(random, 0U, 2000U) - 1000;
+            offset *= widest ? 2000000 : 1;
         }
         int32_t sample = offset + (int32_t)lrint(random_gauss(random) * (double)noise);
         if (kind == 3U) {

@@ -19,7 +19,7 @@ static davar_central_t central_of(const int16_t *sample, uint32_t n)
 {
     powers_t sums = {0};
     for (uint32_t i = 0U; i < n; i++) {
-        powers_add(&sums, sample[i], 0U);
+        powers_add(&sums, sample[i]);
     }
     davar_central_t central;
     powers_central(&sums, n, &central);

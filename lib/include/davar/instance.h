@@ -58,7 +58,7 @@ typedef struct davar {
  * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)136U + (4U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)216U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)240U + (4U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + 1U)) +                \
      DAVAR_ROUND8((size_t)4U * (gaps)))

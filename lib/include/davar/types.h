@@ -73,8 +73,7 @@ typedef struct {
     double rate_hz;        /* samples per second, 1e-100 .. 1e100; no default */
     double unit_per_count; /* q15, q31: deg/s per count, 1e-100 .. 1e100; no default */
     double full_scale;   /* f32: largest |rate| expected, deg/s, 1e-20 .. 1e20; from it on samples saturate (counted) */
-    uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24. Of
-                                 more than 24 (and of f32's 31) the moments see the upper 24 */
+    uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
     davar_mode_t mode;   /* default centred */
     davar_policy_t policy;    /* default OR (A-DAVAR) */
     uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
