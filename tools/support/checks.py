@@ -197,17 +197,21 @@ def wire():
 
 
 def kernel():
-    """The tests of tests/kernel inside a User-Mode Linux kernel, which is built when the cache has none."""
+    """The tests of tests/kernel inside a User-Mode Linux kernel, which is built when the cache has none; then those in virtual
+    time, and those of an emulated board beside it."""
     python = wire_python()
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
     if status:
         raise Broken(output)
-    guest = ["tools/support/uml/run", "-t", "300", output.splitlines()[-1], "env",
+    linux = output.splitlines()[-1]
+    guest = ["tools/support/uml/run", "-t", "300", linux, "env",
              f"PATH={Path(python).parent}:{os.environ['PATH']}", f"DAVAR_SIM={program('host_sim/davar-sim', 'release')}",
              f"DAVAR_NODE={program('gateway/davar-node', 'release')}", python]
     virtual = [*guest[:1], "-T", *guest[1:]]
     tally = python_suite("kernel", command=guest)
     tally.add(python_suite("kernel_virtual", command=virtual))
+    tally.add(python_suite("kernel_board", python=python, DAVAR_KERNEL=linux,
+                           DAVAR_SIM=program("host_sim/davar-sim", "release")))
     return tally
 
 
