@@ -16,22 +16,22 @@ SLOW_HZ = 1  # told to the node where no edge is to be lost: a guest that stalls
 
 
 class Chip:
-    """A gpio-sim chip of eight lines."""
+    """A gpio-sim chip."""
 
-    def __init__(self):
+    def __init__(self, lines=8):
         (CONFIG / "bank").mkdir(parents=True)
-        (CONFIG / "bank/num_lines").write_text("8")
+        (CONFIG / "bank/num_lines").write_text(str(lines))
         (CONFIG / "live").write_text("1")
         self.name = (CONFIG / "bank/chip_name").read_text().strip()
         device = (CONFIG / "dev_name").read_text().strip()
         self.lines = Path("/sys/devices/platform") / device / self.name
 
-    def edge(self):
-        pull = self.lines / f"sim_gpio{EDGE}/pull"
+    def edge(self, line=EDGE, period_s=PERIOD_S):
+        pull = self.lines / f"sim_gpio{line}/pull"
         pull.write_text("pull-up")
-        time.sleep(PERIOD_S / 2)  # gpio-sim merges edges closer than a tick
+        time.sleep(period_s / 2)  # gpio-sim merges edges closer than a tick
         pull.write_text("pull-down")
-        time.sleep(PERIOD_S / 2)
+        time.sleep(period_s / 2)
 
     def alarm(self):
         return (self.lines / f"sim_gpio{ALARM}/value").read_text().strip() == "1"

@@ -1,6 +1,6 @@
 """Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames to results.
 
-Decoding is cantools with tools/davar.dbc; transports are in davarlab.live.
+Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 """
 
 import math
@@ -48,6 +48,8 @@ class Faults:
     missing: int = 0  # never came, by Counter
     missing_results: int = 0  # whole multiples of 16 results that Counter cannot see, by Epoch
     noise: int = 0  # lines of the serial link that are no frames
+    link_lost: int = 0  # times interface or serial line went away
+    link_back: int = 0  # times it came back
 
     def total(self):
         return self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.noise
