@@ -47,7 +47,8 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds);
 /* Writes the link's counters (DAVAR_HEALTH_FRAMES_DROPPED .. DAVAR_HEALTH_NOISE_BYTES). */
 void davar_link_health(const davar_link_t *link, davar_wire_health_t *health);
 
-/* Waits until a serial peer has read everything (at most two seconds) and frees the link. Null is allowed. */
+/* Waits until a serial peer has read everything (two seconds for one that stops reading) and frees the link. Null is
+ * allowed. */
 void davar_link_close(davar_link_t *link);
 
 #ifdef __cplusplus

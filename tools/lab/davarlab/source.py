@@ -29,6 +29,8 @@ def reason(why):
     number = getattr(why, "errno", None) or getattr(why, "error_code", None)
     hidden = re.search(r"(?:Errno |\()(\d+)[],]", str(why))
     number = number or (int(hidden[1]) if hidden else None)
+    if not number and isinstance(why, serial.SerialException):
+        return "the device is gone"
     return os.strerror(number) if number else str(why) or type(why).__name__
 
 
@@ -55,13 +57,20 @@ class CanPort:
         self.bus.shutdown()
 
 
+class Line(serial.Serial):
+    """pyserial throws away, at the end of open(), what has come since its beginning; a sender on a pty has begun by then."""
+
+    def _reset_input_buffer(self):
+        pass
+
+
 class SerialPort:
     """A tty with SLCAN text, by pyserial. We are the host: O opens the adapter's channel."""
 
     def __init__(self, name, faults):
         path, at, baud = name.rpartition("@")
         path, baud = (path, int(baud)) if at and baud.isdigit() else (name, BAUD)
-        self.port, self.faults, self.text = serial.Serial(path, baud, timeout=POLL_S, write_timeout=1), faults, b""
+        self.port, self.faults, self.text = Line(path, baud, timeout=POLL_S, write_timeout=1), faults, b""
         self.port.write(b"\rO\r")
 
     def read(self):
