@@ -193,7 +193,8 @@ def wire_python():
 
 def wire():
     return python_suite("wire", python=wire_python(), DAVAR_WIRE_PROBE=program("tests/wire_probe", "release"),
-                        DAVAR_SIM=program("host_sim/davar-sim", "release"))
+                        DAVAR_SIM=program("host_sim/davar-sim", "release"),
+                        DAVAR_NODE=program("gateway/davar-node", "release"))
 
 
 def kernel():
