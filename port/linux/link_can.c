@@ -66,9 +66,11 @@ static davar_port_send_t send_can(davar_link_t *link, const davar_frame_t *frame
     if (link->off) {
         return DAVAR_PORT_SEND_AGAIN;
     }
-    struct canfd_frame out = {.can_id = frame->identifier, .len = frame->length};
+    const bool fd = frame->length > 8U;
+    struct canfd_frame out = {
+        .can_id = frame->identifier, .len = frame->length, .flags = fd ? CANFD_BRS : 0U}; /* data at the fast rate */
     memcpy(out.data, frame->data, frame->length);
-    const size_t size = (frame->length > 8U) ? CANFD_MTU : CAN_MTU;
+    const size_t size = fd ? CANFD_MTU : CAN_MTU;
     if (write(link->descriptor, &out, size) == (ssize_t)size) {
         return DAVAR_PORT_SEND_DONE;
     }

@@ -111,8 +111,15 @@ class KernelCase(unittest.TestCase):
                           **keywords)
 
     def stop(self, node):
-        """Ends a node by SIGTERM; its last line as {name: count}."""
+        """Ends a node by SIGTERM; its last line as {name: count}. What it has not read yet stays unread."""
         node.send_signal(signal.SIGTERM)
+        return self.last_words(node)
+
+    def last_words(self, node):
+        """Ends the input of a node, which takes what there is and ends; its last line as {name: count}."""
+        if node.stdin:
+            node.stdin.close()
+            node.stdin = None
         _, errors = node.communicate(timeout=20)
         self.assertEqual(0, node.returncode, errors)
         words = errors.strip().splitlines()[-1].removeprefix("davar-node: ").split(", ")

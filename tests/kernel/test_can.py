@@ -1,6 +1,5 @@
 """SocketCAN: values, and every fault of a bus, on a real kernel."""
 
-import signal
 import subprocess
 import time
 import unittest
@@ -30,6 +29,13 @@ class Values(KernelCase):
 
     def test_in_can_fd_frames_too(self):
         self.check("fd")
+
+    def test_the_data_of_can_fd_goes_at_the_fast_rate(self):
+        interface = self.vcan()
+        dump = self.start("candump", "-L", "-n", "1", interface)
+        time.sleep(0.5)
+        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True)
+        self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
     def test_can_fd_on_a_classical_interface_is_refused(self):
         interface = self.vcan(mtu=16)
@@ -80,7 +86,7 @@ class Link(KernelCase):
         time.sleep(0.5)
         self.feed(node, 1000, first=2)
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the interface came back")
-        told = self.stop(node)
+        told = self.last_words(node)
         found = stop_listening()
         health = receiver.channels[0].health
         self.assertEqual((1, 1), (told["link lost"], told["link back"]))
@@ -99,7 +105,7 @@ class Link(KernelCase):
         time.sleep(0.3)
         self.feed(node, 500)
         wait_for(lambda: receiver.faults.good > 50, "frames")
-        told = self.stop(node)
+        told = self.last_words(node)
         stop_listening()
         self.assertEqual(1, told["link back"])
         self.assertGreater(told["frames dropped"], 50)
@@ -145,7 +151,7 @@ class Bus(KernelCase):
         time.sleep(0.3)
         self.feed(node, 2000)
         time.sleep(0.3)
-        told = self.stop(node)
+        told = self.last_words(node)
         self.assertEqual((2, 1), (told["error passive"], told["bus off"]), told)
         self.assertEqual(2000, told["samples"])
         self.assertEqual(told["frames dropped"], told["results"] * 15 + 16 - 512, "all but what the queue holds")
@@ -165,6 +171,7 @@ class Bus(KernelCase):
         node = self.node("--out", f"can:{line.name}")
         self.feed(node, 1000)
         wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > 200, "frames")
+        wait_for(lambda: self.count_frames(line, receiver) == 0, "the last of them")
         line.say(b"sb255255\r")
         wait_for(lambda: Path(f"/sys/class/net/{line.name}/carrier").read_text() == "0\n", "bus-off")
         time.sleep(0.1)
@@ -180,9 +187,10 @@ class Bus(KernelCase):
         before = receiver.faults.good
         self.feed(node, 1000, first=2)
         wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > before + 200, "frames again")
-        node.send_signal(signal.SIGTERM)
-        self.count_frames(line, receiver)
-        told = self.stop(node)
+        node.stdin.close()
+        node.stdin = None
+        self.count_frames(line, receiver, 2)
+        told = self.last_words(node)
         self.assertEqual((1, 1, 1), (told["bus off"], told["link lost"], told["link back"]), told)
         self.assertEqual(7000, told["samples"])
         self.assertEqual(told["frames dropped"], receiver.channels[0].health["FramesDropped"])
@@ -206,7 +214,7 @@ class Bus(KernelCase):
         self.assertEqual(before, receiver.faults.good)
         shell("cansend", interface, "20000100#0000000000000000")  # restarted
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the restart")
-        told = self.stop(node)
+        told = self.last_words(node)
         results = stop_listening()
         self.assertEqual((1, 1), (told["bus off"], told["link back"]), told)
         self.assertNotIn("frames dropped", told)

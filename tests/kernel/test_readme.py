@@ -94,7 +94,7 @@ class Readme(KernelCase):
 
     def check_live(self, shown, told):
         self.assertEqual(6, shown.count("channel 0  epoch"), shown + told)
-        self.assertGreater(shown.count("channel 1  epoch"), 10)
+        self.assertGreater(shown.count("channel 1  epoch"), 2)  # a guest that stalls loses edges, and says so
         self.assertRegex(told, r"received: \d+ good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing")
         with open(ROOT / "build/arw.csv", encoding="utf-8") as file:
             recorded = [row for row in csv.DictReader(file) if row["channel"] == "0"]
