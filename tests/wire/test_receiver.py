@@ -133,6 +133,17 @@ class Faults(unittest.TestCase):
         self.assertEqual((5, 3), (len(found), len(of_counter)))
         self.assertIn(f"{passed} of {len(three)} errors of three bits", WIRE_MD)
 
+    def test_what_passes_in_a_frame_of_64_bytes_is_what_the_documentation_says(self):
+        alone = []
+        for bit in range(512):
+            data = bytearray(64)
+            data[bit // 8] ^= 0x80 >> bit % 8
+            alone.append(data[0] ^ wire.crc(0, data) ^ wire.crc(0, bytes(64)))
+        self.assertNotIn(0, alone)
+        pairs = list(itertools.combinations(alone, 2))
+        passed = sum(a == b for a, b in pairs)
+        self.assertIn(f"{passed} of {len(pairs)} errors of two bits", WIRE_MD)
+
     def test_a_burst_that_passes_the_crc_is_seen_by_counter_or_result(self):
         for pattern in filter(passes, ASTRIDE):
             receiver = wire.Receiver()
