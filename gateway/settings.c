@@ -9,10 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define ALARM_S_MAX 1e6
+
 static const char HELP[] =
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
     "\n"
-    "Reads gyro counts, follows their Allan variance, sends the results to a CAN bus or a serial line (lib/WIRE.md).\n"
+    "Reads the counts of one gyro axis, follows their Allan variance, sends the results to a CAN bus or a serial line\n"
+    "(lib/WIRE.md). One channel: for more axes start one davar-node each, with --channel 0, 1, 2.\n"
     "\n"
     "  --source SRC      '-', a file or a FIFO with a count per line, or value:PATH, a file that is read anew for "
     "each\n"
@@ -132,6 +135,15 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
     }
 }
 
+static const char *expected(const entry_t *entry)
+{
+    static const char *const WORDS[] = {[REAL] = "a number from 0 on",
+                                        [WHOLE] = "a whole number from 0 on",
+                                        [HEX] = "a hexadecimal number",
+                                        [CONTENT] = "summary, full, intervals or fd"};
+    return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
+}
+
 static bool walk(node_settings_t *settings, int argc, char **argv, char *why, size_t size)
 {
     struct option options[ENTRIES + 1U] = {{0}};
@@ -149,7 +161,7 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
         }
         const entry_t *entry = &TABLE[found - 256];
         if (!apply(settings, entry, optarg)) {
-            (void)snprintf(why, size, "--%s: found '%s' (see --help)", entry->name, optarg);
+            (void)snprintf(why, size, "--%s: %s expected, found '%s'", entry->name, expected(entry), optarg);
             return false;
         }
     }
@@ -175,7 +187,31 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
         (void)snprintf(why, size, "--%s: beyond 11-bit identifiers", (settings->channel > 34U) ? "channel" : "base");
         return false;
     }
+    if ((settings->alarm_on_s > ALARM_S_MAX) || (settings->alarm_off_s > ALARM_S_MAX)) {
+        const bool on = settings->alarm_on_s > ALARM_S_MAX;
+        (void)snprintf(why, size, "--alarm-%s: more than %g s", on ? "on" : "off", ALARM_S_MAX);
+        return false;
+    }
     return true;
+}
+
+/* The option that a setting came from. */
+static const char *option_of(davar_status_t status)
+{
+    static const struct {
+        davar_status_t status;
+        const char *option;
+    } OPTIONS[] = {{DAVAR_ERR_RATE, "--rate"},
+                   {DAVAR_ERR_SCALE, "--lsb"},
+                   {DAVAR_ERR_WINDOW_MIN, "--window-min"},
+                   {DAVAR_ERR_SEGMENT, "--segment"},
+                   {DAVAR_ERR_STRIDE, "--stride"}};
+    for (size_t i = 0; i < sizeof OPTIONS / sizeof OPTIONS[0]; i++) {
+        if (OPTIONS[i].status == status) {
+            return OPTIONS[i].option;
+        }
+    }
+    return "--window-max";
 }
 
 bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why, size_t size)
@@ -198,7 +234,7 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
     }
     davar_t probe;
     uint64_t none[1];
-    (void)snprintf(why, size, "--rate, --lsb, --window-max, --window-min, --segment or --stride: %s",
-                   davar_status_text(davar_init_q31(&probe, &settings->config, none, sizeof none)));
+    const davar_status_t cause = davar_init_q31(&probe, &settings->config, none, sizeof none);
+    (void)snprintf(why, size, "%s: %s", option_of(cause), davar_status_text(cause));
     return false;
 }

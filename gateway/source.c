@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 bool source_open(source_t *source, const char *where)
@@ -18,7 +19,12 @@ bool source_open(source_t *source, const char *where)
     } else {
         source->descriptor = open(is_value ? where + 6 : where, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     }
-    if (source->descriptor < 0) {
+    struct stat what;
+    if ((source->descriptor < 0) || (fstat(source->descriptor, &what) != 0)) {
+        return false;
+    }
+    if (S_ISDIR(what.st_mode)) {
+        errno = EISDIR;
         return false;
     }
     const int flags = fcntl(source->descriptor, F_GETFL);

@@ -28,8 +28,8 @@ davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, si
 /* The interface, or the path a peer should open. Belongs to the link. */
 const char *davar_link_name(const davar_link_t *link);
 
-/* DONE: the frame is on its way. AGAIN: no room, or nobody listens on the pty yet; offer the same frame later (counted
- * as a retry). FAULT: the link is down and the frame is lost (counted). */
+/* DONE: the frame is on its way. AGAIN: no room, the bus is off, or nobody listens on the pty yet; offer the same frame
+ * later (counted as a retry). FAULT: the link is down and the frame is lost (counted). */
 davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame);
 
 /* Says that a frame was given up on before davar_link_send took it. */
@@ -38,7 +38,7 @@ void davar_link_dropped(davar_link_t *link);
 /* Reads bus errors and noise, notices a lost peer, tries to reopen what is lost. Call it now and then. Cheap. */
 void davar_link_poll(davar_link_t *link);
 
-/* Is somebody there to send to? */
+/* Is the interface, the tty or the pty's reader there? */
 bool davar_link_is_up(const davar_link_t *link);
 
 /* Waits until there may be room, at most so long. */
@@ -47,7 +47,8 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds);
 /* Writes the link's counters (DAVAR_HEALTH_FRAMES_DROPPED .. DAVAR_HEALTH_NOISE_BYTES). */
 void davar_link_health(const davar_link_t *link, davar_wire_health_t *health);
 
-/* Waits until a serial peer has read everything (at most two seconds) and frees the link. Null is allowed. */
+/* Waits until a serial peer has read everything (two seconds for one that stops reading) and frees the link. Null is
+ * allowed. */
 void davar_link_close(davar_link_t *link);
 
 #ifdef __cplusplus

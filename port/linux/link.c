@@ -27,6 +27,7 @@ void link_lost(davar_link_t *link)
     link->descriptor = -1;
     link->passive = false;
     link->off = false;
+    link->recovering = false;
     link->pending = 0;
     link->retry_ms = link_now_ms() + LINK_RETRY_MS;
     link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
@@ -121,7 +122,7 @@ void davar_link_poll(davar_link_t *link)
 
 bool davar_link_is_up(const davar_link_t *link)
 {
-    return (link->descriptor >= 0) && !link->off && (!link->make_pty || link->peer);
+    return (link->descriptor >= 0) && (!link->make_pty || link->peer);
 }
 
 void davar_link_wait(davar_link_t *link, uint32_t milliseconds)

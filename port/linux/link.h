@@ -23,8 +23,9 @@ struct davar_link {
     int descriptor;             /* -1: lost */
     bool peer;                  /* pty: somebody has opened it */
     bool make_pty;
-    bool passive; /* CAN: error passive now */
-    bool off;     /* CAN: bus off now */
+    bool passive;    /* CAN: error passive now */
+    bool off;        /* CAN: bus off now */
+    bool recovering; /* CAN: bus off, and a later state was told */
     uint64_t retry_ms;
     size_t pending; /* tty: characters that a short write left over */
     char text[LINK_TEXT_BYTES];

@@ -2,6 +2,7 @@
 #include "link.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
@@ -59,11 +60,17 @@ static bool open_can(davar_link_t *link, char *why, size_t size)
     return true;
 }
 
+/* While the bus is off the kernel takes frames and throws them away: so none is given. */
 static davar_port_send_t send_can(davar_link_t *link, const davar_frame_t *frame)
 {
-    struct canfd_frame out = {.can_id = frame->identifier, .len = frame->length};
+    if (link->off) {
+        return DAVAR_PORT_SEND_AGAIN;
+    }
+    const bool fd = frame->length > 8U;
+    struct canfd_frame out = {
+        .can_id = frame->identifier, .len = frame->length, .flags = fd ? CANFD_BRS : 0U}; /* data at the fast rate */
     memcpy(out.data, frame->data, frame->length);
-    const size_t size = (frame->length > 8U) ? CANFD_MTU : CAN_MTU;
+    const size_t size = fd ? CANFD_MTU : CAN_MTU;
     if (write(link->descriptor, &out, size) == (ssize_t)size) {
         return DAVAR_PORT_SEND_DONE;
     }
@@ -85,9 +92,30 @@ static void note_error(davar_link_t *link, const struct can_frame *frame)
     if ((frame->can_id & CAN_ERR_BUSOFF) != 0U) {
         link_count(link, DAVAR_HEALTH_BUS_OFF, link->off ? 0U : 1U);
         link->off = true;
-    } else if (link->off) { /* any later state, restarted or active, says that the bus is back */
+        link->recovering = false;
+    } else { /* any later state: restarted, active, passive */
+        link->recovering = link->off;
+    }
+}
+
+/* Does the interface carry frames? It does not from bus-off to its restart. */
+static bool has_carrier(const davar_link_t *link)
+{
+    char path[sizeof "/sys/class/net//carrier" + LINK_NAME_BYTES];
+    char answer = '1';
+    (void)snprintf(path, sizeof path, "/sys/class/net/%s/carrier", link->name);
+    const int descriptor = open(path, O_RDONLY | O_CLOEXEC);
+    (void)((descriptor >= 0) && (read(descriptor, &answer, 1U) == 1));
+    (void)((descriptor >= 0) && (close(descriptor) == 0));
+    return answer == '1';
+}
+
+static void watch_recovery(davar_link_t *link)
+{
+    if (link->off && link->recovering && has_carrier(link)) {
         link_count(link, DAVAR_HEALTH_LINK_BACK, 1U);
         link->off = false;
+        link->recovering = false;
     }
 }
 
@@ -103,6 +131,7 @@ static void poll_can(davar_link_t *link)
     if ((got < 0) && (errno != EAGAIN) && (errno != EINTR)) {
         link_lost(link); /* ENETDOWN, ENODEV: the socket is told once */
     }
+    watch_recovery(link);
 }
 
 static void drain_can(davar_link_t *link)

@@ -15,7 +15,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#define DRAIN_MS 2000U
+#define DRAIN_MS 2000U /* without progress */
+#define DRAIN_STEP_MS 5
+#define DRAIN_QUIET_STEPS 10U
 #define LINE_MAX_SLCAN 32U
 
 static const struct {
@@ -168,24 +170,33 @@ static void poll_tty(davar_link_t *link)
     }
 }
 
-/* Closing a pty throws away what the peer has not read yet. */
-static bool everything_read(const davar_link_t *link)
+/* Bytes that the peer of a pty has not read yet, as far as they can be seen: the kernel has more of them underway now and
+ * then. 0 on a tty of the machine, which the kernel drains by itself. */
+static int unread_bytes(const davar_link_t *link)
 {
     int unread = 0;
-    const int other = open(link->name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    const bool known = (other >= 0) && (ioctl(other, FIONREAD, &unread) == 0);
-    (void)((other >= 0) && (close(other) == 0));
-    return !known || (unread == 0);
+    if (link->make_pty) {
+        const int other = open(link->name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+        (void)((other >= 0) && (ioctl(other, FIONREAD, &unread) == 0));
+        (void)((other >= 0) && (close(other) == 0));
+    }
+    return unread;
 }
 
+/* Closing a pty throws away what the peer has not read: waits until it has, while it goes on reading. */
 static void drain_tty(davar_link_t *link)
 {
-    const uint64_t until = link_now_ms() + DRAIN_MS;
-    const struct timespec nap = {.tv_nsec = 5000000L};
-    while ((link_now_ms() < until) && !hung_up(link) && (link->descriptor >= 0)) {
-        if (push_pending(link) && (!link->make_pty || everything_read(link))) {
-            break;
-        }
+    const struct timespec nap = {.tv_nsec = DRAIN_STEP_MS * 1000000L};
+    const uint32_t wanted = link->make_pty ? DRAIN_QUIET_STEPS : 1U;
+    uint64_t until = link_now_ms() + DRAIN_MS;
+    uint32_t quiet = 0;
+    int before = 0;
+    while ((quiet < wanted) && (link->descriptor >= 0) && !hung_up(link) && (link_now_ms() < until)) {
+        const bool all_written = push_pending(link);
+        const int unread = unread_bytes(link);
+        quiet = (all_written && (unread == 0)) ? quiet + 1U : 0U;
+        until = (unread != before) ? link_now_ms() + DRAIN_MS : until;
+        before = unread;
         (void)nanosleep(&nap, NULL);
     }
 }

@@ -5,6 +5,7 @@ import fcntl
 import io
 import os
 import pty
+import select
 import signal
 import struct
 import subprocess
@@ -55,6 +56,7 @@ class SerialCan:
 
     def __init__(self):
         self.master, self.slave = pty.openpty()
+        self.text = b""
         tty.setraw(self.slave)
         fcntl.ioctl(self.slave, termios.TIOCSETD, struct.pack("i", N_SLCAN))
         self.name = fcntl.ioctl(self.slave, SIOCGIFNAME, bytes(40)).split(b"\0")[0].decode()
@@ -62,6 +64,14 @@ class SerialCan:
 
     def say(self, text):
         os.write(self.master, text)
+
+    def hear(self, receiver):
+        """Feeds what has come on the line since the last call to a receiver."""
+        while select.select([self.master], [], [], 0)[0]:
+            self.text += os.read(self.master, 65536)
+        *lines, self.text = self.text.split(b"\r")
+        for line in lines:
+            receiver.push(int(line[1:4], 16), bytes.fromhex(line[5:].decode()))
 
     def close(self):
         os.close(self.slave)
@@ -101,8 +111,15 @@ class KernelCase(unittest.TestCase):
                           **keywords)
 
     def stop(self, node):
-        """Ends a node by SIGTERM; its last line as {name: count}."""
+        """Ends a node by SIGTERM; its last line as {name: count}. What it has not read yet stays unread."""
         node.send_signal(signal.SIGTERM)
+        return self.last_words(node)
+
+    def last_words(self, node):
+        """Ends the input of a node, which takes what there is and ends; its last line as {name: count}."""
+        if node.stdin:
+            node.stdin.close()
+            node.stdin = None
         _, errors = node.communicate(timeout=20)
         self.assertEqual(0, node.returncode, errors)
         words = errors.strip().splitlines()[-1].removeprefix("davar-node: ").split(", ")

@@ -3,6 +3,7 @@
 import subprocess
 import time
 import unittest
+from pathlib import Path
 
 from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, SerialCan, near, shell, sim_csv, wait_for
 
@@ -28,6 +29,13 @@ class Values(KernelCase):
 
     def test_in_can_fd_frames_too(self):
         self.check("fd")
+
+    def test_the_data_of_can_fd_goes_at_the_fast_rate(self):
+        interface = self.vcan()
+        dump = self.start("candump", "-L", "-n", "1", interface)
+        time.sleep(0.5)
+        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True)
+        self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
     def test_can_fd_on_a_classical_interface_is_refused(self):
         interface = self.vcan(mtu=16)
@@ -78,7 +86,7 @@ class Link(KernelCase):
         time.sleep(0.5)
         self.feed(node, 1000, first=2)
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the interface came back")
-        told = self.stop(node)
+        told = self.last_words(node)
         found = stop_listening()
         health = receiver.channels[0].health
         self.assertEqual((1, 1), (told["link lost"], told["link back"]))
@@ -97,7 +105,7 @@ class Link(KernelCase):
         time.sleep(0.3)
         self.feed(node, 500)
         wait_for(lambda: receiver.faults.good > 50, "frames")
-        told = self.stop(node)
+        told = self.last_words(node)
         stop_listening()
         self.assertEqual(1, told["link back"])
         self.assertGreater(told["frames dropped"], 50)
@@ -128,7 +136,7 @@ class Bus(KernelCase):
         self.assertGreater(receiver.channels[0].health["SendRetries"], 0)
         self.assertGreater(receiver.faults.good, 1000)
 
-    def test_error_passive_and_bus_off_are_counted_and_survived(self):
+    def test_error_passive_and_bus_off_are_counted(self):
         line = SerialCan()
         self.addCleanup(line.close)
         node = self.node("--out", f"can:{line.name}")
@@ -143,11 +151,75 @@ class Bus(KernelCase):
         time.sleep(0.3)
         self.feed(node, 2000)
         time.sleep(0.3)
-        line.say(b"sa000000\r")
-        time.sleep(0.3)
-        told = self.stop(node)
-        self.assertEqual((2, 1, 1), (told["error passive"], told["bus off"], told["link back"]), told)
+        told = self.last_words(node)
+        self.assertEqual((2, 1), (told["error passive"], told["bus off"]), told)
         self.assertEqual(2000, told["samples"])
+        self.assertEqual(told["frames dropped"], told["results"] * 15 + 16 - 512, "all but what the queue holds")
+
+    def count_frames(self, line, receiver, seconds=0.5):
+        """How many good frames the line brings in so long."""
+        before, until = receiver.faults.good, time.monotonic() + seconds
+        while time.monotonic() < until:
+            line.hear(receiver)
+            time.sleep(0.01)
+        return receiver.faults.good - before
+
+    def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_every_lost_one_is_counted(self):
+        import wire
+        line, receiver = SerialCan(), wire.Receiver()
+        self.addCleanup(line.close)
+        node = self.node("--out", f"can:{line.name}")
+        self.feed(node, 1000)
+        wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > 200, "frames")
+        wait_for(lambda: self.count_frames(line, receiver) == 0, "the last of them")
+        line.say(b"sb255255\r")
+        wait_for(lambda: Path(f"/sys/class/net/{line.name}/carrier").read_text() == "0\n", "bus-off")
+        time.sleep(0.1)
+        line.hear(receiver)
+        self.feed(node, 5000, first=1)
+        self.assertEqual(0, self.count_frames(line, receiver), "nothing is given to a bus that is off")
+        line.say(b"sa000000\r")  # the controller is well again; the interface has not been restarted
+        self.assertEqual(0, self.count_frames(line, receiver))
+        shell("ip", "link", "set", line.name, "down")
+        time.sleep(0.3)
+        shell("ip", "link", "set", line.name, "up")
+        time.sleep(0.3)
+        before = receiver.faults.good
+        self.feed(node, 1000, first=2)
+        wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > before + 200, "frames again")
+        node.stdin.close()
+        node.stdin = None
+        self.count_frames(line, receiver, 2)
+        told = self.last_words(node)
+        self.assertEqual((1, 1, 1), (told["bus off"], told["link lost"], told["link back"]), told)
+        self.assertEqual(7000, told["samples"])
+        self.assertEqual(told["frames dropped"], receiver.channels[0].health["FramesDropped"])
+        self.assertGreater(told["frames dropped"], 1000)
+        self.assertEqual(1, receiver.channels[0].health["BusOff"])
+        self.assertEqual(0, receiver.faults.corrupted, receiver.faults)
+
+    def test_a_controller_that_restarts_itself_loses_nothing_that_the_queue_holds(self):
+        """The error frames that a controller with restart-ms gives, from another socket."""
+        interface = self.vcan()
+        receiver, stop_listening = self.listen(interface)
+        node = self.node("--out", f"can:{interface}")
+        self.feed(node, 500)
+        wait_for(lambda: receiver.faults.good > 100, "frames")
+        time.sleep(0.3)
+        before = receiver.faults.good
+        shell("cansend", interface, "20000040#0000000000000000")  # bus-off
+        time.sleep(0.2)
+        self.feed(node, 500, first=1)
+        time.sleep(0.3)
+        self.assertEqual(before, receiver.faults.good)
+        shell("cansend", interface, "20000100#0000000000000000")  # restarted
+        wait_for(lambda: receiver.faults.good > before + 100, "frames after the restart")
+        told = self.last_words(node)
+        results = stop_listening()
+        self.assertEqual((1, 1), (told["bus off"], told["link back"]), told)
+        self.assertNotIn("frames dropped", told)
+        self.assertEqual(told["results"], len(results))
+        self.assertEqual(0, receiver.faults.total(), receiver.faults)
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ class Serial(KernelCase):
         self.feed(node, 300, first=2)
         time.sleep(0.5)
         take(os.read(second, 100000), receiver)
-        told = self.stop(node)
+        told = self.last_words(node)
         os.close(second)
         self.assertEqual((1, 1, 2300), (told["link lost"], told["link back"], told["samples"]), told)
         self.assertGreater(told["frames dropped"], 0)
@@ -91,7 +91,7 @@ class Serial(KernelCase):
         time.sleep(0.3)
         self.feed(node, 200)
         time.sleep(0.2)
-        told = self.stop(node)
+        told = self.last_words(node)
         os.close(descriptor)
         self.assertEqual(60, told["noise bytes"])
 

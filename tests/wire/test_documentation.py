@@ -5,6 +5,7 @@ import unittest
 from pathlib import Path
 
 import cantools
+import crccheck
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "lib/WIRE.md").read_text(encoding="utf-8")
@@ -51,6 +52,24 @@ class Documentation(unittest.TestCase):
             shown = ", ".join(f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}"
                               for name, value in signals.items() if name not in HEADER)
             self.assertEqual(shown, says)
+
+    def test_the_frame_that_is_read_by_hand(self):
+        data = bytes.fromhex("CB802580E7030000")
+        signals = DBC.decode_message(0x5D1, data)
+        self.assertEqual((0, 600, 1, 999), tuple(signals[name] for name in ("Counter", "WindowSamples", "Unstable", "Epoch")))
+        summed = bytes.fromhex("D1 05 80 25 80 E7 03 00 00")
+        self.assertEqual(bytes([0xD1, 5]) + data[1:], summed)
+        self.assertEqual(data[0], crccheck.crc.Crc8SaeJ1850.calc(summed))
+        self.assertEqual((0x802580, 600), (int.from_bytes(data[1:4], "little"), 0x802580 >> 4 & 0x7FFFF))
+        self.assertIn("CRC-8 of D1 05 80 25 80 E7 03 00 00 is CB", TEXT)
+
+    def test_the_frame_of_can_fd_decodes_to_what_is_said(self):
+        lines = re.findall(r"^([0-9A-F]{16})  (.*)$", TEXT, re.MULTILINE)
+        data = bytes.fromhex("".join(line[0] for line in lines))
+        signals = DBC.decode_message(0x5D8, data)
+        self.assertEqual(signals["Crc"], crccheck.crc.Crc8SaeJ1850.calc(bytes([0xD8, 5]) + data[1:]))
+        said = dict(word.split(" ") for line in lines for word in line[1].removeprefix("Crc, ").split(", "))
+        self.assertEqual({name: f"{value:.6g}" for name, value in signals.items() if name != "Crc"}, said)
 
     def test_the_bus_load(self):
         figures = [row for row in rows(7) if row[0].isdigit()]

@@ -3,6 +3,7 @@
 DAVAR_WIRE_FAULTS: how many faults to inject (default 10^6).
 """
 
+import itertools
 import os
 import random
 import struct
@@ -15,6 +16,7 @@ sys.path.insert(0, str(ROOT / "tools/lab/davarlab"))
 
 import wire  # noqa: E402
 
+WIRE_MD = " ".join((ROOT / "lib/WIRE.md").read_text(encoding="utf-8").split())
 FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000"))
 ARW, STATE, SETUP = 0x5D0, 0x5D1, 0x5D6
 
@@ -26,6 +28,17 @@ def sealed(identifier, counter, payload, result=0):
 
 def state(n, stride=100):
     return sealed(STATE, n, struct.pack("<HI", 600 >> 4, n * stride))
+
+
+def passes(pattern):
+    """Does a frame with these bits flipped pass the Crc? It is linear, so one frame stands for all. Bit 63 is the first of
+    the data on the wire; the identifier stands above."""
+    identifier, data = pattern >> 64, (pattern % 2 ** 64).to_bytes(8, "big")
+    return data[0] == wire.crc(identifier, data) ^ wire.crc(0, bytes(8))
+
+
+# Bursts of up to eight bits that touch Crc, and what is behind it.
+ASTRIDE = sorted({pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2 ** 56})
 
 
 class Stream:
@@ -105,17 +118,47 @@ class Faults(unittest.TestCase):
         self.assertEqual(lost, receiver.faults.total())
 
     def test_no_one_or_two_bit_error_and_no_burst_of_eight_bits_passes_the_crc(self):
-        """The Crc is linear, so one frame stands for all; identifier, data and Crc together."""
-        def passes(pattern):
-            identifier, data = pattern >> 64, (pattern % 2 ** 64).to_bytes(8, "big")
-            return data[0] == wire.crc(identifier, data) ^ wire.crc(0, bytes(8))
         bits = range(64 + 11)
         self.assertEqual([], [a for a in bits if passes(1 << a)])
         self.assertEqual([], [(a, b) for a in bits for b in bits if a < b and passes(1 << a | 1 << b)])
         behind_crc = [pattern << at for at in range(49) for pattern in range(1, 256)]
         self.assertEqual([], [hex(one) for one in behind_crc if passes(one)])
-        astride = {pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2 ** 56}
-        print(f"bursts astride Crc and byte 1 that pass: {sum(map(passes, astride))} of {len(astride)}")
+
+    def test_what_passes_the_crc_is_what_the_documentation_says(self):
+        found = [one for one in ASTRIDE if passes(one)]
+        of_counter = [one for one in found if one >> 48 & 0x0F]
+        three = list(itertools.combinations(range(64), 3))
+        passed = sum(passes(1 << a | 1 << b | 1 << c) for a, b, c in three)
+        self.assertIn(f"{len(found)} of the {len(ASTRIDE)} bursts across Crc and byte 1 pass", WIRE_MD)
+        self.assertEqual((5, 3), (len(found), len(of_counter)))
+        self.assertIn(f"{passed} of {len(three)} errors of three bits", WIRE_MD)
+
+    def test_what_passes_in_a_frame_of_64_bytes_is_what_the_documentation_says(self):
+        alone = []
+        for bit in range(512):
+            data = bytearray(64)
+            data[bit // 8] ^= 0x80 >> bit % 8
+            alone.append(data[0] ^ wire.crc(0, data) ^ wire.crc(0, bytes(64)))
+        self.assertNotIn(0, alone)
+        pairs = list(itertools.combinations(alone, 2))
+        passed = sum(a == b for a, b in pairs)
+        self.assertIn(f"{passed} of {len(pairs)} errors of two bits", WIRE_MD)
+
+    def test_a_burst_that_passes_the_crc_is_seen_by_counter_or_result(self):
+        for pattern in filter(passes, ASTRIDE):
+            receiver = wire.Receiver()
+            for n in range(20):
+                receiver.push(STATE, state(n))
+                frame = int.from_bytes(sealed(ARW, n, struct.pack("<Hf", 7, n), n), "big") ^ (pattern if n == 10 else 0)
+                receiver.push(ARW, frame.to_bytes(8, "big"))
+            self.assertGreater(receiver.faults.total(), 0, hex(pattern))
+
+    def test_a_frame_of_no_result_is_counted(self):
+        receiver = wire.Receiver()
+        receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before we listened
+        receiver.push(STATE, state(0))
+        receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
+        self.assertEqual((1, 1), (receiver.faults.orphaned, receiver.faults.total()))
 
     def test_of_frames_of_random_bytes_one_in_256_passes_the_crc(self):
         source, passed = random.Random(3), 0

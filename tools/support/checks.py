@@ -182,32 +182,43 @@ def command_line(preset):
     return python_suite("cli", DAVAR_SIM=program("host_sim/davar-sim", preset))
 
 
-def wire_python():
-    """The Python of build/venv-wire, made when missing or when the pins have changed."""
-    status, output = run(["bash", "-c", ". tools/support/setup.sh && python_environment venv-wire "
-                          "tools/support/requirements-wire.txt"], "wire-python.log")
+def set_up(words, log):
+    """Runs functions of tools/support/setup.sh; the last line they print."""
+    status, output = run(["bash", "-c", f". tools/support/setup.sh && {words}"], log)
     if status:
         raise Broken(output)
     return output.splitlines()[-1]
 
 
+def wire_python():
+    """The Python of build/venv-wire, made when missing or when the pins have changed."""
+    return set_up("python_environment venv-wire tools/support/requirements-wire.txt", "wire-python.log")
+
+
 def wire():
     return python_suite("wire", python=wire_python(), DAVAR_WIRE_PROBE=program("tests/wire_probe", "release"),
-                        DAVAR_SIM=program("host_sim/davar-sim", "release"))
+                        DAVAR_SIM=program("host_sim/davar-sim", "release"),
+                        DAVAR_NODE=program("gateway/davar-node", "release"))
 
 
 def kernel():
-    """The tests of tests/kernel inside a User-Mode Linux kernel, which is built when the cache has none."""
+    """The tests of tests/kernel inside a User-Mode Linux kernel, which is built when the cache has none; then those in virtual
+    time, and those of an emulated board beside it."""
     python = wire_python()
+    # What the README's commands find or make on their first use; the guest could not keep it.
+    set_up("build tools && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
     if status:
         raise Broken(output)
-    guest = ["tools/support/uml/run", "-t", "300", output.splitlines()[-1], "env",
+    linux = output.splitlines()[-1]
+    guest = ["tools/support/uml/run", "-t", "300", linux, "env",
              f"PATH={Path(python).parent}:{os.environ['PATH']}", f"DAVAR_SIM={program('host_sim/davar-sim', 'release')}",
              f"DAVAR_NODE={program('gateway/davar-node', 'release')}", python]
     virtual = [*guest[:1], "-T", *guest[1:]]
     tally = python_suite("kernel", command=guest)
     tally.add(python_suite("kernel_virtual", command=virtual))
+    tally.add(python_suite("kernel_board", python=python, DAVAR_KERNEL=linux,
+                           DAVAR_SIM=program("host_sim/davar-sim", "release")))
     return tally
 
 

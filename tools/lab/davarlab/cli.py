@@ -6,7 +6,7 @@ import math
 import os
 import sys
 
-from . import compare, diagnose, files, improve, model as models, recording as recordings, simulate
+from . import compare, diagnose, files, improve, model as models, option_types, recording as recordings, simulate
 from .effects import table
 from .errors import BadInput
 
@@ -239,6 +239,19 @@ def run_benchmark(options):
     return 0
 
 
+def run_live(options):
+    from . import live  # python-can and cantools are needed here only
+    return live.run(options)
+
+
+def run_dbc(options):
+    from . import dbc
+    channels = sorted(set(options.channel or [0]))
+    files.write_whole(options.output, dbc.moved(options.base, channels).encode())
+    emit(options, {"dbc": options.output, "base": options.base, "channels": channels}, options.output)
+    return 0
+
+
 def argument(*names, **settings):
     return names, settings
 
@@ -249,19 +262,10 @@ OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
 REPORT = argument("--report", metavar="R.html", help="one page with pictures that opens in any browser")
+BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
 RATE = argument("--rate", type=float, help="samples per second, when the recording has no time_s")
 
 # command: (function, what it does, arguments)
-def run_live(options):
-    from . import live  # python-can and cantools are needed here only
-
-    arguments = [options.source, "--base", options.base]
-    for name in ("record", "count", "idle"):
-        if getattr(options, name) is not None:
-            arguments += [f"--{name}", str(getattr(options, name))]
-    return live.main(arguments + (["--json"] if options.json else []))
-
-
 COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
     "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, RATE]),
@@ -277,11 +281,13 @@ COMMANDS = {
     "import": (run_import, "makes a recording of another log", [
         argument("log"), OUT, RATE, argument("--rename", action="append", default=[], help="OLD=NEW"),
         argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
-    "live": (run_live, "shows the stream of a CAN or serial source", [
-        argument("source", help="can:IFACE or slcan:PATH"), argument("--record", metavar="FILE.csv"),
-        argument("--count", type=int, help="stop after so many results"),
-        argument("--idle", type=float, metavar="SECONDS", help="stop when nothing comes for so long"),
-        argument("--base", default="5D0", metavar="HEX", help="identifier of channel 0 (default 5D0)")]),
+    "live": (run_live, "checks, shows and records the stream of a CAN or serial source; waits for one that is lost", [
+        argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
+        argument("--record", metavar="FILE.csv", help="also write the results there, as they come"),
+        argument("--count", type=option_types.whole, metavar="N", help="stop after so many results"),
+        argument("--idle", type=option_types.seconds, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
+    "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(
+        "--channel", type=option_types.channel, action="append", metavar="N", help="default 0; may be given more than once")]),
     "benchmark": (run_benchmark, "measures how often the verdict is right", [
         argument("--seeds", type=int, default=20), argument("--first-seed", type=int, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
         argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=int, default=2)]),

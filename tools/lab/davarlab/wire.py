@@ -1,6 +1,6 @@
 """Frames of davar (lib/WIRE.md) to results: checks every frame, counts what is wrong, joins frames to results.
 
-Decoding is cantools with tools/davar.dbc; transports are in davarlab.live.
+Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 """
 
 import math
@@ -47,10 +47,14 @@ class Faults:
     swapped: int = 0  # came after its successor (good, and passed on)
     missing: int = 0  # never came, by Counter
     missing_results: int = 0  # whole multiples of 16 results that Counter cannot see, by Epoch
+    orphaned: int = 0  # good frames whose Result is not the present one: its State is lost or late, or Result is damaged
     noise: int = 0  # lines of the serial link that are no frames
+    link_lost: int = 0  # times interface or serial line went away
+    link_back: int = 0  # times it came back
 
     def total(self):
-        return self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.noise
+        return (self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.orphaned
+                + self.noise)
 
 
 class Sequence:
@@ -182,6 +186,8 @@ class Receiver:
             self._set_up(channel, signals)
         elif channel.result and channel.result.tag == signals["Result"]:
             self._add(channel.result, signals)
+        elif channel.result:
+            self.faults.orphaned += 1
         return None
 
     def _begin(self, channel, index, signals, modulus):

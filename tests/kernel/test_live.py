@@ -1,0 +1,161 @@
+"""davarlab live on interfaces and lines that go and come back, that carry noise, and when it is cut itself."""
+
+import csv
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+import tty
+import unittest
+
+from kernel_case import REPLAY, ROOT, SIM, KernelCase, shell, sim_csv, wait_for
+from test_readme import listeners
+
+sys.path.insert(0, str(ROOT / "tools/lab"))
+from davarlab import errors, source, wire  # noqa: E402
+
+# The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
+LIVE = "import sys, json, argparse\nfrom davarlab import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+RESULTS = len(sim_csv())
+FRAMES = RESULTS * 17 + 16
+
+
+class Live(KernelCase):
+    def live(self, where, **options):
+        wanted = {"source": where, "base": wire.BASE, "record": None, "count": None, "idle": None, "json": False, **options}
+        return self.start(sys.executable, "-B", "-c", LIVE, json.dumps(wanted), cwd=ROOT / "tools/lab")
+
+    def live_on(self, interface, **options):
+        live = self.live(f"can:{interface}", **options)
+        wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)
+        return live
+
+    def send(self, out, pace="200"):
+        subprocess.run([SIM, *REPLAY, "--pace", pace, "--out", out], check=True)
+
+    def finish(self, live, how=signal.SIGINT):
+        """Ends it; (results shown, what it said)."""
+        time.sleep(0.5)
+        if live.poll() is None:
+            live.send_signal(how)
+        shown, told = live.communicate(timeout=20)
+        return shown.splitlines(), told
+
+    def epochs(self, path):
+        with open(path, encoding="utf-8") as file:
+            return [int(row["epoch"]) for row in csv.DictReader(file)]
+
+    def test_an_interface_that_goes_down_and_comes_back_and_one_that_is_made_anew(self):
+        interface, record = self.vcan(), str(self.folder / "arw.csv")
+        live = self.live_on(interface, record=record)
+        self.send(f"can:{interface}")
+        shell("ip", "link", "set", interface, "down")
+        wait_for(lambda: listeners(interface) == 0, "the loss")
+        shell("ip", "link", "set", interface, "up")
+        wait_for(lambda: listeners(interface) == 1, "the return")
+        self.send(f"can:{interface}")
+        shell("ip", "link", "del", interface)
+        time.sleep(0.3)
+        self.vcan(interface)
+        wait_for(lambda: listeners(interface) == 1, "the new interface")
+        self.send(f"can:{interface}")
+        shown, told = self.finish(live)
+        self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
+        self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
+        self.assertEqual(2, told.count("davarlab live: can:vcan0: back\n"), told)
+        self.assertIn("2 link lost, 2 link back", told)
+        self.assertEqual(3 * RESULTS, len(self.epochs(record)))
+
+    def test_a_serial_peer_that_goes_and_comes_back_at_the_same_name(self):
+        name = self.folder / "board"
+
+        def plug():
+            ends = pty.openpty()
+            tty.setraw(ends[1])
+            name.unlink(missing_ok=True)
+            name.symlink_to(os.ttyname(ends[1]))
+            return ends
+
+        ends = plug()
+        live = self.live(f"slcan:{name}")
+        frames = b"".join(frame.encode() + b"\r" for frame in self.text())
+        for part, again in ((frames[:1980], True), (frames[1980:3960], False)):
+            wait_for(lambda: b"O\r" in os.read(ends[0], 100), "davarlab live", 60)
+            os.write(ends[0], part)
+            time.sleep(0.3)
+            for end in ends:
+                os.close(end)
+            ends = plug() if again else ()
+        shown, told = self.finish(live)
+        self.assertEqual(180 // 17 + 1, len(shown), told)
+        self.assertEqual(2, told.count("board: lost (the device is gone)"), told)
+        self.assertIn("received: 180 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told)
+        self.assertIn("2 link lost, 1 link back", told)
+
+    def text(self):
+        """What davar-sim writes on a serial line, frame by frame."""
+        ours, its = pty.openpty()
+        tty.setraw(its)
+        self.start(SIM, *REPLAY, "--out", f"slcan:{os.ttyname(its)}")
+        text = b""
+        while text.count(b"\r") < FRAMES:
+            text += os.read(ours, 65536)
+        os.close(its)
+        os.close(ours)
+        return re.findall(r"t[0-9A-F]{20}", text.decode())
+
+    def test_noise_on_the_line_is_counted_and_harms_no_frame(self):
+        ours, its = pty.openpty()
+        self.addCleanup(os.close, ours)
+        tty.setraw(its)
+        faults = wire.Faults()
+        port = source.Source(f"slcan:{os.ttyname(its)}", faults, print)
+        self.addCleanup(port.close)
+        os.close(its)
+        noise = (b"\xff\xfe\x00", b"t5D08", b"t5D0", b"t", b"tXYZ80000000000000000", b"d5D0F00", b"T", b"x" * 300)
+        wanted, text = [], b"\r"
+        for n, dirt in enumerate(noise):
+            wanted.append((0x5D0, n.to_bytes(8, "big")))
+            text += dirt + b"\r" + f"t5D08{n:016X}\r".encode()
+        os.write(ours, text)
+        self.assertEqual(wanted, list(port.frames(idle_s=0.5)))
+        self.assertGreaterEqual(faults.noise, len(noise))
+        self.assertEqual(0, faults.link_lost)
+
+    def test_the_end_of_a_pty_is_the_end(self):
+        """Its name may be somebody else's terminal next time."""
+        sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
+        live = self.live("slcan:" + re.search(r"/dev/pts/\d+", sim.stderr.readline()).group())
+        shown, told = live.communicate(timeout=60)
+        self.assertEqual((0, RESULTS), (live.returncode, len(shown.splitlines())), told)
+        self.assertIn("1 link lost, 0 link back", told)
+
+    def test_killed_in_the_middle_it_leaves_a_file_of_whole_rows(self):
+        interface, record = self.vcan(), str(self.folder / "arw.csv")
+        live = self.live_on(interface, record=record)
+        sim = self.start(SIM, *REPLAY, "--pace", "100", "--out", f"can:{interface}")
+        for _ in range(30):
+            live.stdout.readline()
+        live.kill()
+        sim.kill()
+        wanted, found = sim_csv(), self.epochs(record)
+        self.assertGreaterEqual(len(found), 30)
+        self.assertEqual([int(row["epoch"]) for row in wanted[:len(found)]], found)
+        with open(record, encoding="utf-8") as file:
+            self.assertEqual([*wanted[0]][-7:], file.readline().strip().split(",")[-7:])
+
+    def test_a_source_that_cannot_be_opened_is_named(self):
+        self.vcan(up=False)
+        for where, why in {"can:vcan9": "No such device", "can:vcan0": "Network is down", "can:": "expected, found 'can:'",
+                           "slcan:/dev/ttyUSB7": "No such file or directory", "slcan:/dev/null": "Inappropriate ioctl",
+                           "lin:1": "can:IFACE or slcan:PATH"}.items():
+            with self.assertRaisesRegex(errors.BadInput, why):
+                source.Source(where, wire.Faults(), print)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,145 @@
+"""README.md, "On the wire": its commands run as they stand, each in a terminal of its own, on a kernel that has the bus, the
+pins and the tty that they name. A stand-in for the sensor's driver: the file that davar-node reads."""
+
+import csv
+import os
+import pty
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import tty
+import unittest
+from pathlib import Path
+
+from kernel_case import ROOT, KernelCase, near, shell, wait_for
+from test_gpio import Chip
+from test_serial import take
+
+import wire
+
+SECTION = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## On the wire\n")[1].split("\n## ")[0]
+COMMANDS = re.findall(r"^```sh\n(.*?)\n```$", SECTION, re.DOTALL | re.MULTILINE)
+IIO = "iio/devices/iio:device0/in_anglvel_z_raw"
+START_S = 120  # the tools look whether everything is built, and a guest is slow
+SIM_CSV = ("tools/davar-sim", "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
+EDGE_LINE, EDGES, RESULTS = 17, 1500, 60
+
+
+def command(*words):
+    """The command of the section that has all these words."""
+    found = [one for one in COMMANDS if all(word in one for word in words)]
+    assert len(found) == 1, f"README.md, On the wire: {len(found)} commands with {words}"
+    return found[0]
+
+
+def listeners(interface):
+    """How many sockets receive from an interface."""
+    lists = Path("/proc/net/can/rcvlist_all").read_text() + Path("/proc/net/can/rcvlist_fil").read_text()
+    return len(re.findall(rf"^ *{interface} ", lists, re.MULTILINE))
+
+
+class Readme(KernelCase):
+    @classmethod
+    def setUpClass(cls):
+        """A driver's file in a place where only a driver can make one, and a tty that is not there."""
+        value = Path("/run/sensor") / IIO
+        value.parent.mkdir(parents=True)
+        value.write_text("17\n")
+        shell("mount", "-t", "overlay", "overlay", "-o", "lowerdir=/run/sensor:/sys/bus", "/sys/bus")
+        cls.addClassCleanup(shell, "umount", "/sys/bus")
+
+    def terminal(self, text):
+        """Starts a command; what it prints goes to a file, so that nothing waits for us to read it."""
+        shown, said = (tempfile.TemporaryFile("w+", encoding="utf-8") for _ in range(2))
+        process = subprocess.Popen(["bash", "-c", text], cwd=ROOT, text=True, stdin=subprocess.DEVNULL, stdout=shown,
+                                   stderr=said, start_new_session=True)
+        process.shown, process.said = shown, said
+        for undo in (shown.close, said.close, process.wait, lambda: process.poll() is None and os.killpg(process.pid, 9)):
+            self.addCleanup(undo)
+        return process
+
+    def hang_up(self, process):
+        """Control-C; what it printed."""
+        os.killpg(process.pid, signal.SIGINT)
+        process.wait(timeout=30)
+        wait_for(lambda: subprocess.run(["pgrep", "-g", str(process.pid)], stdout=subprocess.DEVNULL).returncode, "its pipeline")
+        return self.printed(process)
+
+    @staticmethod
+    def printed(process):
+        for file in (process.shown, process.said):
+            file.seek(0)
+        return process.shown.read(), process.said.read()
+
+    def test_every_command_is_one_of_these_tests(self):
+        self.assertEqual(6, len(COMMANDS))
+
+    def test_two_receivers_and_two_senders_on_a_bus(self):
+        chip = Chip(lines=32)
+        self.addCleanup(chip.close)
+        self.assertEqual("gpiochip0", chip.name)
+        shell("bash", "-c", command("ip link add"))
+        self.addCleanup(shell, "ip", "link", "del", "vcan0")
+        decoder = self.terminal(command("candump", "cantools"))
+        live = self.terminal(command("davarlab live"))
+        wait_for(lambda: listeners("vcan0") == 2, "two receivers", START_S)
+        sender = self.terminal(command("davar-sim", "can:vcan0"))
+        self.assertEqual(0, sender.wait(timeout=START_S), self.printed(sender))
+        self.gateway(chip)
+        time.sleep(1)
+        decoded, complaints = self.hang_up(decoder)
+        shown, told = self.hang_up(live)
+        self.check_decoded(decoded, complaints)
+        self.check_live(shown, told)
+
+    def gateway(self, chip):
+        """davar-node with as many edges as make a few results."""
+        node = self.terminal(command("davar-node"))
+        wait_for(lambda: shell("gpioinfo", chip.name).count("davar-node") == 2, "davar-node", START_S)
+        time.sleep(0.5)
+        for _ in range(EDGES):
+            chip.edge(EDGE_LINE)
+        _, errors = self.hang_up(node)
+        self.assertRegex(errors, rf"^davar-node: {EDGES} samples, \d+ results")
+
+    def check_decoded(self, text, complaints):
+        for word in ("DAVAR_State(", "ArwDegPerSqrtH: 0.29", "deg/sqrt(h)", "DAVAR_Adev(", "HealthIndex: Alarms"):
+            self.assertIn(word, text, complaints)
+
+    def check_live(self, shown, told):
+        self.assertEqual(RESULTS, shown.count("channel 0  epoch"), shown + told)
+        self.assertGreater(shown.count("channel 1  epoch"), 2)  # a guest that stalls loses edges, and says so
+        self.assertRegex(told, r"received: \d+ good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing")
+        with open(ROOT / "build/arw.csv", encoding="utf-8") as file:
+            recorded = [row for row in csv.DictReader(file) if row["channel"] == "0"]
+        done = subprocess.run(SIM_CSV, cwd=ROOT, text=True, stdout=subprocess.PIPE, check=True)
+        wanted = list(csv.DictReader(done.stdout.splitlines()))
+        self.assertEqual([row["epoch"] for row in wanted], [row["epoch"] for row in recorded])
+        for one, other in zip(wanted, recorded):
+            for name in ("time_s", "arw_deg_per_sqrt_h", "adev_1", "adev_64"):
+                self.assertTrue(near(float(other[name]), float(one[name]), 1e-7), (name, one, other))
+
+    def test_a_recording_on_a_serial_line(self):
+        ours, its = pty.openpty()
+        self.addCleanup(os.close, ours)
+        tty.setraw(its)
+        Path("/dev/ttyUSB0").symlink_to(os.ttyname(its))
+        self.addCleanup(Path("/dev/ttyUSB0").unlink)
+        sender = self.terminal(command("slcan:/dev/ttyUSB0"))
+        receiver, text = wire.Receiver(), b""
+        os.set_blocking(ours, False)
+        while sender.poll() is None:
+            time.sleep(0.02)
+            try:
+                text = take(text + os.read(ours, 65536), receiver)
+            except BlockingIOError:
+                pass
+        os.close(its)
+        self.assertEqual((0, 0), (sender.returncode, receiver.faults.total()), receiver.faults)
+        self.assertEqual(RESULTS * (3 + 7 + 5 + 2) + 16, receiver.faults.good)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,134 @@
+"""From the interrupt to candump: an emulated Cortex-M4F (firmware/stream.c) sends its results over its UART, a real kernel
+makes a CAN interface of the serial line, candump reads it there, and the decoded values are those of davar-sim's CSV.
+
+Runs on the host: the board and the kernel (User-Mode Linux) are two processes, joined by the serial line.
+DAVAR_SIM: davar-sim. DAVAR_KERNEL: the kernel.
+"""
+
+import csv
+import io
+import os
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tools/support"), str(ROOT / "tools/lab/davarlab")]
+import targets  # noqa: E402
+import wire  # noqa: E402
+
+SIM, KERNEL = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_KERNEL", "linux")
+TARGET = "cortex-m4f"
+JOB = (ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.05", "--mode", "trailing", "--stride", "200", "--progress", "never")
+SAMPLES, PERIOD_US = 6000, 1000
+PATIENCE_S = 60
+LIKE_16_MHZ = 6  # 2^6 ns an instruction
+FRAMES_A_RESULT, FAREWELL = 3 + 7 + 5 + 2, 16
+# What somebody with a board on /dev/ttyS0 types; -r: room for the frames that come faster than they are printed. The frame
+# of cansend goes to the board's end of the line: candump listens, the board may start.
+GUEST = """slcand ttyS0 slcan0 && sleep 0.2 && ip link set slcan0 up || exit
+candump -L -r 4000000 -T 60000 -n {} slcan0 &
+sleep 0.5
+cansend slcan0 7FF# && wait $!"""
+READY = b"t7FF0\r"
+EXACT = ("window_samples", "unstable")
+SINGLE = ("arw_deg_per_sqrt_h", "bi_deg_per_h", "rrw_deg_per_h_per_sqrt_h", "rr_deg_per_h2", "qn_deg")
+SCALED = {"kurtosis": 1e-3, "contribution": 1e-5}
+
+
+def sim_rows():
+    done = subprocess.run([SIM, *JOB], text=True, stdout=subprocess.PIPE, check=True)
+    return list(csv.DictReader(io.StringIO(done.stdout)))
+
+
+def received(lines):
+    """Results and the receiver, from the lines of candump -L."""
+    receiver, results = wire.Receiver(), []
+    for identifier, data in re.findall(r"slcan0 ([0-9A-F]{3})#([0-9A-F]*)", lines):
+        result = receiver.push(int(identifier, 16), bytes.fromhex(data))
+        results += [result] if result else []
+    return results + receiver.finish(), receiver
+
+
+class Board(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def board(self, uart):
+        """The emulator's command for the job of JOB, its UART on an open socket."""
+        job = self.folder / "job"
+        subprocess.run([SIM, *JOB, "--device", f"sh -c 'cp $0 {job}; exit 1'"], stderr=subprocess.DEVNULL, check=False)
+        image = targets.build(TARGET, "job", "stream") / "stream.elf"
+        return [*targets.command(TARGET, image, f"{job} {PERIOD_US}", LIKE_16_MHZ, "chardev:uart"),
+                "-chardev", f"socket,id=uart,fd={uart.fileno()}"]
+
+    def start(self, command, inherited):
+        process = subprocess.Popen(command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, pass_fds=[inherited.fileno()])
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.kill)
+        return process
+
+    @staticmethod
+    def wait_for_guest(uart):
+        heard = b""
+        uart.settimeout(PATIENCE_S)
+        while READY not in heard:
+            heard += uart.recv(100)
+        uart.settimeout(None)
+
+    def chain(self, frames):
+        """Runs board and kernel; (what the board printed, what candump printed)."""
+        uart, line = socket.socketpair()
+        with uart, line:
+            command = self.board(uart)
+            guest = self.start([ROOT / "tools/support/uml/run", "-t", str(PATIENCE_S), "-s", str(line.fileno()), KERNEL,
+                                "bash", "-c", GUEST.format(frames + 1)], line)
+            self.wait_for_guest(uart)
+            board = self.start(command, uart)
+            told, _ = board.communicate(timeout=PATIENCE_S)
+            printed, _ = guest.communicate(timeout=PATIENCE_S)
+        self.assertEqual((0, 0), (board.returncode, guest.returncode), told + printed)
+        return told, printed
+
+    def same(self, row, result):
+        for name in EXACT:
+            self.assertEqual(int(row[name]), result.values[name], name)
+        for name in SINGLE:
+            self.assert_single(row[name], result.values[name], name)
+        for name, unit in SCALED.items():
+            self.assertLessEqual(abs(float(row[name]) - result.values[name]), 0.501 * unit, name)
+        clusters = [name for name in row if name.startswith("adev_")]
+        self.assertEqual(len(clusters), len(result.adev))
+        for index, name in enumerate(clusters):
+            self.assert_single(row[name], result.adev[index], name)
+
+    def assert_single(self, text, value, name):
+        """The CSV's number, rounded to float32; an empty field is NaN."""
+        if text == "":
+            self.assertNotEqual(value, value, name)
+        else:
+            self.assertLessEqual(abs(value - float(text)), 1.01 * 2 ** -24 * abs(float(text)) + 1e-45, name)
+
+    def test_the_values_that_candump_saw_are_those_of_the_csv(self):
+        rows = sim_rows()
+        frames = len(rows) * FRAMES_A_RESULT + FAREWELL
+        told, printed = self.chain(frames)
+        results, receiver = received(printed)
+        self.assertIn(f"samples {SAMPLES}\n", told)
+        self.assertIn("overruns 0\n", told)
+        self.assertEqual((frames, 0), (receiver.faults.good, receiver.faults.total()), receiver.faults)
+        self.assertEqual([int(row["epoch"]) for row in rows], [result.epoch for result in results])
+        for row, result in zip(rows, results):
+            with self.subTest(epoch=result.epoch):
+                self.same(row, result)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,63 @@
+"""tools/davarlab live and dbc: bad options and sources give one line, exit status 2 and nothing on standard output. What they
+do: tests/kernel/test_live.py, tests/wire/test_dbc.py."""
+
+import os
+import pty
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = ROOT / "tools/davarlab"
+REFUSED = {
+    ("live", "lin:0"): "can:IFACE or slcan:PATH expected, found 'lin:0'",
+    ("live", "slcan:/nonexistent"): "slcan:/nonexistent: No such file or directory",
+    ("live", "slcan:/dev/null"): "slcan:/dev/null: Inappropriate ioctl for device",
+    ("live", "can:nope"): "can:nope: ",
+    ("live", "can:vcan0", "--count", "0"): "--count: a whole number above 0 expected, found '0'",
+    ("live", "can:vcan0", "--idle", "nan"): "--idle: a number above 0 expected, found 'nan'",
+    ("live", "can:vcan0", "--base", "800"): "--base: a hexadecimal identifier up to 7F7 expected, found '800'",
+    ("live",): "source",
+    ("dbc", "--base", "x", "-o", "{0}"): "--base: a hexadecimal identifier up to 7F7 expected, found 'x'",
+    ("dbc", "--base", "7F0", "--channel", "1", "-o", "{0}"): "--channel: 1 does not fit into 11-bit identifiers from 7F0 on",
+    ("dbc", "--channel", "-1", "-o", "{0}"): "--channel: a channel from 0 on expected, found '-1'",
+    ("dbc", "-o", "/nonexistent/my.dbc"): "/nonexistent/my.dbc: cannot be written",
+}
+
+
+def run(*arguments):
+    return subprocess.run([COMMAND, *arguments], text=True, capture_output=True, check=False)
+
+
+class Options(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.output = Path(folder.name) / "my.dbc"
+
+    def test_what_cannot_be_done_is_named(self):
+        for arguments, why in REFUSED.items():
+            with self.subTest(arguments):
+                done = run(*(word.format(self.output) for word in arguments))
+                self.assertEqual((2, ""), (done.returncode, done.stdout), done.stderr)
+                self.assertRegex(done.stderr, r"\Adavarlab: [^\n]+\n\Z")
+                self.assertIn(why, done.stderr)
+                self.assertFalse(self.output.exists())
+
+    def test_a_recording_that_cannot_be_written_is_named(self):
+        ours, its = pty.openpty()
+        done = run("live", f"slcan:{os.ttyname(its)}", "--record", "/nonexistent/a.csv")
+        os.close(its)
+        os.close(ours)
+        self.assertEqual((2, "", "davarlab: --record: /nonexistent/a.csv: No such file or directory\n"),
+                         (done.returncode, done.stdout, done.stderr))
+
+    def test_the_readme_s_dbc(self):
+        done = run("dbc", "--base", "600", "--channel", "2", "-o", str(self.output))
+        self.assertEqual((0, f"{self.output}\n", ""), (done.returncode, done.stdout, done.stderr))
+        self.assertIn("BO_ 1568 DAVAR_Arw: 8", self.output.read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

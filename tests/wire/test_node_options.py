@@ -1,0 +1,82 @@
+"""davar-node: bad options give one line that names the option, exit status 2, and nothing on standard output. Lines and
+chips that do not exist or are busy: tests/kernel/test_gpio.py."""
+
+import os
+import subprocess
+import unittest
+
+NODE = os.environ.get("DAVAR_NODE", "davar-node")
+GOOD = ("--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty")
+REFUSED = {
+    "--rate": ["0", "-5", "nan", "inf", "1e400", "100x", "", "x"],
+    "--lsb": ["0", "-1", "nan", "x"],
+    "--bits": ["1", "33", "x", "-8", "4294967312"],
+    "--window-max": ["0", "3", "4294967296", "-600", "6e2", "100000000"],
+    "--window-min": ["0", "601", "x"],
+    "--segment": ["0", "400", "5000", "1.5"],
+    "--stride": ["0", "16777217", "-1"],
+    "--content": ["all", ""],
+    "--base": ["5D0h", "800", "7FF", "-1", ""],
+    "--channel": ["35", "300", "-1", "x"],
+    "--baud": ["fast", "-1"],
+    "--alarm-on": ["-1", "nan", "1e300", "x"],
+    "--alarm-off": ["-1", "1e7"],
+    "--source": ["/nonexistent", "/", "", "value:/etc/hostname"],
+}
+LINKS = {"can:": "can:IFACE or slcan:PATH expected, found 'can:'", "lin:0": "can:IFACE or slcan:PATH expected",
+         "slcan:/nonexistent": "slcan:/nonexistent: No such file or directory", "slcan:/dev/null": "slcan:/dev/null: ",
+         "can:a_name_that_is_too_long": "no interface has such a long name"}
+
+
+def node(*options):
+    return subprocess.run([NODE, *options], text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=20,
+                          check=False)
+
+
+class BadOptions(unittest.TestCase):
+    def refused(self, wanted, *options):
+        done = node(*options)
+        self.assertEqual((2, ""), (done.returncode, done.stdout), done.stderr)
+        self.assertRegex(done.stderr, r"\Adavar-node: [^\n]+\n\Z")
+        self.assertIn(wanted, done.stderr)
+
+    def test_a_bad_value_is_refused_and_its_option_named(self):
+        for option, values in REFUSED.items():
+            for value in values:
+                with self.subTest(option=option, value=value):
+                    self.refused(f"{option}: ", *GOOD, option, value)
+
+    def test_a_value_that_is_missing(self):
+        for option in (*REFUSED, "--out", "--edges", "--alarm"):
+            self.refused(f"no value for '{option}'", *GOOD, option)
+
+    def test_an_unknown_option_and_a_stray_word(self):
+        self.refused("unknown option '--bogus'", *GOOD, "--bogus")
+        self.refused("unknown option '-x'", *GOOD, "-x")
+        self.refused("unexpected argument 'more'", *GOOD, "more")
+
+    def test_what_must_be_said(self):
+        self.refused("--source: is needed")
+        self.refused("--out: is needed", "--source", "-")
+        self.refused("--rate: ", "--source", "-", "--out", "slcan:pty", "--lsb", "1")
+        self.refused("--lsb: ", "--source", "-", "--out", "slcan:pty", "--rate", "1")
+
+    def test_a_link_that_cannot_be(self):
+        for out, why in LINKS.items():
+            self.refused(why, *GOOD, "--out", out)
+        self.refused("a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
+        self.refused("channel 1 does not fit into 11-bit identifiers", *GOOD, "--base", "7F0", "--channel", "1")
+
+    def test_a_pin_that_is_none(self):
+        for option in ("--edges", "--alarm"):
+            self.refused("CHIP:LINE expected, found 'five'", *GOOD, option, "five")
+
+    def test_help_says_that_there_is_one_channel(self):
+        done = node("--help")
+        self.assertEqual((0, ""), (done.returncode, done.stderr))
+        self.assertIn("One channel", done.stdout)
+        self.assertEqual([], [line for line in done.stdout.splitlines() if len(line) > 120])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,25 @@
+"""tools/davar.dbc for another base identifier, and for other channels than 0."""
+
+import copy
+
+import cantools
+
+from . import wire
+from .errors import BadInput
+
+LAST = 0x7FF  # standard identifiers have 11 bits
+
+
+def moved(base, channels):
+    """The text of a DBC for these channels. With more than one, the messages of channel n are called DAVAR_..._n."""
+    database = cantools.database.load_file(wire.DBC_PATH)
+    messages, names = database.messages, [message.name for message in database.messages]
+    database.messages[:] = [entry for number in channels for entry in copy.deepcopy(messages)]
+    for index, message in enumerate(database.messages):
+        number = channels[index // len(names)]
+        message.frame_id += base - wire.BASE + wire.STEP * number
+        message.name += f"_{number}" if len(channels) > 1 else ""
+        if message.frame_id > LAST:
+            raise BadInput(f"--channel: {number} does not fit into 11-bit identifiers from {base:X} on")
+    database.refresh()
+    return database.as_dbc_string()

@@ -1,0 +1,35 @@
+"""Types of command-line arguments whose errors name what was expected."""
+
+import argparse
+import math
+
+
+def whole(text):
+    """A count of things: 1, 2, ..."""
+    if not (text.isascii() and text.isdigit() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"a whole number above 0 expected, found '{text}'")
+    return int(text)
+
+
+def seconds(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"a number above 0 expected, found '{text}'")
+    return value
+
+
+def identifier(text):
+    """The standard CAN identifier of channel 0, hexadecimal with or without 0x."""
+    digits = text.lower().removeprefix("0x")
+    if not digits or not set(digits) <= set("0123456789abcdef") or int(digits, 16) > 0x7F7:
+        raise argparse.ArgumentTypeError(f"a hexadecimal identifier up to 7F7 expected, found '{text}'")
+    return int(digits, 16)
+
+
+def channel(text):
+    if not (text.isascii() and text.isdigit() and int(text) < 128):
+        raise argparse.ArgumentTypeError(f"a channel from 0 on expected, found '{text}'")
+    return int(text)

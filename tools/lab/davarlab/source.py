@@ -1,0 +1,145 @@
+"""Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is counted and waited out."""
+
+import contextlib
+import fcntl
+import os
+import re
+import socket
+import struct
+import termios
+import time
+
+import can
+import serial
+
+from .errors import BadInput
+
+POLL_S = 0.05
+BAUD = 115200
+LINE_BYTES_MAX = 64  # of SLCAN text; what is longer is noise
+RECEIVE_BYTES = 1 << 22  # room in the kernel for a burst
+SIOCGIFFLAGS, IFF_UP = 0x8913, 1
+SO_RCVBUFFORCE = 33  # beyond the usual limit; needs CAP_NET_ADMIN
+FAILURES = (OSError, can.CanError, termios.error)
+FRAME = re.compile(rb"t([0-9A-Fa-f]{3})([0-8])((?:[0-9A-Fa-f]{2})*)")
+
+
+def reason(why):
+    """An exception in a few words: the system's, where there is one (pyserial hides it in its text)."""
+    number = getattr(why, "errno", None) or getattr(why, "error_code", None)
+    hidden = re.search(r"(?:Errno |\()(\d+)[],]", str(why))
+    number = number or (int(hidden[1]) if hidden else None)
+    if not number and isinstance(why, serial.SerialException):
+        return "the device is gone"
+    return os.strerror(number) if number else str(why) or type(why).__name__
+
+
+class CanPort:
+    """A SocketCAN interface, by python-can."""
+
+    def __init__(self, name, faults):
+        with socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as probe:
+            answer = fcntl.ioctl(probe, SIOCGIFFLAGS, struct.pack("16sH14x", name.encode()[:15], 0))
+        if not struct.unpack("16sH14x", answer)[1] & IFF_UP:
+            raise OSError(100, "Network is down")
+        self.bus, self.faults = can.Bus(interface="socketcan", channel=name, fd=True), faults
+        with contextlib.suppress(OSError):
+            self.bus.socket.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BYTES)
+
+    def read(self):
+        """Frames (identifier, data) that came within POLL_S: none or one."""
+        message = self.bus.recv(POLL_S)
+        if message is None or message.is_error_frame or message.is_remote_frame or message.is_extended_id:
+            return []
+        return [(message.arbitration_id, bytes(message.data))]
+
+    def close(self):
+        self.bus.shutdown()
+
+
+class Line(serial.Serial):
+    """pyserial throws away, at the end of open(), what has come since its beginning; a sender on a pty has begun by then."""
+
+    def _reset_input_buffer(self):
+        pass
+
+
+class SerialPort:
+    """A tty with SLCAN text, by pyserial. We are the host: O opens the adapter's channel."""
+
+    def __init__(self, name, faults):
+        path, at, baud = name.rpartition("@")
+        path, baud = (path, int(baud)) if at and baud.isdigit() else (name, BAUD)
+        self.port, self.faults, self.text = Line(path, baud, timeout=POLL_S, write_timeout=1), faults, b""
+        self.port.write(b"\rO\r")
+
+    def read(self):
+        """Frames (identifier, data) that came within POLL_S. Lines that are no frames are counted, but for the answers to O."""
+        self.text += self.port.read(max(1, self.port.in_waiting))
+        *lines, self.text = re.split(rb"[\r\a]", self.text)
+        if len(self.text) > LINE_BYTES_MAX:  # no end of line will make a frame of this
+            lines.append(self.text)
+            self.text = b""
+        return [frame for frame in map(self._frame, lines) if frame]
+
+    def _frame(self, line):
+        found = FRAME.match(line)
+        length = int(found[2]) * 2 if found else 0
+        if found and len(found[3]) >= length and len(line) in (5 + length, 9 + length):  # 4 more: a time stamp
+            return int(found[1], 16), bytes.fromhex(found[3][:length].decode())
+        self.faults.noise += bool(line)
+        return None
+
+    def close(self):
+        self.port.close()
+
+
+class Source:
+    """An open source. faults (wire.Faults): its noise, link_lost and link_back are counted; say: told of them in a line."""
+
+    def __init__(self, name, faults, say):
+        self.kind, _, self.where = name.partition(":")
+        if self.kind not in ("can", "slcan") or not self.where:
+            raise BadInput(f"can:IFACE or slcan:PATH expected, found '{name}'")
+        self.name, self.faults, self.say, self.port = name, faults, say, None
+        try:
+            self.port = self._open()
+        except (*FAILURES, ValueError) as why:
+            raise BadInput(f"{name}: {reason(why)}") from None
+
+    def _open(self):
+        return (CanPort if self.kind == "can" else SerialPort)(self.where, self.faults)
+
+    def frames(self, idle_s=None):
+        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), or a pty has been closed: its
+        name may be another's next time."""
+        heard = time.monotonic()
+        while self.port or not self.where.startswith("/dev/pts/"):
+            for frame in self._read():
+                heard = time.monotonic()
+                yield frame
+            if idle_s is not None and time.monotonic() - heard >= idle_s:
+                return
+
+    def _read(self):
+        try:
+            if self.port:
+                return self.port.read()
+        except FAILURES as why:
+            self.close()
+            self.faults.link_lost += 1
+            self.say(f"{self.name}: lost ({reason(why)})")
+            return []
+        time.sleep(POLL_S)
+        with contextlib.suppress(*FAILURES):
+            self.port = self._open()
+            self.faults.link_back += 1
+            self.say(f"{self.name}: back")
+        return []
+
+    def close(self):
+        """A port that is gone may fail to close."""
+        with contextlib.suppress(*FAILURES):
+            if self.port:
+                self.port.close()
+        self.port = None
