@@ -1,5 +1,6 @@
 """tools/davarlab on recordings with known truth, and on bad input. The statistics in full: tools/davarlab benchmark."""
 
+import csv
 import json
 import subprocess
 import tempfile
@@ -98,10 +99,22 @@ class Files(Folder):
         table = self.work / "table.h"
         self.assertEqual(run("export", model, "-o", table).returncode, 0)
         source = self.file("use.c", '#include "table.h"\nint main(void) { return davar_model_table[0].m != 1; }\n')
-        subprocess.run(["gcc", "-Wall", "-Werror", source, "-o", self.work / "use"], check=True)
+        subprocess.run(["gcc", "-Wall", "-Werror", f"-I{ROOT / 'lib/include'}", source, "-o", self.work / "use"], check=True)
         subprocess.run([self.work / "use"], check=True)
         first = float(table.read_text().split("{ 1U, ")[1].split(",")[0])
         self.assertAlmostEqual(first, 0.3 / 60 * 50 ** 0.5, delta=2e-4 * first)
+
+    def test_export_says_what_it_leaves_out_and_refuses_what_cannot_be(self):
+        model = self.file("hot.toml", SENSOR + BASE + '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.01\n')
+        table = self.work / "table.csv"
+        self.assertEqual(run("export", model, "-o", table, "--tolerance", "0.1").returncode, 0)
+        self.assertIn("they come and go: temperature", table.read_text())
+        self.assertTrue(table.read_text().endswith(",0.1\n"))
+        for wrong in (("--tolerance", "1.5"), ("--tolerance", "nan"), ("--window", "3")):
+            done = run("export", model, "-o", self.work / "no.csv", *wrong)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertIn(wrong[0], done.stderr)
+            self.assertFalse((self.work / "no.csv").exists())
 
     def test_plot_and_import_leave_their_files(self):
         recording = self.simulated(seconds=400)
@@ -112,6 +125,33 @@ class Files(Folder):
         done = run("import", log, "-o", other, "--rename", "t=time_s", "--rename", "g=gyro_x_dps", "--scale", "gyro_x_dps=0.5")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(other.read_text().splitlines()[2], "0.01,0.5")
+
+
+class Monitor(Folder):
+    """Back to the device: the misfit that davarlab found is seen by the device's arithmetic, and gone with the better model."""
+
+    def healths(self, recording, model):
+        table = self.work / f"{model.stem}.csv"
+        self.assertEqual(run("export", model, "-o", table, "--window", "6000").returncode, 0)
+        done = subprocess.run([ROOT / "tools/davar-sim", recording, "--column", "gyro_z_dps", "--window-max", "6000",
+                               "--policy", "fixed", "--mode", "trailing", "--stride", "6000", "--model-table", table],
+                              text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = list(csv.DictReader(done.stdout.splitlines()))
+        self.assertEqual(len(rows), 30)
+        return [float(row["model_health"]) for row in rows], rows
+
+    def test_a_hidden_effect_is_seen_on_the_device_and_gone_once_it_is_added(self):
+        effect = '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.008\ncorrelation_time_s = 6.0\n'
+        recording, better = self.simulated(effect), self.work / "better.toml"
+        before, rows = self.healths(recording, self.model)
+        self.assertGreater(sum(number > 1 for number in before), 0.9 * len(before))
+        self.assertGreater(float(rows[-1]["model_deviation_512"]), 2)
+        self.assertEqual(run("improve", recording, "-m", self.model, "-o", better).returncode, 0)
+        self.assertIn("gauss_markov", better.read_text())
+        after, _ = self.healths(recording, better)
+        self.assertLessEqual(sum(number > 1 for number in after), 1)
+        self.assertLess(after[-1], 0.7)
 
 
 class BadInput(Folder):

@@ -86,6 +86,9 @@ def row(result, channel):
     values.update({name: value for name, value in result.values.items() if name in FIELDS})
     for index, value in sorted(result.adev.items()):
         values[f"adev_{channel.clusters.get(index, f'tau{index}')}"] = value
+    values.update({name: value for name, value in result.values.items() if name == "model_health"})
+    for index, value in sorted(result.deviation.items()):
+        values[f"model_deviation_{channel.clusters.get(index, f'tau{index}')}"] = value
     return {name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in values.items()}
 
@@ -104,7 +107,8 @@ class Recorder:
         adevs = sorted({name for one in rows for name in one if name.startswith("adev_")},
                        key=lambda name: (not name[5:].isdigit(), int(name[5:]) if name[5:].isdigit() else 0, name))
         with open(self.path, "w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, FIELDS + adevs, restval="", lineterminator="\n")
+            monitor = list(dict.fromkeys(name for one in rows for name in one if name.startswith("model_")))
+            writer = csv.DictWriter(file, FIELDS + adevs + monitor, restval="", lineterminator="\n")
             writer.writeheader()
             writer.writerows({k: f"{v:.9g}" if isinstance(v, float) else v for k, v in one.items() if v is not None}
                              for one in rows)
@@ -116,6 +120,7 @@ def line(values):
     shown = "      absent" if arw is None else f"{arw:12.6g}" + ("" if doubt is None else f" +-{100 * doubt:.0f} %")
     window = f"window {values.get('window_samples', '?')}"
     return f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}" + \
+        ("" if values.get("model_health") is None else f"  model health {values['model_health']:.2f}") + \
         ("  UNSTABLE" if values.get("unstable") else "")
 
 
