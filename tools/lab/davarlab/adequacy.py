@@ -50,7 +50,7 @@ def cells_of(c):
         energy = (x[:length * TIMES].reshape(TIMES, length) ** 2).sum(axis=1)
         freedom = (high - low) / TIMES
         rows.append(normal_score(energy / energy.mean(), freedom))
-    return np.array(rows), edges
+    return np.array(rows).reshape(-1, TIMES), edges
 
 
 def kurtosis_scores(w):
@@ -87,16 +87,14 @@ def step_p(c, level):
     return float(min(1.0, STEPS * 2 * stats.norm.sf(np.abs(z).max())))
 
 
-def judge(c, level, variance, free, rate_hz, extra=None):
-    """c: whitened residual ordinates; level: the model's at each ordinate; variance: relative white level per sample (mean 1) or None; free: fitted
+def judge(c, level, free, rate_hz, extra=None):
+    """c: whitened residual ordinates; level: the model's at each ordinate; free: fitted
     parameters; extra: further p-values by name."""
     tests = {"spectrum": spectrum_score(c, free), "bias step": step_p(c, level)}
-    if variance is not None:
-        w = signals.inverse(np.concatenate([[0.0], c])) / np.sqrt(variance)
-        c = signals.transform(w)[1:]
     cells, edges = cells_of(c)
-    tests["time and frequency"] = float(stats.chi2.sf(np.sum(cells ** 2) * TIMES / (TIMES - 1), cells.size))
-    tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
+    if cells.size:  # a short record has none
+        tests["time and frequency"] = float(stats.chi2.sf(np.sum(cells ** 2) * TIMES / (TIMES - 1), cells.size))
+        tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
     power = np.abs(np.fft.rfft(signals.inverse(np.concatenate([[0.0], c])), 2 * len(c))) ** 2 / len(c)
     tests["line"] = float(min(1.0, 1.5 * len(c) * np.exp(-power[8:-8].max())))
     narrow = ndimage.uniform_filter1d(c ** 2, 401)[200:-200:100]

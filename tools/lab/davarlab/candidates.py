@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from . import changes, refine, signals, states
+from . import changes, modulation, refine, signals, states
 from .effects import table
 from .parts import Part
 
@@ -14,7 +14,7 @@ from .parts import Part
 TRIALS = {"quantization": 0.5, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 1.0,
           "gauss_markov": 20.0, "telegraph_noise": 20.0, "low_pass": 2.0, "warm_up": 4.0, "rate_ramp": 1.0,
           "temperature": 1.0, "temperature_rate": 2.0, "g_sensitivity": 6.0, "vibration_rectification": 6.0,
-          "vibration_noise": 1.5, "noise_step": 2e4}
+          "vibration_noise": 1.5, "noise_step": 2e4, "sinusoid": 1.5}
 
 
 @dataclass
@@ -55,14 +55,17 @@ def robust_gain(bench, parts, part):
     return float((full.coefficients[-1] * np.sum(x ** 2)) ** 2 / max(spread, 1e-300) / 2)
 
 
-def stationary(bench, parts, fit, effect):
-    """Spectra, filters and regressors: the best of their shapes."""
+def stationary(bench, parts, fit, effect, scatter=None):
+    """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where the white level changes."""
     best = None
     forms = ("raw", "smooth") if "accel" in effect.needs and effect.role == "mean" else ("raw",)
     for shape in shapes_of(effect, bench.recording):
         for form in forms:
             part = Part(effect.kind, shape, form)
-            gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+            full = bench.fit(parts + [part])
+            gain = full.log_likelihood - fit.log_likelihood
+            if scatter is not None and part.role != "mean":
+                gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
             if effect.kind == "g_sensitivity" and form == "raw":
                 gain = min(gain, robust_gain(bench, parts, part))
             if part.role == "mean" and (best is None or gain <= best.gain) and len(part.shape) and effect.kind == "warm_up":
@@ -85,7 +88,7 @@ def line(bench, parts, fit):
     part = Part("sinusoid", {"frequency_hz": float(f)})
     part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
     gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
-    return Candidate("sinusoid", part, gain, min(0.0, float(np.log(1.5 * len(w)) - max(gain, 0))))
+    return Candidate("sinusoid", part, gain, min(0.0, float(np.log(TRIALS["sinusoid"] * len(w)) - max(gain, 0))))
 
 
 def variance_shapes(parts, recording, blocks):
@@ -109,7 +112,7 @@ def vibration(bench, parts, blocks):
             continue
         gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
         if best is None or gain > best.gain:
-            best = Candidate("vibration_noise", Part("vibration_noise", shape), gain, log_tail(gain, 1.5))
+            best = Candidate("vibration_noise", Part("vibration_noise", shape), gain, log_tail(gain, TRIALS["vibration_noise"]))
     return best
 
 
@@ -161,10 +164,19 @@ def mean_course(bench, parts, fit):
     return total
 
 
+def scatter_of(bench, parts, fit, blocks):
+    """Of the energies per bin, when the model lets the white level change; None: chi-square."""
+    rows = variance_shapes(parts, bench.recording, blocks)
+    if len(rows) == 1:
+        return None
+    return modulation.dispersion(bench, modulation.white_share(bench, parts, fit), blocks, changes.fit(blocks, rows)[1])
+
+
 def ranked(bench, parts, fit, skip=()):
     """All candidates, least likely by chance first."""
     blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
     have, found = {part.kind for part in parts} | set(skip), []
+    scatter = scatter_of(bench, parts, fit, blocks)
     for effect in table.TABLE.values():
         if effect.kind in have or effect.kind == "shocks" or not available(effect, bench.recording):
             continue
@@ -175,7 +187,7 @@ def ranked(bench, parts, fit, skip=()):
         elif effect.kind == "noise_step":
             found.append(noise_step(bench, parts, blocks))
         else:
-            found.append(stationary(bench, parts, fit, effect))
+            found.append(stationary(bench, parts, fit, effect, scatter))
     found = [candidate for candidate in found if candidate]
     with_states(bench, parts, fit, found)
     return sorted(found, key=lambda candidate: candidate.log_p - 1e-9 * candidate.gain)

@@ -235,6 +235,13 @@ def run_benchmark(options):
     return 0
 
 
+def run_nulls(options):
+    from . import nulls
+    result = nulls.run(options.recordings, options.first_seed, options.seconds, options.jobs, progress)
+    emit(options, result, nulls.text(result))
+    return 0
+
+
 def argument(*names, **settings):
     return names, settings
 
@@ -284,6 +291,9 @@ COMMANDS = {
     "benchmark": (run_benchmark, "measures how often the verdict is right", [
         argument("--seeds", type=int, default=20), argument("--first-seed", type=int, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
         argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=int, default=2)]),
+    "nulls": (run_nulls, "measures what chance gives each candidate, by parametric bootstrap", [
+        argument("--recordings", type=int, default=300), argument("--first-seed", type=int, default=0),
+        argument("--seconds", type=float, default=7200.0), argument("--jobs", type=int, default=2)]),
 }
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import adequacy, candidates, changes, events, refine, signals
+from . import adequacy, candidates, changes, events, modulation, refine, signals
 from .effects import table
 from .parts import Bench, Part, part_of
 
@@ -47,7 +47,8 @@ def start(recording, model, progress=lambda text: None):
     parts = [part_of(term) for term in model.terms]
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
-    return State(bench, parts, bench.fit(parts), shocks)
+    state = State(bench, parts, bench.fit(parts), shocks)
+    return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
 
 def with_forms(bench, parts):
@@ -92,7 +93,10 @@ def judged(state):
         extra["shocks"] = float(np.exp(state.shocks.log_p))
     data = state.bench.data
     level = np.interp(np.log(data.f), np.log(data.f_bin), state.fit.level)
-    state.adequacy = adequacy.judge(c, level, variance, free, state.bench.recording.rate_hz, extra)
+    if variance is not None:
+        share = modulation.white_share(state.bench, state.parts, state.fit)
+        c = modulation.levelled(c, variance, np.interp(np.log(data.f), np.log(data.f_bin), share))
+    state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra)
     return state
 
 
@@ -121,7 +125,19 @@ def joined(state, part):
     else:
         kinds = None if part.kind in ("gauss_markov", "low_pass", "warm_up", "sinusoid") else (part.kind,)
     parts = refine.refined(state.bench, parts, only=kinds)
-    return State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    state = State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    return cleaned_again(state) if part.role == "mean" else state
+
+
+def cleaned_again(state):
+    """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
+    course = candidates.mean_course(state.bench, state.parts, state.fit)
+    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz)
+    shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
+    if np.array_equal(shocks.clean, state.shocks.clean):
+        return state
+    bench = state.bench.with_gyro(shocks.clean)
+    return State(bench, state.parts, bench.fit(state.parts), shocks)
 
 
 def significant(candidate, count):
