@@ -68,7 +68,7 @@ def jump_p(c):
     """Largest change of a running mean of the whitened residual at a few lengths, against chance."""
     w = signals.inverse(np.concatenate([[0.0], c]))
     best = 1.0
-    for width in (16, 64, 256, 1024):
+    for width in [width for width in (16, 64, 256, 1024) if 2 * width <= len(w)]:
         total = np.concatenate([[0.0], np.cumsum(w)])
         means = (total[width:] - total[:-width]) / np.sqrt(width)
         peak = np.abs(means).max()

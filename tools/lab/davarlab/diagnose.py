@@ -150,6 +150,21 @@ def close_ones(found):
             and c.gain > 0]
 
 
+def retold(state, given):
+    """Gauss-Markov that was taken while another course hid its levels: now that the course is known, is it telegraph noise?"""
+    fresh = state.parts[-1]
+    for part in state.parts[given:-1]:
+        if part.kind == "gauss_markov" and fresh.role == "mean":
+            rest = [other for other in state.parts if other is not part]
+            start = Part("telegraph_noise", {"mean_dwell_s": 2 * part.shape["correlation_time_s"]})
+            found = candidates.Candidate(start.kind, start, 0.0, -1e9)
+            candidates.decode_states(state.bench, rest, found)
+            if found.part.form == "decoded":
+                parts = rest[:-1] + [found.part, fresh]
+                return State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    return state
+
+
 def pruned(state, given):
     """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
     for part in state.parts[given:-1]:
@@ -182,7 +197,7 @@ def diagnose(recording, model, progress=lambda text: None):
             close = close_ones(found) if significant(found[0], len(found)) else []
         if not found or not significant(found[0], len(found)):
             break
-        state = judged(pruned(joined(state, found[0].part), len(model.terms)))
+        state = judged(pruned(retold(joined(state, found[0].part), len(model.terms)), len(model.terms)))
         states.append(state)
         added.append(found[0].kind)
     added = [part.kind for part in states[-1].parts[len(model.terms):]]

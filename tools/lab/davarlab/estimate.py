@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, stats
 
-from . import candidates, changes
+from . import candidates, changes, modulation
 from .refine import numeric_shapes
 
 Z = float(stats.norm.ppf(0.975))
@@ -152,7 +152,10 @@ def dynamic_estimates(bench, parts, fit, blocks):
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
     white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")
                         if p.kind == "angle_random_walk"), 0)
-    level = fit.sizes[white_index] / variance.mean()  # (deg/s)^2/Hz per unit of block energy
+    share = float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts))
+    sizes, errors = sizes / variance.mean() / share, errors / variance.mean() / share  # of the white noise, mean 1
+    sizes[0] -= 1 / share - 1  # the rest of the spectrum is in the blocks too, and constant
+    level = fit.sizes[white_index]  # (deg/s)^2/Hz, mean
     if sizes[0] <= 0:
         return {}
     found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
