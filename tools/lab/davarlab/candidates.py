@@ -151,12 +151,11 @@ def decode_states(bench, parts, telegraph):
     likelihood, level, dwell = states.fit_levels(rest, bench.recording.rate_hz, *start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
     part = decoded_part(bench, rest, level, dwell, start[2])[0]
-    if more <= SEEN:
+    if more <= SEEN and states.many_switches(dwell, rest, bench.recording.rate_hz):
         beside, better = beside_flicker(bench, parts, part, rest, level, start[2], joint.log_likelihood)
         more, part = (beside, better) if beside > SEEN else (more, part)
-    dwell = part.shape["mean_dwell_s"]
-    if dwell * states.SWITCHES_LEAST > bench.recording.samples / bench.recording.rate_hz:
-        more = min(more, 0.0)  # so few switches are no chance
+    if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
+        more = min(more, 0.0)
     if more > SEEN and not states.like_chance(bench.decoded[part.key]):
         more = -more  # a single step or a clock: two levels, but not telegraph noise
     telegraph.gain += more
@@ -182,6 +181,8 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         dwell = part.shape["mean_dwell_s"]
         bench.forget(part)
         white = float(np.sqrt(fit.level[-1] / rate))
+        if not states.many_switches(dwell, rest, rate):
+            break
         _, level, dwell = states.fit_levels(rest - slow, rate, level, dwell, white)
         part, divergence, doubt = decoded_part(bench, rest - slow, level, dwell, white)
         fit = bench.fit(parts + [part])

@@ -43,6 +43,11 @@ def gauss_markov_log_likelihood(x, std, noise, decay):
     return total
 
 
+def bounded(logarithms):
+    """Their exponentials, kept where arithmetic is safe however far a search strays."""
+    return [exp(max(-60.0, min(60.0, value))) for value in logarithms]
+
+
 def blocks_for(x, rate_hz, dwell_s):
     """Means of x over an eighth of the dwell, and the length of a block in samples."""
     block = max(1, int(max(dwell_s / 8 * rate_hz, len(x) / BLOCKS_MAX)))
@@ -56,10 +61,12 @@ def fit_levels(x, rate_hz, std, dwell_s, white):
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
     def loss(p):
-        return -two_level_log_likelihood(values, exp(p[0]), exp(p[1]), 0.5 * (1 + exp(-2 * period / exp(p[2]))))
+        level, spread, dwell = bounded(p)
+        return -two_level_log_likelihood(values, level, spread, 0.5 * (1 + exp(-2 * period / dwell)))
 
     found = optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH)
-    return -found.fun, exp(found.x[0]), exp(found.x[2])
+    level, _, dwell = bounded(found.x)
+    return -found.fun, level, dwell
 
 
 def fit_continuum(x, rate_hz, std, dwell_s, white):
@@ -68,7 +75,8 @@ def fit_continuum(x, rate_hz, std, dwell_s, white):
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
     def loss(p):
-        return -gauss_markov_log_likelihood(values, exp(p[0]), exp(p[1]), exp(-2 * period / exp(p[2])))
+        size, spread, dwell = bounded(p)
+        return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
 
     return -optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH).fun
 
@@ -106,6 +114,11 @@ def decoded(x, rate_hz, level, dwell_s, white, resolution=240):
     known = -0.5 * np.sum((values - level * state) ** 2 / noise ** 2 + np.log(2 * pi * noise ** 2)) - level ** 2 * doubt
     centres = (np.arange(len(state)) + 0.5) * block
     return np.interp(np.arange(len(x)), centres, state), float(known) - total, doubt
+
+
+def many_switches(dwell_s, x, rate_hz):
+    """Can a record of this length show chance at work: SWITCHES_LEAST dwells, each of some samples."""
+    return 4 / rate_hz < dwell_s < len(x) / rate_hz / SWITCHES_LEAST
 
 
 def like_chance(path):
