@@ -11,9 +11,7 @@ BANDS = 14
 TIMES = 24
 STEPS = 1200
 STEP_ORDINATES = 3000
-# Measured on recordings of true models (`tools/davarlab nulls`): how many independent tries the places of a step amount to, and how
-# many independent tests the list of judge().
-STEP_TRIES = 200
+# How many independent tests the list of judge() amounts to: measured on recordings of true models (`tools/davarlab nulls`).
 INDEPENDENT = 5
 
 
@@ -81,14 +79,19 @@ def jump_p(c):
 
 
 def step_p(c, level):
-    """The most likely single step of the bias, by generalised least squares at STEPS places (7.5)."""
+    """The most likely single step of the bias, by generalised least squares at STEPS places, against chance by the crossings of a Gaussian
+    process with that correlation from place to place (7.5)."""
     count = min(STEP_ORDINATES, len(c))
     k = np.arange(1, count + 1)
     share = np.arange(1, STEPS) / STEPS
     sine = np.sin(np.pi * np.outer(share, k))
     course = 1 / (np.sin(np.pi * k / (2 * (len(c) + 1))) * np.sqrt(level[:count]))
-    z = sine @ (course * c[:count]) / np.sqrt(sine ** 2 @ course ** 2)
-    return float(min(1.0, STEP_TRIES * 2 * stats.norm.sf(np.abs(z).max())))
+    rows = sine * course
+    rows /= np.linalg.norm(rows, axis=1)[:, None]
+    peak = np.abs(rows @ c[:count]).max()
+    apart = 1 - np.sum(rows[1:] * rows[:-1], axis=1)  # neighbours say nearly the same where the noise is white, hardly where it walks
+    tries = 1 + np.sum(np.minimum(1, peak * np.sqrt(np.maximum(apart, 0) / np.pi)))
+    return float(min(1.0, tries * 2 * stats.norm.sf(peak)))
 
 
 def judge(c, level, free, rate_hz, extra=None):
