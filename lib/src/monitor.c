@@ -59,11 +59,12 @@ double davar_deviation(double adev, double edf, const davar_model_tau_t *model)
  * (9.3). */
 static double limit_of(uint8_t count)
 {
-    static const double limit[LIMITS] = {2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205,
-                                         3.4524, 3.4808, 3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047,
-                                         3.6204, 3.6352, 3.6491, 3.6623, 3.6747, 3.6866, 3.6979, 3.7087,
-                                         3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
-    return limit[((count < LIMITS) ? count : LIMITS) - 1U];
+    /* by number of taus; of none there is none */
+    static const double limit[LIMITS + 1U] = {0.0,    2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205,
+                                              3.4524, 3.4808, 3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204,
+                                              3.6352, 3.6491, 3.6623, 3.6747, 3.6866, 3.6979, 3.7087, 3.7190, 3.7289,
+                                              3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
+    return limit[(count < LIMITS) ? count : LIMITS];
 }
 
 static bool is_positive(double value)

@@ -12,6 +12,7 @@
 #define WINDOW 600U
 #define WINDOWS 12000U
 #define STRETCH 100U /* windows of one record; the monitor starts anew with each */
+#define SAMPLES ((size_t)STRETCH * WINDOW)
 
 typedef struct {
     gyro_noise_t truth;
@@ -34,8 +35,8 @@ static davar_monitor_t monitor;
 static davar_result_t result;
 static davar_misfit_t misfit;
 static uint64_t memory[1 << 14];
-static double rate[STRETCH * WINDOW];
-static float samples[STRETCH * WINDOW];
+static double rate[SAMPLES];
+static float samples[SAMPLES];
 
 void setUp(void) {}
 
@@ -75,12 +76,12 @@ static void watch(const scenario_t *scenario, random_t *random, alarms_t *alarms
 {
     davar_config_t config;
     start(scenario, &config);
-    gyro_noise_fill(&scenario->truth, random, rate, STRETCH * WINDOW);
-    for (size_t i = 0; i < STRETCH * WINDOW; i++) {
+    gyro_noise_fill(&scenario->truth, random, rate, SAMPLES);
+    for (size_t i = 0; i < SAMPLES; i++) {
         samples[i] = (float)rate[i];
     }
-    for (size_t done = 0; done < STRETCH * WINDOW;) {
-        done += davar_push_f32(&davar, samples + done, STRETCH * WINDOW - done);
+    for (size_t done = 0; done < SAMPLES;) {
+        done += davar_push_f32(&davar, samples + done, SAMPLES - done);
         if (davar_take(&davar, &result)) {
             count(alarms, results);
         }

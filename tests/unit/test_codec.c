@@ -132,7 +132,7 @@ static void read_monitor(const davar_misfit_t *misfit, float *deviations, float 
 static void test_a_misfit_goes_over_the_wire_and_only_with_its_content(void)
 {
     davar_misfit_t misfit = {.health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
-    float deviations[3];
+    float deviations[3] = {0.0F};
     float health_number = 0.0F;
     uint8_t worst = 0U;
     misfit.tau[1].deviation = (double)NAN;
