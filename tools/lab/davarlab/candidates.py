@@ -18,6 +18,7 @@ TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.
           "vibration_noise": 1.4, "noise_step": 1.1e4}
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
+BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 
 
 @dataclass
@@ -213,6 +214,14 @@ def mean_course(bench, parts, fit):
     return total
 
 
+def simplest_first(found):
+    """A slow warm-up is a ramp that bends: it is named only when the bend itself is significant (likelihood ratio at 1 %)."""
+    by_kind = {candidate.kind: candidate for candidate in found}
+    ramp, bent = by_kind.get("rate_ramp"), by_kind.get("warm_up")
+    if ramp and bent and bent.gain - ramp.gain < BEND:
+        bent.log_p = max(bent.log_p, min(0.0, ramp.log_p + 1e-6))
+
+
 def scatter_of(bench, parts, fit, blocks):
     """Of the energies per bin, when the model lets the white level change; None: chi-square."""
     rows = variance_shapes(parts, bench.recording, blocks)
@@ -239,4 +248,5 @@ def ranked(bench, parts, fit, skip=()):
             found.append(stationary(bench, parts, fit, effect, scatter))
     found = [candidate for candidate in found if candidate]
     with_states(bench, parts, fit, found)
+    simplest_first(found)
     return sorted(found, key=lambda candidate: candidate.log_p - 1e-9 * candidate.gain)
