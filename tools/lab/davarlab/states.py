@@ -7,6 +7,7 @@ from scipy import optimize
 
 BLOCKS_MAX = 6000
 SWITCHES_LEAST = 5
+ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
 SEARCH = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
 
 
@@ -122,10 +123,14 @@ def many_switches(dwell_s, x, rate_hz):
 
 
 def like_chance(path):
-    """Do the switches come at random: five of them at least, and dwells that scatter as exponential ones do?"""
+    """Do the switches come at random: five of them at least, dwells that scatter as exponential ones do, and no length that most of them share
+    (a clock with a few of its periods cut in two still ticks)."""
     up = path[np.abs(path) > 0.5] > 0
     places = np.flatnonzero(np.abs(path) > 0.5)[1:][np.diff(up.astype(int)) != 0]
     if len(places) < SWITCHES_LEAST:
         return False
-    dwells = np.diff(places)
+    dwells = np.sort(np.diff(places))
+    alike = np.searchsorted(dwells, ALIKE * dwells, side="right") - np.arange(len(dwells))
+    if alike.max() > max(3, 0.4 * len(dwells)):
+        return False
     return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4
