@@ -106,6 +106,22 @@ static cell_t show_differences(const epoch_row_t *row, uint32_t t)
     return integer_cell(row->result->tau[t].differences);
 }
 
+static cell_t show_model_health(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->misfit->health);
+}
+
+static cell_t show_model_deviation(const epoch_row_t *row, uint32_t t)
+{
+    return number_cell(row->misfit->tau[t].deviation);
+}
+
+static cell_t show_model_mean_deviation(const epoch_row_t *row, uint32_t t)
+{
+    return number_cell(row->misfit->tau[t].mean_deviation);
+}
+
 static const field_t COMMON[] = {
     {"epoch", show_epoch, 0U},
     {"time_s", show_time, 0U},
@@ -145,22 +161,43 @@ static void add_tau(fields_t *fields, const char *what, uint32_t m, field_t fiel
     add_all(fields, &field, 1U);
 }
 
-void fields_make(fields_t *fields, const uint32_t *taus, uint8_t tau_count, bool details)
+static void add_monitor(fields_t *fields, const fields_setup_t *setup)
+{
+    const field_t health = {"model_health", show_model_health, 0U};
+    add_all(fields, &health, 1U);
+    for (uint32_t t = 0; t < setup->tau_count; t++) {
+        add_tau(fields, "model_deviation", setup->taus[t], (field_t){.show = show_model_deviation, .index = t});
+    }
+}
+
+static void add_details(fields_t *fields, const fields_setup_t *setup)
+{
+    for (uint32_t t = 0; t < setup->tau_count; t++) {
+        const uint32_t m = setup->taus[t];
+        add_tau(fields, "adev_low", m, (field_t){.show = show_adev_low, .index = t});
+        add_tau(fields, "adev_high", m, (field_t){.show = show_adev_high, .index = t});
+        add_tau(fields, "differences", m, (field_t){.show = show_differences, .index = t});
+    }
+    add_all(fields, DETAILS, sizeof DETAILS / sizeof DETAILS[0]);
+    for (uint32_t t = 0; setup->monitored && (t < setup->tau_count); t++) {
+        add_tau(fields, "model_mean_deviation", setup->taus[t],
+                (field_t){.show = show_model_mean_deviation, .index = t});
+    }
+}
+
+void fields_make(fields_t *fields, const fields_setup_t *setup)
 {
     fields->count = 0;
     add_all(fields, COMMON, sizeof COMMON / sizeof COMMON[0]);
-    for (uint32_t t = 0; t < tau_count; t++) {
-        add_tau(fields, "adev", taus[t], (field_t){.show = show_adev, .index = t});
+    for (uint32_t t = 0; t < setup->tau_count; t++) {
+        add_tau(fields, "adev", setup->taus[t], (field_t){.show = show_adev, .index = t});
     }
-    if (!details) {
-        return;
+    if (setup->monitored) {
+        add_monitor(fields, setup);
     }
-    for (uint32_t t = 0; t < tau_count; t++) {
-        add_tau(fields, "adev_low", taus[t], (field_t){.show = show_adev_low, .index = t});
-        add_tau(fields, "adev_high", taus[t], (field_t){.show = show_adev_high, .index = t});
-        add_tau(fields, "differences", taus[t], (field_t){.show = show_differences, .index = t});
+    if (setup->details) {
+        add_details(fields, setup);
     }
-    add_all(fields, DETAILS, sizeof DETAILS / sizeof DETAILS[0]);
 }
 
 const char *cell_text(const cell_t *cell, const char *absent, char *text)

@@ -2,9 +2,9 @@
 #ifndef FIELDS_H
 #define FIELDS_H
 
-#include "davar/types.h"
+#include "davar/monitor.h"
 
-#define FIELDS_MAX (20U + 4U * DAVAR_TAUS_MAX)
+#define FIELDS_MAX (21U + 6U * DAVAR_TAUS_MAX)
 #define FIELD_NAME_BYTES 48U
 
 typedef enum {
@@ -23,6 +23,7 @@ typedef struct {
 /* What one row is made of. */
 typedef struct {
     const davar_result_t *result;
+    const davar_misfit_t *misfit; /* null: no model to compare with */
     double time_s;
 } epoch_row_t;
 
@@ -37,8 +38,15 @@ typedef struct {
     field_t field[FIELDS_MAX];
 } fields_t;
 
-/* The columns for these cluster sizes; `details` appends intervals, difference counts, gaps and upper bounds. */
-void fields_make(fields_t *fields, const uint32_t *taus, uint8_t tau_count, bool details);
+/* What the columns depend on. */
+typedef struct {
+    const uint32_t *taus;
+    uint8_t tau_count;
+    bool monitored; /* results are compared with an error model */
+    bool details;   /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
+} fields_setup_t;
+
+void fields_make(fields_t *fields, const fields_setup_t *setup);
 
 /* Text of a cell, `%.9g` for numbers; an absent one gives `absent`. `text` holds CELL_TEXT_BYTES. */
 #define CELL_TEXT_BYTES 32U

@@ -221,6 +221,12 @@ static bool apply_can_content(options_t *options, const char *text, sim_error_t 
     return good;
 }
 
+static bool apply_model_table(options_t *options, const char *text, sim_error_t *error)
+{
+    options->model_table = text;
+    return (text[0] != '\0') || sim_fail(error, "--model-table: which file?");
+}
+
 static bool apply_device(options_t *options, const char *text, sim_error_t *error)
 {
     options->device = text;
@@ -280,6 +286,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"can-base", apply_can_base},
     {"can-content", apply_can_content},
     {"baud", apply_baud},
+    {"model-table", apply_model_table},
     {"device", apply_device},
     {"details", NULL},
     {"pace", apply_pace},

@@ -69,12 +69,13 @@ typedef struct {
     uint32_t taus[DAVAR_TAUS_MAX]; /* list */
     size_t tau_count;
     out_t out;
-    const char *link;     /* of OUT_LINK: can:IFACE or slcan:PATH */
-    uint32_t can_base;    /* identifier of channel 0 */
-    uint32_t can_content; /* DAVAR_SEND_* */
-    uint32_t baud;        /* of a serial line; 0: as it is */
-    const char *device;   /* command that runs the job on a device; null: here */
-    double pace;          /* times real time; 0: as fast as it goes */
+    const char *link;        /* of OUT_LINK: can:IFACE or slcan:PATH */
+    uint32_t can_base;       /* identifier of channel 0 */
+    uint32_t can_content;    /* DAVAR_SEND_* */
+    uint32_t baud;           /* of a serial line; 0: as it is */
+    const char *model_table; /* file of the error model's table; null: none */
+    const char *device;      /* command that runs the job on a device; null: here */
+    double pace;             /* times real time; 0: as fast as it goes */
     show_t progress;
     bool details;
 } options_t;

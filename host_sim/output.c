@@ -15,8 +15,13 @@ bool output_open(output_t *output, FILE *file, const options_t *options, const e
     output->selection = selection;
     output->flush_rows = (options->pace > 0.0);
     output->rows = 0;
-    fields_make(&output->fields, engine->config.taus, engine->config.tau_count, options->details);
-    return (options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error);
+    const fields_setup_t setup = {.taus = engine->config.taus,
+                                  .tau_count = engine->config.tau_count,
+                                  .monitored = (options->model_table != NULL),
+                                  .details = options->details};
+    fields_make(&output->fields, &setup);
+    return watch_open(&output->watch, options, engine, error) &&
+           ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }
 
 static void write_csv(const output_t *output, size_t channel, const epoch_row_t *row)
@@ -37,12 +42,14 @@ static bool check(const output_t *output, bool flush, sim_error_t *error)
     return true;
 }
 
-bool output_row(output_t *output, size_t channel, const epoch_row_t *row, sim_error_t *error)
+bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
+    const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result), plain->time_s};
+    const epoch_row_t *row = &watched;
     output->rows++;
     switch (output->format) {
     case OUT_LINK:
-        return wire_out_result(&output->wire, channel, row->result, error);
+        return wire_out_result(&output->wire, channel, row, error);
     case OUT_JSONL:
         jsonl_out_row(output->file, &output->fields, output->selection->name[channel], row);
         break;
@@ -63,4 +70,5 @@ bool output_finish(output_t *output, sim_error_t *error)
 void output_close(output_t *output)
 {
     wire_out_close(&output->wire);
+    watch_close(&output->watch);
 }

@@ -5,6 +5,7 @@
 #include "fields.h"
 #include "options.h"
 #include "selection.h"
+#include "watch.h"
 #include "wire_out.h"
 
 #include <stdio.h>
@@ -16,15 +17,17 @@ typedef struct {
     const selection_t *selection;
     bool flush_rows; /* somebody watches */
     uint64_t rows;   /* written so far */
+    watch_t watch;   /* of --model-table */
     wire_out_t wire; /* of OUT_LINK */
 } output_t;
 
-/* All of it belongs to the caller and must outlive the output. False: the link of --out cannot be opened. */
+/* All of it belongs to the caller and must outlive the output. False: a bad --model-table, or the
+ * link of --out cannot be opened. */
 bool output_open(output_t *output, FILE *file, const options_t *options, const engine_t *engine,
                  const selection_t *selection, sim_error_t *error);
 
-/* Writes one row, before the first one the header. False: the stream takes no more. */
-bool output_row(output_t *output, size_t channel, const epoch_row_t *row, sim_error_t *error);
+/* Writes one row, before the first one the header; `misfit` of the row is filled in here. False: the stream takes no more. */
+bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error);
 
 /* Flushes. False: the stream did not take everything. */
 bool output_finish(output_t *output, sim_error_t *error);

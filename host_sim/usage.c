@@ -42,6 +42,8 @@ static const char TEXT[] =
     "  --can-base HEX          CAN identifier of the first channel (default 5D0; the next ones 10 apart)\n"
     "  --can-content summary|full|intervals|fd   frames of a result: 5, all values (default), limits too, one CAN FD\n"
     "  --baud N                of the serial line (default: as it is)\n"
+    "  --model-table FILE      compare every result with an error model (davarlab export MODEL -o FILE.csv): columns\n"
+    "                          model_health (above 1: not this model), model_deviation_M; frames DAVAR_Monitor\n"
     "  --device COMMAND        run on a device: COMMAND JOB RESULTS (see port/job/davar_job.h, tools/davar-mcu)\n"
     "  --details               also intervals and difference counts of every ADEV, gaps, upper bounds of what is "
     "absent\n"

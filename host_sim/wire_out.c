@@ -18,7 +18,7 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     for (size_t c = 0; c < wire->engine->count; c++) {
         const bool fits = (c <= UINT8_MAX) &&
                           davar_encoder_init(&wire->encoder[c], &wire->engine->config, (uint16_t)options->can_base,
-                                             (uint8_t)c, (uint8_t)options->can_content);
+                                             (uint8_t)c, (uint8_t)(options->can_content | DAVAR_SEND_MONITOR));
         if (!fits) {
             return sim_fail(error, "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
                             c, wire->engine->count, options->can_base);
@@ -97,10 +97,11 @@ static bool send_all(wire_out_t *wire, size_t channel, sim_error_t *error)
     return true;
 }
 
-bool wire_out_result(wire_out_t *wire, size_t channel, const davar_result_t *result, sim_error_t *error)
+bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, sim_error_t *error)
 {
     take_health(wire, channel);
-    davar_encoder_begin(&wire->encoder[channel], result, &wire->health);
+    davar_encoder_monitor(&wire->encoder[channel], row->misfit);
+    davar_encoder_begin(&wire->encoder[channel], row->result, &wire->health);
     return send_all(wire, channel, error);
 }
 

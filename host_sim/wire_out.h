@@ -4,6 +4,7 @@
 
 #include "davar_link.h"
 #include "engine.h"
+#include "fields.h"
 #include "options.h"
 
 typedef struct {
@@ -16,8 +17,8 @@ typedef struct {
 /* Opens the link of --out. With slcan:pty the name of the pty goes to standard error. */
 bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine, sim_error_t *error);
 
-/* Sends the frames of one result; waits while there is no room. False: the link is lost. */
-bool wire_out_result(wire_out_t *wire, size_t channel, const davar_result_t *result, sim_error_t *error);
+/* Sends the frames of one result, the monitor's too where the row has a misfit; waits while there is no room. False: the link is lost. */
+bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, sim_error_t *error);
 
 /* Sends every health counter once more. */
 bool wire_out_finish(wire_out_t *wire, sim_error_t *error);

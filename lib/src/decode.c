@@ -94,6 +94,10 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
         good = read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) &&
                ((wire->index <= (uint8_t)DAVAR_SETUP_STRIDE) || (wire->index >= (uint8_t)DAVAR_SETUP_TAU));
         break;
+    case DAVAR_MESSAGE_MONITOR:
+        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire);
+        wire->worst = (uint8_t)get(frame, signal_worst_tau);
+        break;
     case DAVAR_MESSAGE_RESULT_FD:
     case DAVAR_MESSAGE_COUNT:
     default:

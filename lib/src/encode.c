@@ -179,6 +179,20 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
     encoder->setup_next = (uint8_t)((n + 1U) % (SETUP_ITEMS + config->tau_count));
 }
 
+static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const davar_misfit_t *misfit = encoder->misfit;
+    if (index < misfit->tau_count) {
+        put(frame, signal_monitor_index, index);
+        put_float(frame, signal_value, misfit->tau[index].deviation);
+    } else {
+        const bool none = (misfit->worst >= misfit->tau_count);
+        put(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH);
+        put(frame, signal_worst_tau, none ? DAVAR_MONITOR_NO_TAU : misfit->worst);
+        put_float(frame, signal_value, misfit->health);
+    }
+}
+
 static bool sends(const davar_encoder_t *encoder, uint8_t what)
 {
     return (encoder->result != NULL) && ((encoder->content & what) != 0U);
@@ -216,6 +230,12 @@ static uint8_t count_coefficients(const davar_encoder_t *encoder)
     return sends(encoder, DAVAR_SEND_INTERVALS) ? 15U : 5U;
 }
 
+static uint8_t count_monitor(const davar_encoder_t *encoder)
+{
+    const bool there = sends(encoder, DAVAR_SEND_MONITOR) && (encoder->misfit != NULL);
+    return there ? (uint8_t)(encoder->misfit->tau_count + 1U) : 0U;
+}
+
 static uint8_t count_health(const davar_encoder_t *encoder)
 {
     return (encoder->result != NULL) ? 1U : (uint8_t)DAVAR_HEALTH_COUNT;
@@ -239,6 +259,7 @@ static const stage_t stages[] = {
     {DAVAR_MESSAGE_RESULT_FD, count_fd, fill_fd},
     {DAVAR_MESSAGE_ADEV, count_adev, fill_adev},
     {DAVAR_MESSAGE_COEFFICIENT, count_coefficients, fill_coefficient},
+    {DAVAR_MESSAGE_MONITOR, count_monitor, fill_monitor},
     {DAVAR_MESSAGE_HEALTH, count_health, fill_health},
     {DAVAR_MESSAGE_SETUP, count_setup, fill_setup},
 };
@@ -263,6 +284,12 @@ void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
     encoder->health = health;
     encoder->stage = 0U;
     encoder->index = 0U;
+}
+
+void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit)
+{
+    assert(encoder != NULL);
+    encoder->misfit = misfit;
 }
 
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)

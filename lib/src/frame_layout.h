@@ -33,6 +33,8 @@ static const davar_scaled_t scaled_adev_uncertainty = {{21, 11}, 1e3F, 1e-3F};
 static const davar_signal_t signal_kind = {16, 4};
 static const davar_signal_t signal_health_index = {16, 8};
 static const davar_signal_t signal_item = {16, 8};
+static const davar_signal_t signal_monitor_index = {16, 8};
+static const davar_signal_t signal_worst_tau = {24, 8};
 
 /* DAVAR_ResultFd. */
 static const davar_signal_t fd_window = {12, 19};
@@ -50,7 +52,7 @@ static inline uint8_t message_length(uint32_t message)
     if (message == (uint32_t)DAVAR_MESSAGE_RESULT_FD) {
         return 64U;
     }
-    return (message <= (uint32_t)DAVAR_MESSAGE_SETUP) ? 8U : 0U;
+    return (message <= (uint32_t)DAVAR_MESSAGE_MONITOR) ? 8U : 0U;
 }
 
 #endif

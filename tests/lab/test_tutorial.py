@@ -56,6 +56,7 @@ class Tutorial(unittest.TestCase):
 
     def test_the_table_for_the_firmware_compiles_and_the_report_is_there(self):
         done = subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-x", "c", "-fsyntax-only", "-Wno-unused",
+                               f"-I{ROOT / 'lib/include'}",
                                self.work / "build/gyro_model.h"], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn("The model lacks sinusoid", (self.work / "build/missing.html").read_text(encoding="utf-8"))

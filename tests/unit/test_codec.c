@@ -109,6 +109,48 @@ static void test_the_farewell_tells_every_counter(void)
     TEST_ASSERT_EQUAL_HEX32((1U << DAVAR_HEALTH_COUNT) - 1U, told);
 }
 
+/* What the frames of DAVAR_Monitor say: deviation of each tau, then health and the tau that decides it. */
+static void read_monitor(const davar_misfit_t *misfit, float *deviations, float *number, uint8_t *worst)
+{
+    size_t next = 0;
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_MONITOR));
+    davar_encoder_monitor(&encoder, misfit);
+    davar_encoder_begin(&encoder, &result, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        if ((wire.message == DAVAR_MESSAGE_MONITOR) && (wire.index < DAVAR_MONITOR_HEALTH)) {
+            TEST_ASSERT_EQUAL(next, wire.index);
+            deviations[next++] = wire.value;
+        } else if (wire.message == DAVAR_MESSAGE_MONITOR) {
+            *number = wire.value;
+            *worst = wire.worst;
+        }
+    }
+    TEST_ASSERT_EQUAL(misfit->tau_count, next);
+}
+
+static void test_a_misfit_goes_over_the_wire_and_only_with_its_content(void)
+{
+    davar_misfit_t misfit = {.health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
+    float deviations[3] = {0.0F};
+    float health_number = 0.0F;
+    uint8_t worst = 0U;
+    misfit.tau[1].deviation = (double)NAN;
+    misfit.tau[2].deviation = 4.5;
+    read_monitor(&misfit, deviations, &health_number, &worst);
+    TEST_ASSERT_EQUAL_FLOAT(-0.5F, deviations[0]);
+    TEST_ASSERT_TRUE(isnan(deviations[1]));
+    TEST_ASSERT_EQUAL_FLOAT(4.5F, deviations[2]);
+    TEST_ASSERT_EQUAL_FLOAT(1.25F, health_number);
+    TEST_ASSERT_EQUAL(2, worst);
+    misfit.worst = 3U;
+    misfit.health = (double)NAN;
+    read_monitor(&misfit, deviations, &health_number, &worst);
+    TEST_ASSERT_EQUAL(DAVAR_MONITOR_NO_TAU, worst);
+    TEST_ASSERT_TRUE(isnan(health_number));
+    TEST_ASSERT_EQUAL(5, count_frames(DAVAR_SEND_MONITOR, 3U));
+}
+
 static void test_extreme_values_saturate_and_absent_ones_are_nan(void)
 {
     result.kurtosis = 1e9;
@@ -141,11 +183,15 @@ static void test_what_is_not_a_frame_of_ours_is_named(void)
     frame.data[2] = 64U;
     seal();
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    frame.identifier = 0x5D7U;
+    frame.data[2] = 33U;
+    seal();
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.data[3] = 1U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.length = 7U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-    frame.identifier = 0x5D7U;
+    frame.identifier = 0x5D9U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.identifier = 0x5CFU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
@@ -190,6 +236,7 @@ int main(void)
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_refused);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
     RUN_TEST(test_the_farewell_tells_every_counter);
+    RUN_TEST(test_a_misfit_goes_over_the_wire_and_only_with_its_content);
     RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
     RUN_TEST(test_what_is_not_a_frame_of_ours_is_named);
     RUN_TEST(test_slcan_text_goes_there_and_back);

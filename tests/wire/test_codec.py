@@ -48,6 +48,8 @@ def results(seed, count, content, channel=0):
             values, frames = {"R": word[1:], "T": [], "C": [], "H": []}, []
         elif word[0] == "F":
             frames.append((int(word[1], 16), bytes.fromhex(word[2]), word[3] if len(word) > 3 else None))
+        elif word[0] == "M":
+            values["M"] = [float(number) for number in word[1:]]
         elif word[0] == "H":
             values["H"].append(int(word[2]))
         else:
@@ -98,6 +100,14 @@ class Codec(unittest.TestCase):
 
     def check_health(self, values, signals):
         self.assertEqual(values["H"][signals["HealthIndex"].value], signals[str(signals["HealthIndex"])])
+
+    def check_monitor(self, values, signals):
+        health, worst, *deviations = values["M"]
+        if signals["MonitorIndex"] == 32:
+            self.assert_float(health, signals["ModelHealth"])
+            self.assertEqual("absent" if worst == 12 else worst, signals["WorstTau"])
+        else:
+            self.assert_float(deviations[signals["MonitorIndex"]], signals["ModelDeviation"])
 
     def check_setup(self, values, signals):
         if signals["Item"] == 0:
@@ -153,6 +163,10 @@ class Codec(unittest.TestCase):
         self.check(3, 3, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup"],
                    channel=34)
 
+    def test_the_monitor_adds_a_frame_per_tau_and_one_for_health(self):
+        self.check(7, 16, ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup"], channel=1)
+        self.check(8, 24, ["ResultFd"] + ["Adev"] * 4 + ["Monitor"] * 13 + ["Health", "Setup"])
+
     def test_a_result_in_one_fd_frame(self):
         self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup"])
 
@@ -166,6 +180,7 @@ class Codec(unittest.TestCase):
             message = source.choice(DBC.messages)
             raw = bytearray(source.randbytes(message.length))
             raw[2] = source.choice((0, 1, 32, 40)) if message.name == "DAVAR_Setup" else \
+                source.randrange(33) if message.name == "DAVAR_Monitor" else \
                 source.randrange(15) if message.name in ("DAVAR_Coefficient", "DAVAR_Health") else raw[2]
             channel = source.randrange(35)
             identifier = message.frame_id + STEP * channel
@@ -180,7 +195,7 @@ class Codec(unittest.TestCase):
     def check_decoded(self, message, signals, word):
         scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12}
         whole = {"Epoch": 7, "Stride": 7, "ClusterSamples": 7, "WindowSamples": 8, "Unstable": 9, "TauIndex": 5,
-                 "Kind": 5, "HealthIndex": 5, "Item": 5}
+                 "Kind": 5, "HealthIndex": 5, "Item": 5, "MonitorIndex": 5, "WorstTau": 26}
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
         # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
         for name, value in signals.items():
@@ -204,11 +219,13 @@ class Codec(unittest.TestCase):
         identifier, data, _ = next(results(6, 1, 0))[1][0]
         good = f"{identifier:03X}#{data.hex()}"
         damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"
-        lines = [good, damaged, f"5CF#{data.hex()}", f"5D7#{data.hex()}", f"5D1#{data[:7].hex()}"]
+        lines = [good, damaged, f"5CF#{data.hex()}", f"5D9#{data.hex()}", f"5D1#{data[:7].hex()}"]
         unknown = bytes([0, 99, 0, 0, 0, 0, 0])  # HealthIndex 99, with the right Crc
         lines.append(f"5D5#{crc8(bytes([0xD5, 5]) + unknown):02x}{unknown.hex()}")
+        unknown = bytes([0, 33, 0, 0, 0, 0, 0])  # MonitorIndex 33
+        lines.append(f"5D7#{crc8(bytes([0xD7, 5]) + unknown):02x}{unknown.hex()}")
         answers = [line.split()[:2] for line in probe("decode", stdin="\n".join(lines) + "\n")]
-        self.assertEqual([["D", "1"], ["E", "3"], ["E", "1"], ["E", "1"], ["E", "2"], ["E", "4"]], answers)
+        self.assertEqual([["D", "1"], ["E", "3"], ["E", "1"], ["E", "1"], ["E", "2"], ["E", "4"], ["E", "4"]], answers)
 
 
 if __name__ == "__main__":

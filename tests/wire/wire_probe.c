@@ -42,6 +42,14 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
     health->count[random_next(random) % DAVAR_HEALTH_COUNT] = (uint32_t)random_next(random);
 }
 
+static void make_misfit(random_t *random, davar_misfit_t *misfit)
+{
+    *misfit = (davar_misfit_t){.health = any(random), .tau_count = 12, .worst = (uint8_t)(random_next(random) % 13U)};
+    for (size_t t = 0; t < 12U; t++) {
+        misfit->tau[t].deviation = ((random_next(random) & 1U) != 0U) ? any(random) : -any(random);
+    }
+}
+
 static void print_result(const davar_result_t *result, const davar_wire_health_t *health)
 {
     (void)printf("R %llu %u %d %.17g %.17g\n", (unsigned long long)result->epoch, result->window_samples,
@@ -56,6 +64,15 @@ static void print_result(const davar_result_t *result, const davar_wire_health_t
     for (size_t h = 0; h < DAVAR_HEALTH_COUNT; h++) {
         (void)printf("H %zu %u\n", h, health->count[h]);
     }
+}
+
+static void print_misfit(const davar_misfit_t *misfit)
+{
+    (void)printf("M %.17g %u", misfit->health, misfit->worst);
+    for (size_t t = 0; t < misfit->tau_count; t++) {
+        (void)printf(" %.17g", misfit->tau[t].deviation);
+    }
+    (void)putchar('\n');
 }
 
 static void print_frame(const davar_frame_t *frame)
@@ -78,14 +95,18 @@ static int encode(char **argv)
     davar_encoder_t encoder;
     davar_result_t result;
     davar_wire_health_t health = {{0}};
+    davar_misfit_t misfit;
     davar_frame_t frame;
     if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
                             (uint8_t)strtoul(argv[4], NULL, 10))) {
         return 2;
     }
+    davar_encoder_monitor(&encoder, &misfit);
     for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
         make(&random, &result, &health);
+        make_misfit(&random, &misfit);
         print_result(&result, &health);
+        print_misfit(&misfit);
         davar_encoder_begin(&encoder, &result, &health);
         while (davar_encoder_next(&encoder, &frame)) {
             print_frame(&frame);
@@ -110,6 +131,7 @@ static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
     for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
         (void)printf(" %.9g", (double)wire->adev[t]);
     }
+    (void)printf(" %u", wire->worst);
     (void)putchar('\n');
 }
 

@@ -8,7 +8,7 @@
 #ifndef DAVAR_CODEC_H
 #define DAVAR_CODEC_H
 
-#include "davar/types.h"
+#include "davar/monitor.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -28,6 +28,7 @@ typedef enum {
     DAVAR_MESSAGE_COEFFICIENT = 4,
     DAVAR_MESSAGE_HEALTH = 5,
     DAVAR_MESSAGE_SETUP = 6,
+    DAVAR_MESSAGE_MONITOR = 7,
     DAVAR_MESSAGE_RESULT_FD = 8,
     DAVAR_MESSAGE_COUNT = 9
 } davar_message_t;
@@ -60,11 +61,16 @@ typedef struct {
 /* Item of DAVAR_Setup: rate, stride, then cluster size of tau i as DAVAR_SETUP_TAU + i. */
 typedef enum { DAVAR_SETUP_RATE = 0, DAVAR_SETUP_STRIDE = 1, DAVAR_SETUP_TAU = 32 } davar_setup_item_t;
 
+/* Item of DAVAR_Monitor: the deviation of tau i as i, then the health number. */
+#define DAVAR_MONITOR_HEALTH 32U
+#define DAVAR_MONITOR_NO_TAU 255U /* WorstTau when nothing was compared */
+
 /* Optional frames of a result; DAVAR_Arw, DAVAR_State, DAVAR_Stationarity, DAVAR_Health and DAVAR_Setup always go. */
 #define DAVAR_SEND_ADEV 1U         /* one frame per tau */
 #define DAVAR_SEND_COEFFICIENTS 2U /* five frames */
 #define DAVAR_SEND_INTERVALS 4U    /* ten more: 95 % limits of the coefficients */
 #define DAVAR_SEND_FD 8U           /* one 64-byte frame instead of all of these (taus from the ninth on: DAVAR_Adev) */
+#define DAVAR_SEND_MONITOR 16U     /* one frame per tau and one for health, once davar_encoder_monitor was called */
 
 /* One frame. length is 8, or 64 for CAN FD. */
 typedef struct {
@@ -78,6 +84,7 @@ typedef struct {
     const davar_config_t *config;
     const davar_result_t *result;
     const davar_wire_health_t *health;
+    const davar_misfit_t *misfit;
     uint32_t told[DAVAR_HEALTH_COUNT]; /* health counters as last sent */
     uint16_t base;
     uint8_t content;
@@ -97,6 +104,10 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
 /* Begins the frames of one result. `result` and `health` must stay valid and unchanged until davar_encoder_next has
  * returned false. O(1). */
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health);
+
+/* Sends *misfit with every result from now on (content DAVAR_SEND_MONITOR), null: no more. The caller keeps it up to date: it
+ * is read between davar_encoder_begin and the end of the result. Call after davar_encoder_init. */
+void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit);
 
 /* Begins the farewell: every health counter once more, so that the last loss is told too. */
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health);
@@ -119,12 +130,13 @@ typedef struct {
     uint8_t channel;
     uint8_t counter; /* Counter, 0..15 */
     uint8_t result; /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in DAVAR_State and DAVAR_ResultFd */
-    uint8_t index;  /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item */
+    uint8_t index;  /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex */
     float value;    /* the float32 of the message; in DAVAR_ResultFd ARW */
     uint32_t number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size */
     uint32_t window_samples;
     bool unstable;
     float relative_uncertainty; /* of ARW or of the Allan deviation: half the 95 % interval over the value */
+    uint8_t worst; /* DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
     float kurtosis;
     float contribution;
     float adev[DAVAR_FD_TAUS];                  /* DAVAR_ResultFd */

@@ -79,6 +79,15 @@ def best_interval(blocks, variance):
     return int(low), int(high), inside / outside, float(gain(np.array([low]), np.array([high]))[0])
 
 
+def excess_scatter(blocks, variance, share):
+    """How much more than chi-square each block scatters, >= 1, where `share` of its variance is known from a short stretch of the accelerometer
+    only: its mean square has a scatter of its own, which enters as share^2 (5.4)."""
+    score = (blocks.energy / variance - 1) ** 2 * blocks.length / 2 - 1
+    weight = share ** 2
+    total = float(np.sum(weight ** 2))
+    return 1 + weight * max(0.0, float(np.sum(weight * score)) / total if total > 0 else 0.0)
+
+
 def trigamma_scatter(blocks):
     """Variance of the logarithm of one block's energy."""
     return float(special.polygamma(1, blocks.length / 2))

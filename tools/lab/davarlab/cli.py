@@ -213,12 +213,8 @@ def run_plot(options):
 
 def run_export(options):
     from . import export
-    text = export.c_table(models.read(options.model), options.window)
-    try:
-        with open(options.output, "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as why:
-        raise BadInput(f"{options.output}: {why.strerror}") from None
+    table = export.table_of(models.read(options.model), options.window, options.tolerance)
+    files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
     return 0
 
@@ -252,6 +248,13 @@ def run_dbc(options):
     return 0
 
 
+def run_nulls(options):
+    from . import nulls
+    result = nulls.run(options.recordings, options.first_seed, options.seconds, not options.adequacy_only, options.jobs, progress)
+    emit(options, result, nulls.text(result))
+    return 0
+
+
 def argument(*names, **settings):
     return names, settings
 
@@ -276,8 +279,11 @@ COMMANDS = {
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "effects": (run_effects, "lists every effect", []),
     "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (PNG)", [REC, MODEL, OUT, RATE]),
-    "export": (run_export, "writes the model as a C table", [
-        argument("model"), OUT, argument("--window", type=int, default=6000, help="samples of the device's window")]),
+    "export": (run_export, "writes the model as a table for the device: C, or CSV for davar-sim --model-table", [
+        argument("model"), argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv"),
+        argument("--window", type=int, default=6000, help="samples of the device's window (default 6000)"),
+        argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
+                 "deviation, relative (default 0.02)")]),
     "import": (run_import, "makes a recording of another log", [
         argument("log"), OUT, RATE, argument("--rename", action="append", default=[], help="OLD=NEW"),
         argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
@@ -291,6 +297,10 @@ COMMANDS = {
     "benchmark": (run_benchmark, "measures how often the verdict is right", [
         argument("--seeds", type=int, default=20), argument("--first-seed", type=int, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
         argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=int, default=2)]),
+    "nulls": (run_nulls, "measures what chance gives each candidate, by parametric bootstrap", [
+        argument("--recordings", type=int, default=300), argument("--first-seed", type=int, default=0),
+        argument("--seconds", type=float, default=7200.0), argument("--adequacy-only", action="store_true", help="p-values only, three times faster"),
+        argument("--jobs", type=int, default=2)]),
 }
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import adequacy, candidates, changes, events, refine, signals
+from . import adequacy, candidates, changes, events, modulation, refine, signals
 from .effects import table
 from .parts import Bench, Part, part_of
 
@@ -47,7 +47,8 @@ def start(recording, model, progress=lambda text: None):
     parts = [part_of(term) for term in model.terms]
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
-    return State(bench, parts, bench.fit(parts), shocks)
+    state = State(bench, parts, bench.fit(parts), shocks)
+    return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
 
 def with_forms(bench, parts):
@@ -92,7 +93,10 @@ def judged(state):
         extra["shocks"] = float(np.exp(state.shocks.log_p))
     data = state.bench.data
     level = np.interp(np.log(data.f), np.log(data.f_bin), state.fit.level)
-    state.adequacy = adequacy.judge(c, level, variance, free, state.bench.recording.rate_hz, extra)
+    if variance is not None:
+        share = modulation.white_share(state.bench, state.parts, state.fit)
+        c = modulation.levelled(c, variance, np.interp(np.log(data.f), np.log(data.f_bin), share))
+    state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra)
     return state
 
 
@@ -121,7 +125,19 @@ def joined(state, part):
     else:
         kinds = None if part.kind in ("gauss_markov", "low_pass", "warm_up", "sinusoid") else (part.kind,)
     parts = refine.refined(state.bench, parts, only=kinds)
-    return State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    state = State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    return cleaned_again(state) if part.role == "mean" else state
+
+
+def cleaned_again(state):
+    """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
+    course = candidates.mean_course(state.bench, state.parts, state.fit)
+    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz)
+    shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
+    if np.array_equal(shocks.clean, state.shocks.clean):
+        return state
+    bench = state.bench.with_gyro(shocks.clean)
+    return State(bench, state.parts, bench.fit(state.parts), shocks)
 
 
 def significant(candidate, count):
@@ -132,6 +148,21 @@ def close_ones(found):
     """Kinds that this recording cannot tell from the first."""
     return [c.kind for c in found[1:] if found[0].log_p > c.log_p - 1e9 and c.log_p - found[0].log_p < CLOSE
             and c.gain > 0]
+
+
+def retold(state, given):
+    """Gauss-Markov that was taken while another course hid its levels: now that the course is known, is it telegraph noise?"""
+    fresh = state.parts[-1]
+    for part in state.parts[given:-1]:
+        if part.kind == "gauss_markov" and fresh.role == "mean":
+            rest = [other for other in state.parts if other is not part]
+            start = Part("telegraph_noise", {"mean_dwell_s": 2 * part.shape["correlation_time_s"]})
+            found = candidates.Candidate(start.kind, start, 0.0, -1e9)
+            candidates.decode_states(state.bench, rest, found)
+            if found.part.form == "decoded":
+                parts = rest[:-1] + [found.part, fresh]
+                return State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    return state
 
 
 def pruned(state, given):
@@ -166,7 +197,7 @@ def diagnose(recording, model, progress=lambda text: None):
             close = close_ones(found) if significant(found[0], len(found)) else []
         if not found or not significant(found[0], len(found)):
             break
-        state = judged(pruned(joined(state, found[0].part), len(model.terms)))
+        state = judged(pruned(retold(joined(state, found[0].part), len(model.terms)), len(model.terms)))
         states.append(state)
         added.append(found[0].kind)
     added = [part.kind for part in states[-1].parts[len(model.terms):]]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, stats
 
-from . import candidates, changes
+from . import candidates, changes, modulation
 from .refine import numeric_shapes
 
 Z = float(stats.norm.ppf(0.975))
@@ -136,6 +136,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
             entry[name] = Estimate(value, value, value) if error is None else interval(value, error, True)
         entry.update(dynamic.get(part.kind, {}))
         if part.form == "decoded":
+            entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key])
             switches = max(2.0, bench.recording.samples / bench.recording.rate_hz / part.shape["mean_dwell_s"])
             entry["mean_dwell_s"] = interval(part.shape["mean_dwell_s"], 1 / np.sqrt(switches), True)
         found.append(entry)
@@ -152,7 +153,10 @@ def dynamic_estimates(bench, parts, fit, blocks):
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
     white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")
                         if p.kind == "angle_random_walk"), 0)
-    level = fit.sizes[white_index] / variance.mean()  # (deg/s)^2/Hz per unit of block energy
+    share = float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts))
+    sizes, errors = sizes / variance.mean() / share, errors / variance.mean() / share  # of the white noise, mean 1
+    sizes[0] -= 1 / share - 1  # the rest of the spectrum is in the blocks too, and constant
+    level = fit.sizes[white_index]  # (deg/s)^2/Hz, mean
     if sizes[0] <= 0:
         return {}
     found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
@@ -167,6 +171,13 @@ def dynamic_estimates(bench, parts, fit, blocks):
             found[kind] = {"ratio": interval(ratio, (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio ** 2),
                                              True)}
     return found
+
+
+def of_levels(estimate, course):
+    """The size of levels that are +-1 where the column is their posterior mean: sum(y m) / n, the maximum of the chain's likelihood, for the
+    sum(y m) / sum(m^2) of least squares (6.4)."""
+    factor = float(np.mean(course ** 2))
+    return Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
 
 
 def shock_estimates(shocks, recording):

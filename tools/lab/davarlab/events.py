@@ -20,6 +20,7 @@ class Shocks:
     log_p: float
     gain: float
     clean: np.ndarray
+    raw: np.ndarray
     error_dps: float = 0.0
 
 
@@ -53,7 +54,7 @@ def find(y, rate_hz):
     score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
     wild = np.flatnonzero(score > THRESHOLD)
     if not len(wild) or len(wild) > 0.004 * len(y):
-        return Shocks(0, 0.0, np.zeros(0), 0.0, 0.0, y)
+        return Shocks(0, 0.0, np.zeros(0), 0.0, 0.0, y, y)
     groups = np.split(wild, np.flatnonzero(np.diff(wild) > rate_hz / 2) + 1)
     clean, sizes = y.copy(), []
     near = ndimage.binary_dilation(score > THRESHOLD, iterations=REACH)
@@ -67,5 +68,5 @@ def find(y, rate_hz):
     log_p = stats.poisson.logsf(len(groups) - 1, expected)
     log_p = min(log_p, np.log(len(y)) + np.log(2) + stats.norm.logsf(peaks.max()))
     gain = float(np.sum(score[wild] ** 2 / 2 - np.log(len(y))))
-    return Shocks(len(groups), float(np.median(sizes)), np.array([g[0] for g in groups]), float(log_p), gain, clean,
+    return Shocks(len(groups), float(np.median(sizes)), np.array([g[0] for g in groups]), float(log_p), gain, clean, y,
                   float(1.25 * np.std(y[good] - clean.mean()) / np.sqrt(len(groups))))

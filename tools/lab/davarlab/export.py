@@ -1,9 +1,14 @@
-"""The model as a C table for the firmware: per tau the model's Allan deviation and how far a window may be from it."""
+"""The model as a table for the device: C for the firmware's monitor, CSV for davar-sim --model-table."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from . import allan, parts as parts_of
 from .errors import BadInput
+from .model import Model
+
+DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
 
 
 def noise_variance(model, taus, rate_hz):
@@ -28,29 +33,59 @@ def noise_variance(model, taus, rate_hz):
     return total
 
 
-def c_table(model, window):
-    """Text of a C header. Tolerance: the factor within which 95 % of the windows stay, from the degrees of freedom."""
+@dataclass
+class Table:
+    """What the error model expects: per cluster size the Allan deviation (deg/s) and how far the model may be off."""
+    model: Model
+    taus: list
+    adev_dps: np.ndarray
+    tolerance: float
+
+
+def table_of(model, window, tolerance):
+    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's own Allan deviation."""
     if not model.rate_hz:
         raise BadInput("the model has no rate_hz")
+    if not 0 <= tolerance < 1:
+        raise BadInput("--tolerance: a share from 0 to 1 expected")
     taus = allan.octaves(window)
     if not taus:
         raise BadInput(f"--window: {window} samples are too short")
     variance = noise_variance(model, taus, model.rate_hz)
     if not np.all(variance > 0):
         raise BadInput("the model has no noise that the device could be compared with")
-    slopes = np.gradient(np.log(variance), np.log(taus)) if len(taus) > 1 else [-1.0]
-    lines = ["/* Written by davarlab export: what the error model expects of the Allan deviation, deg/s.", " *"]
-    lines += [f" *   {term.kind}: " + ", ".join(f"{k} = {v if isinstance(v, str) else format(v, '.6g')}"
-                                                for k, v in term.parameters.items()) for term in model.terms]
-    lines += [" *", f" * Rate {model.rate_hz:g} Hz, window {window} samples. relative_tolerance: one standard deviation of the",
-              " * measured deviation over the model, from the degrees of freedom. */",
-              "#ifndef DAVAR_MODEL_TABLE_H", "#define DAVAR_MODEL_TABLE_H", "", "#include <stdint.h>", "",
-              f"#define DAVAR_MODEL_TAU_COUNT {len(taus)}", "",
-              "static const struct {", "    uint32_t m;                /* cluster size, samples */",
-              "    double adev_dps;           /* the model's Allan deviation */",
-              "    double relative_tolerance; /* one standard deviation */",
-              "} davar_model_table[DAVAR_MODEL_TAU_COUNT] = {"]
-    for m, value, slope in zip(taus, variance, slopes):
-        scatter = np.sqrt(0.5 / allan.freedom(slope, m, window))
-        lines.append(f"    {{ {m}U, {np.sqrt(value):.9e}, {scatter:.6f} }},")
+    return Table(model, taus, np.sqrt(variance), tolerance)
+
+
+def description(table):
+    lines = [f"{term.kind}: " + ", ".join(f"{k} = {v if isinstance(v, str) else format(v, '.6g')}"
+                                          for k, v in term.parameters.items()) for term in table.model.terms]
+    left_out = [term.kind for term in table.model.terms if parts_of.part_of(term).effect.role not in DEVICE_ROLES
+                and term.kind not in DEVICE_KINDS]
+    return lines + ([f"not in the table, they come and go: {', '.join(left_out)}"] if left_out else [])
+
+
+def c_text(table):
+    """A C header for davar_monitor_init (lib/include/davar/monitor.h)."""
+    lines = ["/* Written by davarlab export: what the error model expects of the Allan deviation, for davar_monitor_init.", " *"]
+    lines += [f" *   {line}" for line in description(table)]
+    lines += [" *", f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the model itself. */",
+              "#ifndef DAVAR_MODEL_TABLE_H", "#define DAVAR_MODEL_TABLE_H", "", '#include "davar/monitor.h"', "",
+              f"#define DAVAR_MODEL_TAU_COUNT {len(table.taus)}", "",
+              "static const davar_model_tau_t davar_model_table[DAVAR_MODEL_TAU_COUNT] = {",
+              "    /* m, adev_dps, relative_tolerance */"]
+    lines += [f"    {{ {m}U, {adev:.9e}, {table.tolerance:.6f} }}," for m, adev in zip(table.taus, table.adev_dps)]
     return "\n".join(lines + ["};", "", "#endif"]) + "\n"
+
+
+def csv_text(table):
+    """The same for davar-sim --model-table."""
+    lines = [f"# {line}" for line in description(table)] + ["m,tau_s,adev_dps,relative_tolerance"]
+    lines += [f"{m},{m / table.model.rate_hz:.9g},{adev:.9g},{table.tolerance:.6g}"
+              for m, adev in zip(table.taus, table.adev_dps)]
+    return "\n".join(lines) + "\n"
+
+
+def text(table, path):
+    """In the form that the name asks for."""
+    return csv_text(table) if str(path).endswith(".csv") else c_text(table)

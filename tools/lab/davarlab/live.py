@@ -21,6 +21,7 @@ def line(values):
     shown = "      absent" if arw is None else f"{arw:12.6g}" + ("" if doubt is None else f" +-{100 * doubt:.0f} %")
     window = f"window {values.get('window_samples', '?')}"
     return f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}" + \
+        ("" if values.get("model_health") is None else f"  model health {values['model_health']:.2f}") + \
         ("  UNSTABLE" if values.get("unstable") else "")
 
 

@@ -46,6 +46,15 @@ class Bench:
         self.data = Data(y, recording.rate_hz)
         self.decoded = {}
 
+    def with_gyro(self, y):
+        """The same with another gyro record; what is known of the columns is kept."""
+        other = Bench(self.recording, y)
+        other.decoded = dict(self.decoded)
+        other.data.columns.update({key: value for key, value in self.data.columns.items() if key != "gyro"})
+        other.data.products = {pair: value for pair, value in self.data.products.items() if "gyro" not in pair}
+        other.data.spectra = dict(self.data.spectra)
+        return other
+
     def courses(self, part):
         """The time series of a mean part, size 1."""
         if part.form == "decoded":

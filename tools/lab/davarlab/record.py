@@ -19,13 +19,16 @@ def row(result, channel):
     values.update({name: value for name, value in result.values.items() if name in FIELDS})
     for index, value in sorted(result.adev.items()):
         values[f"adev_{channel.clusters.get(index, f'tau{index}')}"] = value
+    values.update({name: value for name, value in result.values.items() if name == "model_health"})
+    for index, value in sorted(result.deviation.items()):
+        values[f"model_deviation_{channel.clusters.get(index, f'tau{index}')}"] = value
     return {name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in values.items()}
 
 
 def cluster_order(name):
     """Sorts adev_16 behind adev_2, and names that are no numbers last."""
-    size = name.removeprefix("adev_")
+    size = name.rpartition("_")[2]
     return not size.isdigit(), int(size) if size.isdigit() else 0, size
 
 
@@ -57,11 +60,17 @@ class Recorder:
         rows = [row(result, channel) for result, channel in self.waiting]
         self.waiting = []
         adevs = {name for one in rows for name in one if name.startswith("adev_")}
-        self.writer = csv.DictWriter(self.file, FIELDS + sorted(adevs, key=cluster_order), restval="", lineterminator="\n",
-                                     extrasaction="ignore")
+        columns = FIELDS + sorted(adevs, key=cluster_order) + self._monitor(rows)
+        self.writer = csv.DictWriter(self.file, columns, restval="", lineterminator="\n", extrasaction="ignore")
         self.writer.writeheader()
         for values in rows:
             self._write(values)
+
+    @staticmethod
+    def _monitor(rows):
+        """The columns of the on-device monitor, when there is one."""
+        names = {name for one in rows for name in one if name.startswith("model_")}
+        return sorted(names & {"model_health"}) + sorted(names - {"model_health"}, key=cluster_order)
 
     def _write(self, values):
         self.left_out += len(values.keys() - set(self.writer.fieldnames))

@@ -6,6 +6,9 @@ import numpy as np
 from scipy import optimize
 
 BLOCKS_MAX = 6000
+SWITCHES_LEAST = 5
+ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
+SEARCH = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
 
 
 def averaged(x, block):
@@ -41,37 +44,53 @@ def gauss_markov_log_likelihood(x, std, noise, decay):
     return total
 
 
-def compare(x, rate_hz, std, dwell_s, white):
-    """(gain of two levels over a continuum, amplitude, dwell) for the residual x with its slow bias already out."""
+def bounded(logarithms):
+    """Their exponentials, kept where arithmetic is safe however far a search strays."""
+    return [exp(max(-60.0, min(60.0, value))) for value in logarithms]
+
+
+def blocks_for(x, rate_hz, dwell_s):
+    """Means of x over an eighth of the dwell, and the length of a block in samples."""
     block = max(1, int(max(dwell_s / 8 * rate_hz, len(x) / BLOCKS_MAX)))
     values = averaged(x, block)
-    values = (values - values.mean()).tolist()
+    return (values - values.mean()).tolist(), block
+
+
+def fit_levels(x, rate_hz, std, dwell_s, white):
+    """(log-likelihood, amplitude, dwell) of a two-level chain in white noise."""
+    values, block = blocks_for(x, rate_hz, dwell_s)
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
-    def levels(p):
-        return -two_level_log_likelihood(values, exp(p[0]), exp(p[1]), 0.5 * (1 + exp(-2 * period / exp(p[2]))))
+    def loss(p):
+        level, spread, dwell = bounded(p)
+        return -two_level_log_likelihood(values, level, spread, 0.5 * (1 + exp(-2 * period / dwell)))
 
-    def continuum(p):
-        return -gauss_markov_log_likelihood(values, exp(p[0]), exp(p[1]), exp(-2 * period / exp(p[2])))
-
-    start = [log(std), log(noise * 1.1), log(dwell_s)]
-    options = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
-    two = optimize.minimize(levels, start, method="Nelder-Mead", options=options)
-    one = optimize.minimize(continuum, start, method="Nelder-Mead", options=options)
-    return one.fun - two.fun, exp(two.x[0]), exp(two.x[2])
+    found = optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH)
+    level, _, dwell = bounded(found.x)
+    return -found.fun, level, dwell
 
 
-def decoded(x, rate_hz, level, dwell_s, white):
-    """Posterior mean of the state (-1 .. 1) at every sample."""
-    block = max(1, int(dwell_s * rate_hz / 60), len(x) // 60000)
-    values = averaged(x - x.mean(), block)
-    noise = max(white / sqrt(block / rate_hz), 1e-9)
-    stay = 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s))
-    lean = np.clip(2 * level * values / noise ** 2, -60, 60).tolist()
-    forward, up = [], 0.5
+def fit_continuum(x, rate_hz, std, dwell_s, white):
+    """Log-likelihood of a first-order process in white noise, on the same blocks."""
+    values, block = blocks_for(x, rate_hz, dwell_s)
+    period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
+
+    def loss(p):
+        size, spread, dwell = bounded(p)
+        return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
+
+    return -optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH).fun
+
+
+def smoothed(values, level, noise, stay):
+    """(log-likelihood of the chain, posterior mean of its state -1 .. 1) of each value."""
+    scale = 2 * level / noise ** 2
+    lean = [max(-60.0, min(60.0, scale * value)) for value in values]
+    forward, up, total = [], 0.5, 0.0
     for value in lean:
         up = up * stay + (1 - up) * (1 - stay)
         a, b = up * exp(value / 2), (1 - up) * exp(-value / 2)
+        total += log(a + b)
         up = a / (a + b)
         forward.append(up)
     back, state = 0.5, [0.0] * len(lean)
@@ -81,15 +100,37 @@ def decoded(x, rate_hz, level, dwell_s, white):
         a, b = back * exp(lean[i] / 2), (1 - back) * exp(-lean[i] / 2)
         a, b = a * stay + b * (1 - stay), b * stay + a * (1 - stay)
         back = a / (a + b)
+    fixed = -0.5 * np.sum((np.asarray(values) ** 2 + level ** 2) / noise ** 2 + np.log(2 * pi * noise ** 2))
+    return total + float(fixed), np.array(state)
+
+
+def decoded(x, rate_hz, level, dwell_s, white, resolution=240):
+    """Posterior mean of the state (-1 .. 1) at every sample; its divergence from what the chain says beforehand; and the sum of
+    (1 - state^2) / (2 noise^2), what doubt about the state costs per squared amplitude (6.3)."""
+    block = max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000)
+    values = averaged(x - x.mean(), block)
+    noise = max(white / sqrt(block / rate_hz), 1e-9)
+    total, state = smoothed(values.tolist(), level, noise, 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s)))
+    doubt = float(np.sum(1 - state ** 2)) / (2 * noise ** 2)
+    known = -0.5 * np.sum((values - level * state) ** 2 / noise ** 2 + np.log(2 * pi * noise ** 2)) - level ** 2 * doubt
     centres = (np.arange(len(state)) + 0.5) * block
-    return np.interp(np.arange(len(x)), centres, np.array(state))
+    return np.interp(np.arange(len(x)), centres, state), float(known) - total, doubt
+
+
+def many_switches(dwell_s, x, rate_hz):
+    """Can a record of this length show chance at work: SWITCHES_LEAST dwells, each of some samples."""
+    return 4 / rate_hz < dwell_s < len(x) / rate_hz / SWITCHES_LEAST
 
 
 def like_chance(path):
-    """Do the switches come at random: five of them at least, and dwells that scatter as exponential ones do?"""
+    """Do the switches come at random: five of them at least, dwells that scatter as exponential ones do, and no length that most of them share
+    (a clock with a few of its periods cut in two still ticks)."""
     up = path[np.abs(path) > 0.5] > 0
     places = np.flatnonzero(np.abs(path) > 0.5)[1:][np.diff(up.astype(int)) != 0]
-    if len(places) < 5:
+    if len(places) < SWITCHES_LEAST:
         return False
-    dwells = np.diff(places)
+    dwells = np.sort(np.diff(places))
+    alike = np.searchsorted(dwells, ALIKE * dwells, side="right") - np.arange(len(dwells))
+    if alike.max() > max(3, 0.4 * len(dwells)):
+        return False
     return len(dwells) < 7 or float(np.std(dwells) / np.mean(dwells)) > 0.4

@@ -99,6 +99,7 @@ class Result:
     epoch: int
     values: dict = field(default_factory=dict)  # column -> number
     adev: dict = field(default_factory=dict)  # TauIndex -> deg/s
+    deviation: dict = field(default_factory=dict)  # TauIndex -> standard deviations from the error model
 
 
 class Channel:
@@ -117,6 +118,7 @@ COLUMNS = {
     "WindowSamples": "window_samples", "Unstable": "unstable", "Kurtosis": "kurtosis", "Contribution": "contribution",
     "QuantizationDeg": "qn_deg", "BiasInstabilityDegPerH": "bi_deg_per_h",
     "RateRandomWalkDegPerHPerSqrtH": "rrw_deg_per_h_per_sqrt_h", "RateRampDegPerH2": "rr_deg_per_h2",
+    "ModelHealth": "model_health",
     "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h", "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
@@ -223,6 +225,8 @@ class Receiver:
     def _add(result, signals):
         if "AdevDps" in signals:
             result.adev[signals["TauIndex"]] = signals["AdevDps"]
+        if "ModelDeviation" in signals:
+            result.deviation[signals["MonitorIndex"]] = signals["ModelDeviation"]
         if "Adev0Dps" in signals:
             result.adev.update({t: signals[f"Adev{t}Dps"] for t in range(8)})
         for name, column in COLUMNS.items():

@@ -89,7 +89,8 @@ RATE_RANDOM_WALK = Effect(
 GAUSS_MARKOV = Effect(
     "gauss_markov", "Noise with one correlation time: a slow fluctuation that forgets itself.",
     (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("correlation_time_s", "s", 1e-3, 1e7)),
-    "Record at least a hundred correlation times: the hump keeps its place.", "spectrum",
+    "Record at least a hundred correlation times: the hump keeps its place. Telegraph noise whose levels the white noise hides looks the "
+    "same: average over a tenth of the dwell (twice the correlation time); two peaks in the histogram are telegraph noise.", "spectrum",
     "a hump at 1.9 correlation times", gauss_markov, grid={"correlation_time_s": correlation_times})
 LOW_PASS = Effect(
     "low_pass", "The sensor's own bandwidth cuts its white noise.",

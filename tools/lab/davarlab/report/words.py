@@ -1,5 +1,6 @@
 """Sentences and numbers of a report, for a person who never saw the tool."""
 
+from ..adequacy import INDEPENDENT
 from ..compare import SIGNIFICANT
 from ..diagnose import ADEQUATE, FAMILY_WISE
 from ..effects import table
@@ -123,7 +124,7 @@ def times(ratio):
 
 def failed_tests(tests):
     """What the tests that fail by themselves look for, most telling first; None when none does."""
-    bad = [TESTS.get(what, what) for p, what in sorted((p, what) for what, p in tests.items()) if p * len(tests) < ADEQUATE]
+    bad = [TESTS.get(what, what) for p, what in sorted((p, what) for what, p in tests.items()) if p * INDEPENDENT < ADEQUATE]
     return "; ".join(bad) or None
 
 

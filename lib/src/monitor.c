@@ -1,0 +1,192 @@
+/* davar - a result against the error model's table, DESIGN (9.1) to (9.5). */
+#include "davar/monitor.h"
+
+#include <assert.h>
+#include <math.h>
+
+#define RATIO_LIMIT 1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
+#define LIMITS 32U
+
+/* Cube root of r, 1/RATIO_LIMIT <= r <= RATIO_LIMIT: scaled by eights to 1/8 .. 8, then four of Halley's steps. */
+static double cube_root(double r)
+{
+    double scale = 1.0;
+    while (r > 8.0) {
+        r *= 0.125;
+        scale *= 2.0;
+    }
+    while (r < 0.125) {
+        r *= 8.0;
+        scale *= 0.5;
+    }
+    double root = 1.0;
+    for (uint32_t step = 0U; step < 4U; step++) {
+        const double cube = root * root * root;
+        root *= (cube + 2.0 * r) / (2.0 * cube + r);
+    }
+    return scale * root;
+}
+
+/* Variance of the cube root of a chi-square over its degrees of freedom; one less than its mean (9.1). */
+static double scatter_of(double edf)
+{
+    return 2.0 / (9.0 * edf);
+}
+
+/* How much the cube root of the variance ratio is above what the model expects of it (9.1). */
+static double excess_of(double adev, double edf, const davar_model_tau_t *model)
+{
+    const double ratio = (adev / model->adev_dps) * (adev / model->adev_dps);
+    const double bounded =
+        (ratio > 1.0 / RATIO_LIMIT) ? ((ratio < RATIO_LIMIT) ? ratio : RATIO_LIMIT) : 1.0 / RATIO_LIMIT;
+    return cube_root(bounded) - 1.0 + scatter_of(edf);
+}
+
+/* What the model's own tolerance adds to the variance of the cube root (9.2). */
+static double tolerance_of(const davar_model_tau_t *model)
+{
+    const double part = (2.0 / 3.0) * model->relative_tolerance;
+    return part * part;
+}
+
+double davar_deviation(double adev, double edf, const davar_model_tau_t *model)
+{
+    assert((edf >= 1.0) && (model->adev_dps > 0.0));
+    return excess_of(adev, edf, model) / sqrt(scatter_of(edf) + tolerance_of(model));
+}
+
+/* The largest |deviation| of `count` that chance exceeds in 0.5 % of windows: two-sided normal quantile at 0.5 % / count
+ * (9.3). */
+static double limit_of(uint8_t count)
+{
+    /* by number of taus; of none there is none */
+    static const double limit[LIMITS + 1U] = {0.0,    2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205,
+                                              3.4524, 3.4808, 3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204,
+                                              3.6352, 3.6491, 3.6623, 3.6747, 3.6866, 3.6979, 3.7087, 3.7190, 3.7289,
+                                              3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
+    return limit[(count < LIMITS) ? count : LIMITS];
+}
+
+static bool is_positive(double value)
+{
+    return (value > 0.0) && isfinite(value);
+}
+
+static const davar_model_tau_t *entry_of(const davar_model_tau_t *model, uint8_t count, uint32_t m)
+{
+    for (uint8_t i = 0U; i < count; i++) {
+        if (model[i].m == m) {
+            return &model[i];
+        }
+    }
+    return NULL;
+}
+
+static bool is_usable(const davar_model_tau_t *model, uint8_t count)
+{
+    for (uint8_t i = 0U; i < count; i++) {
+        const bool tolerable = (model[i].relative_tolerance >= 0.0) && isfinite(model[i].relative_tolerance);
+        if (!is_positive(model[i].adev_dps) || !tolerable || (entry_of(model, i, model[i].m) != NULL)) {
+            return false;
+        }
+    }
+    return count > 0U;
+}
+
+bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count, double memory)
+{
+    assert((monitor != NULL) && (model != NULL));
+    if (!is_usable(model, count) || !(memory >= 1.0) || !isfinite(memory)) {
+        return false;
+    }
+    *monitor = (davar_monitor_t){.model = model, .model_count = count, .memory = memory};
+    return true;
+}
+
+/* The part of this window that the newest result did not have; 1 after a restart of the stream. */
+static double fresh_share(const davar_monitor_t *monitor, const davar_result_t *result)
+{
+    const bool follows = monitor->started && (result->epoch > monitor->epoch);
+    const double step = follows ? (double)(result->epoch - monitor->epoch) : (double)result->window_samples;
+    const double window = (double)result->window_samples;
+    return (step < window) ? step / window : 1.0;
+}
+
+/* A running mean of at most `memory` windows (9.4). */
+static void remember(davar_monitor_tau_t *tau, double memory, double fresh, double excess, double edf)
+{
+    const double grown = tau->windows + fresh;
+    tau->windows = (grown < memory) ? grown : memory;
+    const double weight = (tau->windows > fresh) ? fresh / tau->windows : 1.0;
+    tau->excess += weight * (excess - tau->excess);
+    tau->variance += weight * (scatter_of(edf) - tau->variance);
+    tau->share = (1.0 - weight) * (1.0 - weight) * tau->share + weight * weight / fresh;
+}
+
+static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_tau_t *model)
+{
+    if (!(tau->windows > 0.0)) {
+        return (double)NAN;
+    }
+    const double share = (tau->share < 1.0) ? tau->share : 1.0; /* the first window may be a part of one */
+    return tau->excess / sqrt(tau->variance * share + tolerance_of(model));
+}
+
+static davar_misfit_tau_t compare(davar_monitor_t *monitor, const davar_result_t *result, uint8_t t, double fresh)
+{
+    const davar_adev_t *measured = &result->tau[t];
+    const davar_model_tau_t *model = entry_of(monitor->model, monitor->model_count, measured->m);
+    davar_misfit_tau_t found = {DAVAR_TAU_NOT_IN_MODEL, (double)NAN, (double)NAN};
+    if (model == NULL) {
+        return found;
+    }
+    if (measured->differences == 0U) {
+        found.match = DAVAR_TAU_NOT_IN_WINDOW;
+    } else {
+        found.match = DAVAR_TAU_COMPARED;
+        found.deviation = davar_deviation(measured->adev, measured->edf, model);
+        remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, measured->edf, model),
+                 measured->edf);
+    }
+    found.mean_deviation = mean_deviation(&monitor->tau[t], model);
+    return found;
+}
+
+/* The largest of |deviation| or |mean_deviation| among the compared taus over its limit, and where (9.3). */
+static void judge(davar_misfit_t *misfit)
+{
+    const double limit = limit_of(misfit->compared);
+    misfit->fast = misfit->slow = misfit->health = 0.0;
+    for (uint8_t t = 0U; t < misfit->tau_count; t++) {
+        const davar_misfit_tau_t *tau = &misfit->tau[t];
+        if (tau->match == DAVAR_TAU_COMPARED) {
+            const double fast = fabs(tau->deviation) / limit;
+            const double slow = fabs(tau->mean_deviation) / limit;
+            const double most = (fast > slow) ? fast : slow;
+            misfit->fast = (fast > misfit->fast) ? fast : misfit->fast;
+            misfit->slow = (slow > misfit->slow) ? slow : misfit->slow;
+            misfit->worst = (most >= misfit->health) ? t : misfit->worst;
+            misfit->health = (most >= misfit->health) ? most : misfit->health;
+        }
+    }
+}
+
+void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result, davar_misfit_t *misfit)
+{
+    assert((monitor != NULL) && (result != NULL) && (misfit != NULL));
+    const double fresh = fresh_share(monitor, result);
+    *misfit = (davar_misfit_t){.health = (double)NAN,
+                               .fast = (double)NAN,
+                               .slow = (double)NAN,
+                               .worst = result->tau_count,
+                               .tau_count = result->tau_count};
+    for (uint8_t t = 0U; t < result->tau_count; t++) {
+        misfit->tau[t] = compare(monitor, result, t, fresh);
+        misfit->compared = (uint8_t)(misfit->compared + ((misfit->tau[t].match == DAVAR_TAU_COMPARED) ? 1U : 0U));
+    }
+    if (misfit->compared > 0U) {
+        judge(misfit);
+    }
+    monitor->epoch = result->epoch;
+    monitor->started = true;
+}

@@ -1,0 +1,153 @@
+/* davar tests - false alarms and power of the monitor: noise with a known Allan variance through the whole library, fixed
+ * seeds. Prints the table of DESIGN (9.6). */
+#include "davar/davar.h"
+#include "davar/monitor.h"
+#include "gyro_noise.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#define WINDOW 600U
+#define WINDOWS 12000U
+#define STRETCH 100U /* windows of one record; the monitor starts anew with each */
+#define SAMPLES ((size_t)STRETCH * WINDOW)
+
+typedef struct {
+    gyro_noise_t truth;
+    gyro_noise_t model;
+    double tolerance;
+    uint32_t stride;
+} scenario_t;
+
+/* Percent of results whose number is above 1. */
+typedef struct {
+    double fast;
+    double slow;
+    double health;
+} alarms_t;
+
+static const uint32_t taus[7] = {1, 2, 4, 8, 16, 32, 64};
+static davar_model_tau_t table[7];
+static davar_t davar;
+static davar_monitor_t monitor;
+static davar_result_t result;
+static davar_misfit_t misfit;
+static uint64_t memory[1 << 14];
+static double rate[SAMPLES];
+static float samples[SAMPLES];
+
+void setUp(void) {}
+
+void tearDown(void) {}
+
+static void start(const scenario_t *scenario, davar_config_t *config)
+{
+    *config = davar_default_config;
+    config->rate_hz = 1.0;
+    config->full_scale = 65536.0;
+    config->mode = DAVAR_MODE_TRAILING;
+    config->policy = DAVAR_POLICY_FIXED;
+    config->window_max = WINDOW;
+    config->window_min = WINDOW;
+    config->grow = 1U;
+    config->stride = scenario->stride;
+    config->taus = taus;
+    config->tau_count = 7U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, config, memory, sizeof memory));
+    for (size_t t = 0; t < 7U; t++) {
+        table[t] = (davar_model_tau_t){taus[t], sqrt(gyro_noise_avar(&scenario->model, taus[t])), scenario->tolerance};
+    }
+    TEST_ASSERT_TRUE(davar_monitor_init(&monitor, table, 7U, DAVAR_MONITOR_MEMORY));
+}
+
+static void count(alarms_t *alarms, unsigned *results)
+{
+    davar_monitor_update(&monitor, &result, &misfit);
+    TEST_ASSERT_EQUAL(7, misfit.compared);
+    alarms->fast += (misfit.fast > 1.0) ? 1.0 : 0.0;
+    alarms->slow += (misfit.slow > 1.0) ? 1.0 : 0.0;
+    alarms->health += (misfit.health > 1.0) ? 1.0 : 0.0;
+    (*results)++;
+}
+
+static void watch(const scenario_t *scenario, random_t *random, alarms_t *alarms, unsigned *results)
+{
+    davar_config_t config;
+    start(scenario, &config);
+    gyro_noise_fill(&scenario->truth, random, rate, SAMPLES);
+    for (size_t i = 0; i < SAMPLES; i++) {
+        samples[i] = (float)rate[i];
+    }
+    for (size_t done = 0; done < SAMPLES;) {
+        done += davar_push_f32(&davar, samples + done, SAMPLES - done);
+        if (davar_take(&davar, &result)) {
+            count(alarms, results);
+        }
+    }
+}
+
+static alarms_t run(const char *name, const scenario_t *scenario, unsigned windows)
+{
+    random_t random = random_seeded(2024U);
+    alarms_t alarms = {0};
+    unsigned results = 0U;
+    for (unsigned n = 0U; n < windows; n += STRETCH) {
+        watch(scenario, &random, &alarms, &results);
+    }
+    alarms.fast *= 100.0 / results;
+    alarms.slow *= 100.0 / results;
+    alarms.health *= 100.0 / results;
+    printf("| %s | %u | %.0f %% | %.2f | %.2f | %.2f |\n", name, (unsigned)scenario->stride,
+           100.0 * scenario->tolerance, alarms.fast, alarms.slow, alarms.health);
+    return alarms;
+}
+
+static void assert_quiet(const char *name, gyro_noise_t noise, uint32_t stride)
+{
+    const scenario_t scenario = {noise, noise, 0.0, stride};
+    const alarms_t alarms = run(name, &scenario, WINDOWS);
+    /* 1 % is stated; three standard errors of 12000 windows, of which the slow mean keeps 32 together */
+    TEST_ASSERT_TRUE(alarms.fast <= 1.0 + 3.0 * 0.1);
+    TEST_ASSERT_TRUE(alarms.health <= 1.0 + 3.0 * 0.4);
+}
+
+static void test_noise_that_follows_the_model_is_left_alone(void)
+{
+    assert_quiet("white", (gyro_noise_t){.white = 1.0}, WINDOW);
+    assert_quiet("white 1 + BI 0.1", (gyro_noise_t){.white = 1.0, .flicker = 0.1}, WINDOW);
+    assert_quiet("white 1 + BI 0.5", (gyro_noise_t){.white = 1.0, .flicker = 0.5}, WINDOW);
+    assert_quiet("white 1 + RRW 0.02", (gyro_noise_t){.white = 1.0, .walk = 0.02}, WINDOW);
+    assert_quiet("white 1 + RRW 0.3", (gyro_noise_t){.white = 1.0, .walk = 0.3}, WINDOW);
+    assert_quiet("white 1 + Q 1", (gyro_noise_t){.white = 1.0, .quantization = 1.0}, WINDOW);
+}
+
+static void test_overlapping_windows_alarm_no_more_often(void)
+{
+    assert_quiet("white", (gyro_noise_t){.white = 1.0}, 60U);
+}
+
+static void test_a_large_change_is_seen_at_once_and_a_small_one_in_time(void)
+{
+    const gyro_noise_t model = {.white = 1.0};
+    const scenario_t louder = {{.white = 1.5}, model, 0.02, WINDOW};
+    const scenario_t little = {{.white = 1.08}, model, 0.02, WINDOW};
+    const scenario_t drift = {{.white = 1.0, .walk = 0.02}, model, 0.02, WINDOW};
+    const scenario_t unit = {{.white = 1.02}, model, 0.02, WINDOW};
+    TEST_ASSERT_TRUE(run("white 1.5 for 1", &louder, 2000U).fast > 99.0);
+    const alarms_t small = run("white 1.08 for 1", &little, 2000U);
+    TEST_ASSERT_TRUE(small.fast < 20.0);
+    TEST_ASSERT_TRUE(small.slow > 60.0);
+    TEST_ASSERT_TRUE(run("white 1 + RRW 0.02 for white 1", &drift, 2000U).slow > 80.0);
+    TEST_ASSERT_TRUE(run("white 1.02 for 1", &unit, 2000U).health <= 1.0);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_noise_that_follows_the_model_is_left_alone);
+    RUN_TEST(test_overlapping_windows_alarm_no_more_often);
+    RUN_TEST(test_a_large_change_is_seen_at_once_and_a_small_one_in_time);
+    return UNITY_END();
+}

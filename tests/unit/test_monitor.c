@@ -1,0 +1,215 @@
+/* davar tests - the monitor: its formula against erfc and known values, which taus are compared, refusals. */
+#include "davar/monitor.h"
+#include "unity.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static const davar_model_tau_t table[3] = {{4U, 0.5, 0.0}, {1U, 1.0, 0.0}, {2U, 0.7, 0.1}};
+static davar_monitor_t monitor;
+static davar_result_t result;
+static davar_misfit_t misfit;
+
+static void set_tau(uint8_t t, uint32_t m, double adev, double edf)
+{
+    result.tau[t] = (davar_adev_t){.m = m, .differences = 100U, .adev = adev, .edf = edf};
+}
+
+void setUp(void)
+{
+    result = (davar_result_t){.epoch = 1000U, .window_samples = 100U, .tau_count = 3};
+    set_tau(0, 1U, 1.0, 50.0);
+    set_tau(1, 2U, 0.7, 40.0);
+    set_tau(2, 4U, 0.5, 20.0);
+    TEST_ASSERT_TRUE(davar_monitor_init(&monitor, table, 3U, 4.0));
+}
+
+void tearDown(void) {}
+
+static double tail(double z)
+{
+    return erfc(z / sqrt(2.0)); /* two-sided */
+}
+
+/* The cube root of the C library is the reference. */
+static void test_a_deviation_is_the_normal_score_of_the_variance_ratio(void)
+{
+    for (int power = -32; power < 36; power++) {
+        for (int root = 0; root < 10; root++) {
+            const double adev = pow(1.78, power);
+            const double edf = pow(3.1, root);
+            const davar_model_tau_t model = {1U, 3.0, 0.25};
+            const double ratio = fmin(1e12, fmax(1e-12, adev * adev / 9.0));
+            const double scatter = 2.0 / (9.0 * edf);
+            const double wanted = (cbrt(ratio) - 1.0 + scatter) / sqrt(scatter + 0.25 * 0.25 * 4.0 / 9.0);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * fmax(1.0, fabs(wanted)), wanted, davar_deviation(adev, edf, &model));
+        }
+    }
+}
+
+/* Chi-square at 97.5 %, 20 degrees of freedom, is 34.170 (NIST table): 1.96 standard deviations up. */
+static void test_a_deviation_meets_the_published_quantiles(void)
+{
+    const davar_model_tau_t model = {1U, 1.0, 0.0};
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.96, davar_deviation(sqrt(34.170 / 20.0), 20.0, &model));
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, -1.96, davar_deviation(sqrt(9.591 / 20.0), 20.0, &model));
+    TEST_ASSERT_DOUBLE_WITHIN(0.01, 1.96, davar_deviation(sqrt(129.561 / 100.0), 100.0, &model));
+}
+
+static void test_zero_and_huge_deviations_are_finite(void)
+{
+    TEST_ASSERT_TRUE(davar_deviation(0.0, 10.0, &table[0]) < -5.0);
+    TEST_ASSERT_TRUE(isfinite(davar_deviation(1e300, 10.0, &table[0])));
+    TEST_ASSERT_TRUE(davar_deviation(1e300, 10.0, &table[0]) > 100.0);
+}
+
+/* |deviation| at health 1 must have a tail of 0.5 % over the number of taus, whatever that number is. */
+static void test_the_limit_is_the_stated_share_for_every_number_of_taus(void)
+{
+    davar_model_tau_t one[DAVAR_TAUS_MAX];
+    for (uint8_t count = 1U; count <= DAVAR_TAUS_MAX; count++) {
+        for (uint8_t t = 0U; t < count; t++) {
+            one[t] = (davar_model_tau_t){t + 1U, 1.0, 0.0};
+            set_tau(t, t + 1U, 1.3, 30.0);
+        }
+        result.tau_count = count;
+        TEST_ASSERT_TRUE(davar_monitor_init(&monitor, one, count, 1.0));
+        davar_monitor_update(&monitor, &result, &misfit);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.005, count * tail(misfit.tau[0].deviation / misfit.fast));
+    }
+}
+
+static void test_taus_are_matched_by_m_and_absent_ones_named(void)
+{
+    set_tau(1, 3U, 0.7, 40.0);
+    result.tau[2].differences = 0U;
+    result.tau[2].adev = (double)NAN;
+    davar_monitor_update(&monitor, &result, &misfit);
+    TEST_ASSERT_EQUAL(DAVAR_TAU_COMPARED, misfit.tau[0].match);
+    TEST_ASSERT_EQUAL(DAVAR_TAU_NOT_IN_MODEL, misfit.tau[1].match);
+    TEST_ASSERT_EQUAL(DAVAR_TAU_NOT_IN_WINDOW, misfit.tau[2].match);
+    TEST_ASSERT_EQUAL(1, misfit.compared);
+    TEST_ASSERT_EQUAL(0, misfit.worst);
+    TEST_ASSERT_TRUE(isnan(misfit.tau[1].deviation) && isnan(misfit.tau[2].deviation));
+    TEST_ASSERT_TRUE(isnan(misfit.tau[2].mean_deviation));
+    TEST_ASSERT_TRUE(misfit.health < 0.1);
+}
+
+static void test_nothing_to_compare_is_no_health(void)
+{
+    result.tau_count = 1;
+    set_tau(0, 3U, 0.7, 40.0);
+    davar_monitor_update(&monitor, &result, &misfit);
+    TEST_ASSERT_TRUE(isnan(misfit.health) && isnan(misfit.fast) && isnan(misfit.slow));
+    TEST_ASSERT_EQUAL(0, misfit.compared);
+    TEST_ASSERT_EQUAL(misfit.tau_count, misfit.worst);
+}
+
+static void test_the_sign_and_the_worst_tau(void)
+{
+    set_tau(0, 1U, 0.9, 50.0);
+    set_tau(2, 4U, 1.0, 20.0);
+    davar_monitor_update(&monitor, &result, &misfit);
+    TEST_ASSERT_TRUE(misfit.tau[0].deviation < 0.0);
+    TEST_ASSERT_TRUE(misfit.tau[2].deviation > 0.0);
+    TEST_ASSERT_EQUAL(2, misfit.worst);
+    TEST_ASSERT_TRUE(misfit.health > 1.0);
+}
+
+static void test_a_tolerance_takes_an_alarm_away(void)
+{
+    set_tau(1, 2U, 1.0, 400.0);
+    davar_monitor_update(&monitor, &result, &misfit);
+    const davar_model_tau_t sure = {2U, 0.7, 0.0};
+    TEST_ASSERT_TRUE(davar_deviation(1.0, 400.0, &sure) > 2.0 * misfit.tau[1].deviation);
+}
+
+/* Four equal windows one after the other are worth four: their mean deviates twice as much as one. */
+static void test_the_mean_of_four_windows_deviates_twice_as_much(void)
+{
+    set_tau(0, 1U, 1.05, 50.0);
+    for (uint32_t n = 0; n < 4U; n++) {
+        result.epoch += 100U;
+        davar_monitor_update(&monitor, &result, &misfit);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 2.0 * misfit.tau[0].deviation, misfit.tau[0].mean_deviation);
+}
+
+/* The same result again and again brings nothing new. */
+static void test_overlap_weighs_as_much_as_it_brings(void)
+{
+    set_tau(0, 1U, 1.05, 50.0);
+    davar_monitor_update(&monitor, &result, &misfit);
+    const double first = misfit.tau[0].mean_deviation;
+    for (uint32_t n = 0; n < 300U; n++) {
+        result.epoch++;
+        davar_monitor_update(&monitor, &result, &misfit);
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, 2.0, misfit.tau[0].mean_deviation / first);
+}
+
+/* With four windows of memory a change is forgotten in some tens of them. */
+static void test_what_is_over_is_forgotten(void)
+{
+    set_tau(0, 1U, 3.0, 50.0);
+    davar_monitor_update(&monitor, &result, &misfit);
+    TEST_ASSERT_TRUE(misfit.slow > 1.0);
+    set_tau(0, 1U, 1.0, 50.0);
+    for (uint32_t n = 0; n < 40U; n++) {
+        result.epoch += 100U;
+        davar_monitor_update(&monitor, &result, &misfit);
+    }
+    TEST_ASSERT_TRUE(misfit.health < 0.5);
+}
+
+static void test_a_stream_that_starts_again_is_a_new_window(void)
+{
+    davar_monitor_update(&monitor, &result, &misfit);
+    result.epoch = 5U;
+    set_tau(0, 1U, 1.1, 50.0);
+    davar_monitor_update(&monitor, &result, &misfit);
+    TEST_ASSERT_TRUE(misfit.tau[0].mean_deviation > 0.4 * misfit.tau[0].deviation);
+}
+
+static void assert_refused(davar_model_tau_t entry, uint8_t count, double memory)
+{
+    davar_model_tau_t model[2] = {{7U, 1.0, 0.0}, {0}};
+    model[1] = entry;
+    TEST_ASSERT_FALSE(davar_monitor_init(&monitor, model, count, memory));
+}
+
+static void test_a_table_that_cannot_be_is_refused(void)
+{
+    const double nan = (double)NAN;
+    const double inf = (double)INFINITY;
+    assert_refused((davar_model_tau_t){8U, 0.0, 0.0}, 2U, 4.0);
+    assert_refused((davar_model_tau_t){8U, nan, 0.0}, 2U, 4.0);
+    assert_refused((davar_model_tau_t){8U, inf, 0.0}, 2U, 4.0);
+    assert_refused((davar_model_tau_t){8U, 1.0, -0.1}, 2U, 4.0);
+    assert_refused((davar_model_tau_t){8U, 1.0, inf}, 2U, 4.0);
+    assert_refused((davar_model_tau_t){7U, 1.0, 0.0}, 2U, 4.0);
+    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 0U, 4.0);
+    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 2U, 0.5);
+    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 2U, nan);
+    assert_refused((davar_model_tau_t){8U, 1.0, 0.0}, 2U, inf);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_deviation_is_the_normal_score_of_the_variance_ratio);
+    RUN_TEST(test_a_deviation_meets_the_published_quantiles);
+    RUN_TEST(test_zero_and_huge_deviations_are_finite);
+    RUN_TEST(test_the_limit_is_the_stated_share_for_every_number_of_taus);
+    RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_named);
+    RUN_TEST(test_nothing_to_compare_is_no_health);
+    RUN_TEST(test_the_sign_and_the_worst_tau);
+    RUN_TEST(test_a_tolerance_takes_an_alarm_away);
+    RUN_TEST(test_the_mean_of_four_windows_deviates_twice_as_much);
+    RUN_TEST(test_overlap_weighs_as_much_as_it_brings);
+    RUN_TEST(test_what_is_over_is_forgotten);
+    RUN_TEST(test_a_stream_that_starts_again_is_a_new_window);
+    RUN_TEST(test_a_table_that_cannot_be_is_refused);
+    return UNITY_END();
+}

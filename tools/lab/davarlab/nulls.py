@@ -1,0 +1,73 @@
+"""What chance alone does on recordings of an accepted model: gains of the candidates, the TRIALS that they come to (DESIGN 4), and how
+often a true model is called inadequate (DESIGN 7).
+
+Parametric bootstrap: the benchmark's clean recordings (noise and bias instability drawn per seed, decoy columns), every candidate tried."""
+
+from multiprocessing import Pool
+
+import numpy as np
+from scipy import stats
+
+from . import benchmark, candidates, diagnose, simulate
+from .model import Model, Term
+
+LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
+TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
+
+
+def one(job):
+    """Of one clean recording: gains by chance, kind -> log-likelihood units (none unless `tried`); p-values by test, and of the whole."""
+    seed, seconds, tried = job
+    rng = np.random.default_rng([seed, 40961])
+    base = [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
+            Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)})]
+    recording = simulate.make(base, benchmark.RATE_HZ, benchmark.COLUMN, seed=int(rng.integers(1 << 31)), duration_s=seconds)
+    state = diagnose.start(recording, Model(benchmark.RATE_HZ, benchmark.COLUMN, base))
+    gains = {c.kind: max(c.gain, 0.0) for c in candidates.ranked(state.bench, state.parts, state.fit)} if tried else {}
+    if tried:
+        gains["sinusoid"] -= np.log(recording.samples)  # its own law: p = TRIALS n exp(-gain)
+    found = diagnose.judged(state).adequacy
+    return gains, {**found.tests, "whole model": found.p_value}
+
+
+def tries(kind, gains):
+    """C of p = C P(chi2_1 > 2 gain) (a line: of p = C n exp(-gain)): the largest over a few tail shares, and its standard error."""
+    best = (0.0, 0.0)
+    for share in TAIL:
+        gain = float(np.quantile(gains, 1 - share))
+        tail = np.exp(-gain) if kind == "sinusoid" else stats.chi2.sf(2 * gain, 1)
+        if gain > 0 or kind == "sinusoid":
+            best = max(best, (share / tail, share / tail / np.sqrt(share * len(gains))))
+    return best
+
+
+def run(count, first, seconds, tried, jobs, progress):
+    rows = []
+    with Pool(jobs) as pool:
+        for row in pool.imap(one, [(seed, seconds, tried) for seed in range(first, first + count)]):
+            rows.append(row)
+            if len(rows) % 20 == 0:
+                progress(f"{len(rows)} of {count}")
+    return summary(rows)
+
+
+def summary(rows):
+    found, chances = {}, [row[1] for row in rows]
+    for kind in rows[0][0]:
+        gains = np.array([row[0][kind] for row in rows])
+        c, error = tries(kind, gains)
+        found[kind] = {"trials": c, "standard_error": error, "in_use": candidates.TRIALS.get(kind, 3.0),
+                       "gain_95": float(np.quantile(gains, 0.95)), "gain_99": float(np.quantile(gains, 0.99)), "largest": float(gains.max())}
+    rejected = {name: [float(np.mean([row[name] < level for row in chances])) for level in LEVELS] for name in chances[0]}
+    return {"recordings": len(rows), "candidates": found, "levels": LEVELS, "rejected": rejected}
+
+
+def text(result):
+    lines = [f"{result['recordings']} recordings of true models: share rejected at", " " * 26 + "".join(f"{100 * level:>7g} %" for level in result["levels"])]
+    lines += [f"{name:<26}" + "".join(f"{100 * share:>9.1f}" for share in shares) for name, shares in result["rejected"].items()]
+    if not result["candidates"]:
+        return "\n".join(lines)
+    lines += ["", f"{'':<26}{'trials':>10}{'+-':>9}{'in use':>9}{'95 %':>8}{'99 %':>8}{'largest':>9}"]
+    lines += [f"{kind:<26}{e['trials']:>10.3g}{e['standard_error']:>9.2g}{e['in_use']:>9.3g}{e['gain_95']:>8.2f}{e['gain_99']:>8.2f}"
+              f"{e['largest']:>9.2f}" for kind, e in result["candidates"].items()]
+    return "\n".join(lines)
