@@ -211,7 +211,7 @@ def kernel():
     if status:
         raise Broken(output)
     linux = output.splitlines()[-1]
-    guest = ["tools/support/uml/run", "-t", "300", linux, "env",
+    guest = ["tools/support/uml/run", "-t", "600", linux, "env",
              f"PATH={Path(python).parent}:{os.environ['PATH']}", f"DAVAR_SIM={program('host_sim/davar-sim', 'release')}",
              f"DAVAR_NODE={program('gateway/davar-node', 'release')}", python]
     virtual = [*guest[:1], "-T", *guest[1:]]
