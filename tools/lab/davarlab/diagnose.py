@@ -123,7 +123,7 @@ def joined(state, part):
     if part.kind == "telegraph_noise":
         kinds = ()
     else:
-        kinds = None if part.kind in ("gauss_markov", "low_pass", "warm_up", "sinusoid") else (part.kind,)
+        kinds = None if part.kind in ("gauss_markov", "low_pass", "warm_up", "sinusoid") else (part.kind, "sinusoid")
     parts = refine.refined(state.bench, parts, only=kinds)
     state = State(state.bench, parts, state.bench.fit(parts), state.shocks)
     return cleaned_again(state) if part.role == "mean" else state

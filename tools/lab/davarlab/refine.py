@@ -12,9 +12,9 @@ def numeric_shapes(part):
 
 
 def half_width(bench, part):
-    """How far to look, in natural logarithm."""
+    """How far to look, in natural logarithm; of a line half its lobe, within which there is one peak only."""
     if part.kind == "sinusoid":
-        return 1.0 / (part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz)
+        return 0.5 / (part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz)
     return 0.45
 
 
