@@ -126,7 +126,7 @@ class KernelCase(unittest.TestCase):
         return {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in words}
 
     def listen(self, interface, patience_s=0.1):
-        """A Receiver fed by a thread; stop_listening() ends it."""
+        """A Receiver fed by a thread; stop_listening() ends it when nothing more comes."""
         import can
         import wire
         receiver = wire.Receiver()
@@ -134,10 +134,12 @@ class KernelCase(unittest.TestCase):
         done, collected = threading.Event(), []
 
         def work():
-            while not done.is_set():
+            message = None
+            while message or not done.is_set():  # what the socket still holds at the end belongs to it
                 try:
                     message = bus.recv(patience_s)
                 except can.CanError:  # the interface is down; the socket stays good
+                    message = None
                     time.sleep(0.05)
                     continue
                 if message and not message.is_error_frame:

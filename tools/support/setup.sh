@@ -74,7 +74,7 @@ build() {
     (
         cd "$root" || exit
         ! command -v flock >/dev/null || flock 9
-        [[ build/$1/configured -nt CMakeLists.txt ]] || {
+        [[ -e build/$1/configured && ! CMakeLists.txt -nt build/$1/configured ]] || {
             quietly "configure-$1.log" cmake --preset "$1" && touch "build/$1/configured"
         } || exit
         quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"}
