@@ -80,7 +80,7 @@ static bool write_job(const places_t *places, replay_t *replay, const engine_t *
     return state == DAVAR_PORT_READ_END;
 }
 
-/* What the image says in its exit status (firmware/replay.c). */
+/* What the image says in its exit status (firmware/job_file.h). */
 static const char *cause(int status)
 {
     switch (status) {
