@@ -3,10 +3,10 @@
 #ifndef DAVAR_SRC_COLLECT_H
 #define DAVAR_SRC_COLLECT_H
 
+#include "fit_plan.h"
 #include "grid.h"
+#include "real.h"
 #include "sequence.h"
-
-#include <math.h>
 
 static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
 {
@@ -55,11 +55,13 @@ static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, 
                         davar_result_t *result)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    result->tau_count = config->tau_count;
     result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
     result->window_samples = window->length;
     result->mirrored_samples = mirrored(window);
     result->gaps_in_window = davar_gaps_inside(gaps, window);
     for (uint32_t t = 0U; t < config->tau_count; t++) {
+        result->tau[t].m = config->taus[t];
         result->tau[t].differences = differences(gaps, window, config->taus[t]);
     }
 }
@@ -95,15 +97,17 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     }
 }
 
-static void evaluate_tau(davar_adev_t *adev, uint32_t m, const sum_t *sum, double unit_per_count)
+/* (1.1) */
+static void evaluate_taus(const davar_fit_plan_t *plan, const readings_t *readings, double unit_per_count,
+                          davar_result_t *result)
 {
-    adev->m = m;
-    adev->adev = (double)NAN;
-    adev->low = (double)NAN;
-    adev->high = (double)NAN;
-    if (adev->differences > 0U) {
-        const double two_m_squared = 2.0 * (double)m * (double)m;
-        adev->adev = unit_per_count * sqrt(sum_to_double(*sum) / (two_m_squared * (double)adev->differences));
+    for (uint32_t t = 0U; t < result->tau_count; t++) {
+        davar_adev_t *const tau = &result->tau[t];
+        tau->adev = (double)NAN;
+        if (tau->differences > 0U) {
+            const double avar = davar_divide(sum_to_double(readings->sum[t]), plan->divisor[t]);
+            tau->adev = unit_per_count * davar_root(avar);
+        }
     }
 }
 
@@ -121,14 +125,13 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
     }
 }
 
-static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
+/* All but the fit, for which the plan is brought up to date. */
+static void evaluate(const davar_t *davar, const readings_t *readings, davar_fit_plan_t *plan, davar_result_t *result)
 {
     const davar_config_t *const config = davar->config;
     const double unit_per_count = davar->is_float ? (1.0 / (double)davar->counts_per_unit) : config->unit_per_count;
-    result->tau_count = config->tau_count;
-    for (uint32_t t = 0U; t < config->tau_count; t++) {
-        evaluate_tau(&result->tau[t], config->taus[t], &readings->sum[t], unit_per_count);
-    }
+    davar_fit_prepare(plan, result);
+    evaluate_taus(plan, readings, unit_per_count, result);
     evaluate_stationarity(config, readings, result);
 }
 

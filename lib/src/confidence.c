@@ -3,9 +3,9 @@
 #include "davar/confidence.h"
 
 #include "noise.h"
+#include "real.h"
 
 #include <assert.h>
-#include <math.h>
 
 static double at_least(double floor, double value)
 {
@@ -69,7 +69,7 @@ static double correlation_white(double m_short, double m_long)
 {
     const double a = davar_noise_white_overlap(m_short, m_short);
     const double b = davar_noise_white_overlap(m_long, m_long);
-    return davar_noise_white_overlap(m_short, m_long) / (sqrt(a) * sqrt(b));
+    return davar_noise_white_overlap(m_short, m_long) / (davar_root(a) * davar_root(b));
 }
 
 double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long)
@@ -81,45 +81,45 @@ double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, d
     case DAVAR_ANGLE_RANDOM_WALK:
         return correlation_white(m_short, m_long);
     case DAVAR_BIAS_INSTABILITY:
-        return 2.7 * sqrt(q) / (q * q + 1.7);
+        return 2.7 * davar_root(q) / (q * q + 1.7);
     case DAVAR_RATE_RANDOM_WALK:
     case DAVAR_RATE_RAMP:
     case DAVAR_COEFFICIENT_COUNT:
     default:
-        return 1.34 * sqrt(q) / (q + 0.34 / q);
+        return 1.34 * davar_root(q) / (q + 0.34 / q);
     }
 }
 
 /* Cube root of chi2_p(edf) / edf as a polynomial in s = edf^-1/2: Wilson and Hilferty, corrected down to edf = 1. */
-static double wilson_hilferty(const double *c, int degree, double s)
+static float wilson_hilferty(const float *c, int degree, float s)
 {
-    double sum = c[degree];
+    float sum = c[degree];
     for (int k = degree - 1; k >= 0; k--) {
         sum = sum * s + c[k];
     }
     return sum;
 }
 
-static double factor(double root)
+static float factor(float root)
 {
-    return 1.0 / (root * root * root);
+    return 1.0F / (root * root * root);
 }
 
-static double deviation_of_edf(double edf)
+float davar_chi_square_low(float s)
 {
-    return sqrt(1.0 / at_least(1.0, edf));
-}
-
-double davar_chi_square_low(double s)
-{
-    static const double upper[] = {1.0, 0.924108, -0.225576, 0.00741269, 0.0089802, -0.00223456};
+    static const float upper[] = {1.0F, 0.924108F, -0.225576F, 0.00741269F, 0.0089802F, -0.00223456F};
     return factor(wilson_hilferty(upper, 5, s));
+}
+
+static float chi_square_high(float s)
+{
+    static const float lower[] = {1.0F, -0.919928F, -0.305956F, 0.606937F, -1.85701F, 3.23066F, -2.13078F, 0.475463F};
+    return factor(wilson_hilferty(lower, 7, s));
 }
 
 void davar_chi_square_interval(double edf, double *low, double *high)
 {
-    static const double lower[] = {1.0, -0.919928, -0.305956, 0.606937, -1.85701, 3.23066, -2.13078, 0.475463};
-    const double s = deviation_of_edf(edf);
-    *low = davar_chi_square_low(s);
-    *high = factor(wilson_hilferty(lower, 7, s));
+    const float s = davar_rootf((float)(1.0 / at_least(1.0, edf)));
+    *low = (double)davar_chi_square_low(s);
+    *high = (double)chi_square_high(s);
 }

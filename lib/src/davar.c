@@ -4,6 +4,7 @@
 
 #include "config.h"
 #include "door.h"
+#include "fit_plan.h"
 #include "number.h"
 #include "sequence.h"
 
@@ -156,24 +157,25 @@ void davar_gap(davar_t *davar, uint32_t missing)
 
 /* --- results out ------------------------------------------------------------------------------------------------- */
 
-static void fit(const davar_config_t *config, davar_result_t *result)
+static bool take(davar_t *davar, davar_fit_plan_t *plan, davar_result_t *result)
 {
-    const double tau0_s = 1.0 / config->rate_hz;
-    if (config->fit_plan != NULL) {
-        davar_fit(config->fit_plan, tau0_s, result);
-    } else {
-        davar_fit_plan_t plan = {.count = 0U};
-        davar_fit(&plan, tau0_s, result);
+    const bool waits = davar->number->collect(davar, plan, result);
+    if (waits) {
+        davar_fit_prepared(plan, davar->config->rate_hz, result);
     }
+    return waits;
+}
+
+static bool take_alone(davar_t *davar, davar_result_t *result)
+{
+    davar_fit_plan_t plan = {.count = 0U};
+    return take(davar, &plan, result);
 }
 
 bool davar_take(davar_t *davar, davar_result_t *result)
 {
-    if (!davar->number->collect(davar, result)) {
-        return false;
-    }
-    fit(davar->config, result);
-    return true;
+    davar_fit_plan_t *const plan = davar->config->fit_plan;
+    return (plan != NULL) ? take(davar, plan, result) : take_alone(davar, result);
 }
 
 bool davar_flush(davar_t *davar)

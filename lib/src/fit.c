@@ -6,8 +6,7 @@
 #include "fit_mixture.h"
 #include "fit_plan.h"
 #include "noise.h"
-
-#include <math.h>
+#include "real.h"
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE DAVAR_ANGLE_RANDOM_WALK
@@ -15,93 +14,84 @@
 /* One-sided 95 % point of a Gaussian. */
 #define BOUND 1.645
 
-/* A cluster size that does not fit leaves none of the longer ones, gaps or not. */
-static uint8_t usable_count(const davar_result_t *result)
+/* adev and y = adev^2 m of the usable cluster sizes, in units of a power of two near the largest adev: of no extreme size, so
+ * that a float holds them. */
+typedef struct {
+    uint64_t exponent; /* of the unit, as a double has it */
+    float adev[DAVAR_TAUS_MAX];
+    float y[DAVAR_TAUS_MAX];
+} relative_t;
+
+#define EXPONENT (UINT64_C(0x7FF) << 52U)
+#define ONE (UINT64_C(1023) << 52U) /* 1.0 */
+
+/* value >= 0 over 2^(exponent - 1023): exact, and no more than an integer's subtraction. */
+static float over_power(double value, uint64_t exponent)
 {
-    uint8_t count = 0U;
-    while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
-        count++;
-    }
-    return count;
+    const uint64_t bits = davar_bits_of_double(value) + ONE;
+    return (bits <= exponent) ? 0.0F : (float)davar_double_of_bits(bits - exponent);
 }
 
-static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+static double times_power(float value, uint64_t exponent)
 {
-    uint32_t m[DAVAR_TAUS_MAX] = {0};
-    for (int t = 0; t < count; t++) {
-        m[t] = result->tau[t].m;
-    }
-    davar_fit_plan(plan, m, count);
+    const uint64_t bits = davar_bits_of_double((double)value);
+    return (bits == 0U) ? 0.0 : davar_double_of_bits((bits - ONE) + exponent);
 }
 
-static void bring_up_to_date(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+/* False: all are 0. */
+static bool relate(const davar_fit_plan_t *plan, const davar_result_t *result, relative_t *relative)
 {
-    if (plan->count != count) {
-        replan(plan, result, count);
-    }
-    const bool whole = davar_fit_is_whole(result, count);
-    if ((plan->window != result->window_samples) || !whole) {
-        davar_fit_plan_window(plan, result);
-        plan->window = whole ? result->window_samples : 0U;
-    }
-}
-
-/* Amplitudes of the shapes; the first loop of the two that every window pays for. */
-static void fit_white(const davar_fit_plan_t *plan, const davar_result_t *result, double amplitude[])
-{
-    const double inverse_last = 1.0 / plan->last;
-    double sum[DAVAR_COEFFICIENT_COUNT] = {0};
+    uint64_t largest = 0U; /* positive doubles have the order of their bits */
     for (int t = 0; t < plan->count; t++) {
-        const davar_adev_t *tau = &result->tau[t];
-        const double m = (double)tau->m;
-        const double u = m * inverse_last;
-        const double weighted = (double)plan->weight[t] * (tau->adev * tau->adev);
-        const double y = weighted * m;
-        sum[DAVAR_QUANTIZATION] += weighted * plan->first;
-        sum[WHITE] += y;
-        sum[DAVAR_BIAS_INSTABILITY] += y * u;
-        sum[DAVAR_RATE_RANDOM_WALK] += y * u * u;
-        sum[DAVAR_RATE_RAMP] += y * u * u * u;
+        const uint64_t bits = davar_bits_of_double(result->tau[t].adev);
+        largest = (bits > largest) ? bits : largest;
     }
+    relative->exponent = largest & EXPONENT;
+    for (int t = 0; t < plan->count; t++) {
+        relative->adev[t] = over_power(result->tau[t].adev, relative->exponent);
+        relative->y[t] = relative->adev[t] * relative->adev[t] * plan->m[t];
+    }
+    return relative->exponent != 0U;
+}
+
+/* Amplitudes of the shapes. */
+static void fit_white(const davar_fit_plan_t *plan, const float y[], float amplitude[])
+{
     for (int k = 0; k < TERMS; k++) {
-        amplitude[k] = plan->gain[k] * (sum[k] - plan->centre[k] * sum[WHITE]);
+        float sum = 0.0F;
+        for (int t = 0; t < plan->count; t++) {
+            sum += plan->functional[k][t] * y[t];
+        }
+        amplitude[k] = sum;
     }
 }
 
-static double white_misfit(const davar_fit_plan_t *plan, const davar_result_t *result, double white)
+static bool fits_white(const davar_fit_plan_t *plan, const float y[], float inverse_white)
 {
-    const double inverse = 1.0 / white;
-    double sum = 0.0;
+    float misfit = 0.0F;
     for (int t = 0; t < plan->count; t++) {
-        const davar_adev_t *tau = &result->tau[t];
-        const double excess = tau->adev * tau->adev * (double)tau->m * inverse - 1.0;
-        sum += 0.5 * (double)plan->edf[t] * excess * excess;
+        const float excess = y[t] * inverse_white - 1.0F;
+        misfit += plan->edf[t] * excess * excess;
     }
-    return sum;
+    return 0.5F * misfit <= (float)(plan->count - 1) + (float)DAVAR_FIT_MISFIT * plan->misfit_spread;
 }
 
-/* The terms that are significant beside white noise, a bit each (5.7). */
-static unsigned suspected(const davar_fit_plan_t *plan, const double amplitude[])
+/* The terms that are significant beside white noise, a bit each (5.7); from here on amplitudes are shares of that noise. */
+static unsigned suspected(const davar_fit_plan_t *plan, const float share[])
 {
     unsigned found = 0U;
     for (int k = 0; k < TERMS; k++) {
-        if ((k != WHITE) && (amplitude[k] > DAVAR_FIT_THRESHOLD * plan->sigma[k] * amplitude[WHITE])) {
+        if ((k != WHITE) && (share[k] > (float)DAVAR_FIT_THRESHOLD * plan->sigma[k])) {
             found |= 1U << (unsigned)k;
         }
     }
     return found;
 }
 
-static bool fits_white(const davar_fit_plan_t *plan, const davar_result_t *result, double white)
-{
-    const double limit = (double)plan->count - 1.0 + DAVAR_FIT_MISFIT * plan->misfit_spread;
-    return white_misfit(plan, result, white) <= limit;
-}
-
 /* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-static void square_units(double tau0_s, double unit[])
+static void square_units(double rate_hz, double unit[])
 {
-    const double rate_hz = 1.0 / tau0_s;
+    const double tau0_s = 1.0 / rate_hz;
     unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
     unit[WHITE] = 3600.0 * tau0_s;
     unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
@@ -109,16 +99,27 @@ static void square_units(double tau0_s, double unit[])
     unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
 }
 
+/* From roots of amplitudes to the coefficients in their units. */
+static void plan_roots(davar_fit_plan_t *plan, double rate_hz)
+{
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    square_units(rate_hz, unit);
+    for (int k = 0; k < TERMS; k++) {
+        plan->root[k] = davar_root((double)plan->unit[k] * unit[k]);
+    }
+    plan->rate_hz = rate_hz;
+}
+
 /* From squares, a lower limit among them, to the coefficient. */
 static void write_present(davar_coefficient_t *coefficient, double square, double low_square, double high)
 {
-    const double value = sqrt(square);
-    *coefficient = (davar_coefficient_t){true, value, sqrt(low_square), value * high};
+    const double value = davar_root(square);
+    *coefficient = (davar_coefficient_t){true, value, davar_root(low_square), value * high};
 }
 
-static void write_absent(davar_coefficient_t *coefficient, double bound_square)
+static void write_absent(davar_coefficient_t *coefficient, double bound)
 {
-    *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, sqrt(bound_square)};
+    *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, bound};
 }
 
 /* Upper limit of an absent term. Were the term there, it would scatter too: sigma is raised by what the limit would add
@@ -130,48 +131,54 @@ static double bound(double a, double sigma, double inverse_room)
     return small + margin * (small * inverse_room);
 }
 
-static void write_white_intervals(const davar_fit_plan_t *plan, davar_result_t *result)
+/* ... as a share of white noise. */
+static float white_bound(float share, float sigma)
+{
+    const float margin = (float)BOUND * sigma;
+    const float small = ((share > 0.0F) ? share : 0.0F) + margin;
+    return small + margin * small;
+}
+
+static void write_white_intervals(const davar_fit_plan_t *plan, const relative_t *relative, davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         davar_adev_t *tau = &result->tau[t];
         tau->edf = (double)plan->edf[t];
-        tau->low = tau->adev * (double)plan->low[t];
-        tau->high = tau->adev * (double)plan->high[t];
+        tau->low = times_power(relative->adev[t] * plan->low[t], relative->exponent);
+        tau->high = times_power(relative->adev[t] * plan->high[t], relative->exponent);
     }
 }
 
 /* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). */
-static double doubted_white(const davar_fit_plan_t *plan, const double amplitude[], int term)
+static float doubted_white(const davar_fit_plan_t *plan, const float share[], int term)
 {
-    const double left = amplitude[WHITE] - plan->centre[term] * amplitude[term];
-    const double uncertain = plan->doubt[term] * amplitude[WHITE];
-    return (uncertain >= DAVAR_FIT_NOTHING * left) ? 0.0 : left * davar_chi_square_low(uncertain / left);
+    const float left = 1.0F - plan->centre[term] * share[term];
+    const float uncertain = plan->doubt[term];
+    return (uncertain >= (float)DAVAR_FIT_NOTHING * left) ? 0.0F : left * davar_chi_square_low(uncertain / left);
 }
 
-static double least_white(const davar_fit_plan_t *plan, const double amplitude[])
+static float least_white(const davar_fit_plan_t *plan, const float share[])
 {
-    double least = amplitude[WHITE] * plan->white_low;
+    float least = plan->white_low;
     for (int k = 0; k < TERMS; k++) {
-        if ((k != WHITE) && (amplitude[k] > DAVAR_FIT_DOUBT * plan->sigma[k] * amplitude[WHITE])) {
-            const double low = doubted_white(plan, amplitude, k);
+        if ((k != WHITE) && (share[k] > (float)DAVAR_FIT_DOUBT * plan->sigma[k])) {
+            const float low = doubted_white(plan, share, k);
             least = (low < least) ? low : least;
         }
     }
     return least;
 }
 
-static void write_white(const davar_fit_plan_t *plan, const double amplitude[], double tau0_s, davar_result_t *result)
+/* root: of N^2, in the units of adev. */
+static void write_white(const davar_fit_plan_t *plan, const float share[], double root, davar_result_t *result)
 {
-    const double white = amplitude[WHITE];
-    const double inverse_room = 1.0 / white;
-    double unit[DAVAR_COEFFICIENT_COUNT];
-    square_units(tau0_s, unit);
     for (int k = 0; k < TERMS; k++) {
-        write_absent(&result->coefficient[k],
-                     bound(amplitude[k], plan->sigma[k] * white, inverse_room) * plan->unit[k] * unit[k]);
+        const double high = (double)davar_rootf(white_bound(share[k], plan->sigma[k]));
+        write_absent(&result->coefficient[k], root * high * plan->root[k]);
     }
-    write_present(&result->coefficient[WHITE], white * unit[WHITE], least_white(plan, amplitude) * unit[WHITE],
-                  plan->white_high);
+    const double value = root * plan->root[WHITE];
+    const double low = (double)davar_rootf(least_white(plan, share));
+    result->coefficient[WHITE] = (davar_coefficient_t){true, value, value * low, value * (double)plan->white_high};
 }
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
@@ -187,10 +194,10 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
     }
 }
 
-static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_result_t *result)
+static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
 {
     double unit[DAVAR_COEFFICIENT_COUNT];
-    square_units(tau0_s, unit);
+    square_units(rate_hz, unit);
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {
@@ -199,9 +206,9 @@ static void write_mixture(const davar_mixture_t *model, double tau0_s, davar_res
             davar_deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
             write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], high);
         } else {
-            write_absent(&result->coefficient[k],
-                         bound(model->beside[k], sqrt(model->variance[k]), 1.0 / davar_mixture_room(model, k)) *
-                             unit[k]);
+            const double sigma = davar_root(model->variance[k]);
+            const double square = bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
+            write_absent(&result->coefficient[k], davar_root(square * unit[k]));
         }
     }
 }
@@ -226,47 +233,65 @@ static void write_nothing(davar_result_t *result)
  * nothing. */
 static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
 {
-    write_white_intervals(plan, result);
     for (int t = 0; t < plan->count; t++) {
+        result->tau[t].edf = (double)plan->edf[t];
+        result->tau[t].low = 0.0;
         result->tau[t].high = (double)INFINITY;
     }
     write_nothing(result);
 }
 
-static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double tau0_s,
+static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double rate_hz,
                         davar_result_t *result)
 {
     davar_mixture_t model = {
-        .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = plan->misfit_spread};
+        .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = (double)plan->misfit_spread};
     davar_mixture_fit(&model, white, suspects);
     write_mixture_intervals(&model, result);
-    write_mixture(&model, tau0_s, result);
+    write_mixture(&model, rate_hz, result);
 }
 
 /* White noise explains all that most windows can show: then the fit ends here. */
-static void fit_usable(const davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
+static void fit_usable(davar_fit_plan_t *plan, const relative_t *relative, double rate_hz, davar_result_t *result)
 {
-    double amplitude[DAVAR_COEFFICIENT_COUNT];
-    fit_white(plan, result, amplitude);
-    const unsigned suspects = suspected(plan, amplitude);
-    if (!(amplitude[WHITE] > 0.0)) {
-        write_constant(plan, result);
-    } else if ((suspects == 0U) && fits_white(plan, result, amplitude[WHITE])) {
-        write_white_intervals(plan, result);
-        write_white(plan, amplitude, tau0_s, result);
+    float share[DAVAR_COEFFICIENT_COUNT];
+    fit_white(plan, relative->y, share);
+    const float white = share[WHITE];
+    const float inverse = 1.0F / white;
+    for (int k = 0; k < TERMS; k++) {
+        share[k] *= inverse;
+    }
+    const double root = times_power(davar_rootf(white), relative->exponent);
+    const unsigned suspects = suspected(plan, share);
+    if ((suspects != 0U) || !fits_white(plan, relative->y, inverse)) {
+        fit_mixture(plan, root * root, suspects, rate_hz, result);
+        return;
+    }
+    if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
+        plan_roots(plan, rate_hz);
+    }
+    write_white_intervals(plan, relative, result);
+    write_white(plan, share, root, result);
+}
+
+void davar_fit_prepared(davar_fit_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    relative_t relative;
+    if ((result->tau_count == 0U) || (result->tau[0].differences == 0U)) {
+        write_unusable(result, 0);
+        write_nothing(result);
+        return;
+    }
+    write_unusable(result, plan->count);
+    if (relate(plan, result, &relative)) {
+        fit_usable(plan, &relative, rate_hz, result);
     } else {
-        fit_mixture(plan, amplitude[WHITE], suspects, tau0_s, result);
+        write_constant(plan, result);
     }
 }
 
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
 {
-    const uint8_t count = usable_count(result);
-    write_unusable(result, count);
-    if (count == 0U) {
-        write_nothing(result);
-        return;
-    }
-    bring_up_to_date(plan, result, count);
-    fit_usable(plan, tau0_s, result);
+    davar_fit_prepare(plan, result);
+    davar_fit_prepared(plan, 1.0 / tau0_s, result);
 }

@@ -5,8 +5,7 @@
 
 #include "fit_plan.h"
 #include "noise.h"
-
-#include <math.h>
+#include "real.h"
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
@@ -100,7 +99,7 @@ double davar_mixture_room(const davar_mixture_t *model, int term)
 static void scale_to_unit_diagonal(normal_t *normal, const double moment[])
 {
     for (int k = 0; k < TERMS; k++) {
-        normal->scale[k] = 1.0 / sqrt(moment[k + k]);
+        normal->scale[k] = 1.0 / davar_root(moment[k + k]);
         normal->right[k] *= normal->scale[k];
         for (int l = 0; l <= k; l++) {
             normal->matrix.at[k][l] = moment[k + l] * normal->scale[k] * normal->scale[l];
@@ -247,7 +246,7 @@ static bool converge(davar_mixture_t *model, unsigned terms, double trust, int r
 static double covariance(const davar_mixture_t *model, double m_short, double m_long)
 {
     double x[DAVAR_COEFFICIENT_COUNT];
-    shapes(sqrt(m_short * m_long), x);
+    shapes(davar_root(m_short * m_long), x);
     double sum = 0.0;
     for (int k = 0; k < TERMS; k++) {
         if (has(model->terms, k)) {
@@ -301,7 +300,7 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
         double row[DAVAR_COEFFICIENT_COUNT] = {0};
         double x[DAVAR_COEFFICIENT_COUNT];
         misfit += edf * loss(square(tau->adev) / avar);
-        factor[j] = (double)model->weight[j] / avar * sqrt(2.0 / (edf * avar));
+        factor[j] = (double)model->weight[j] / avar * davar_root(2.0 / (edf * avar));
         covariance_row(model, j, factor, row);
         shapes((double)tau->m, x);
         for (int k = 0; k < TERMS; k++) {
@@ -350,8 +349,8 @@ static void lower(double *least, double value)
 
 static double lower_limit(double a, double variance)
 {
-    const double s = sqrt(0.5 * variance) / a;
-    return a * davar_chi_square_low((s < 1.0) ? s : 1.0);
+    const double s = davar_root(0.5 * variance) / a;
+    return a * (double)davar_chi_square_low((s < 1.0) ? (float)s : 1.0F);
 }
 
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
@@ -362,7 +361,7 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_
         if (has(model->terms, k)) {
             const double a = solution(normal, inverse, i);
             const double variance = sandwich(normal, inverse, h, i) * model->grow;
-            const bool nothing = sqrt(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
+            const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
             lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
         }
     }
@@ -379,7 +378,7 @@ static void judge_absent(davar_mixture_t *model, const normal_t *normal, const m
         const int i = term_count(model->terms & (bit(term) - 1U));
         model->beside[term] = solution(normal, &inverse, i);
         model->variance[term] = sandwich(normal, &inverse, h, i) * model->grow;
-        if (model->beside[term] > DAVAR_FIT_DOUBT * sqrt(model->variance[term])) {
+        if (model->beside[term] > DAVAR_FIT_DOUBT * davar_root(model->variance[term])) {
             doubt(model, normal, &inverse, h);
         }
     }
@@ -417,7 +416,7 @@ static void judge(davar_mixture_t *model)
 static double significance(const davar_mixture_t *model, int term)
 {
     const double a = has(model->terms, term) ? model->a[term] : model->beside[term];
-    return a / sqrt(model->variance[term] / model->grow);
+    return a / davar_root(model->variance[term] / model->grow);
 }
 
 static unsigned missing_terms(const davar_mixture_t *model)

@@ -4,20 +4,26 @@
 
 #include "davar/confidence.h"
 #include "noise.h"
+#include "real.h"
 
 #include <assert.h>
-#include <math.h>
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE DAVAR_ANGLE_RANDOM_WALK
 
-/* The shape of a term in y, at most 1 so that nothing leaves the range of a float. */
-static double shape(const davar_fit_plan_t *plan, int term, double m)
+static double last_of(const davar_fit_plan_t *plan)
 {
-    const double u = m / plan->last;
+    return (double)plan->m[plan->count - 1U];
+}
+
+/* The shape of a term in y, at most 1 so that nothing leaves the range of a float. */
+static double shape(const davar_fit_plan_t *plan, int term, int t)
+{
+    const double m = (double)plan->m[t];
+    const double u = m / last_of(plan);
     switch (term) {
     case DAVAR_QUANTIZATION:
-        return plan->first / m;
+        return (double)plan->m[0] / m;
     case DAVAR_ANGLE_RANDOM_WALK:
         return 1.0;
     case DAVAR_BIAS_INSTABILITY:
@@ -29,76 +35,88 @@ static double shape(const davar_fit_plan_t *plan, int term, double m)
     }
 }
 
-/* Regression of y on a constant and one shape: amplitude = gain * sum w (x - centre) y; the constant itself has
- * centre 0. One cluster size alone shows a constant and nothing else. */
-static void plan_regression(davar_fit_plan_t *plan, const uint32_t *m, int term)
+/* Regression of y on a constant and one shape: amplitude = sum functional y, functional = gain * w (x - centre); the constant
+ * itself has centre 0. One cluster size alone shows a constant and nothing else. */
+static void plan_regression(davar_fit_plan_t *plan, int term)
 {
     double w_sum = 0.0;
     double wx_sum = 0.0;
     for (int t = 0; t < plan->count; t++) {
         w_sum += (double)plan->weight[t];
-        wx_sum += (double)plan->weight[t] * shape(plan, term, (double)m[t]);
+        wx_sum += (double)plan->weight[t] * shape(plan, term, t);
     }
-    plan->centre[term] = (term == WHITE) ? 0.0 : wx_sum / w_sum;
+    const double centre = (term == WHITE) ? 0.0 : wx_sum / w_sum;
     double square = 0.0;
     for (int t = 0; t < plan->count; t++) {
-        const double x = shape(plan, term, (double)m[t]) - plan->centre[term];
+        const double x = shape(plan, term, t) - centre;
         square += (double)plan->weight[t] * x * x;
     }
-    plan->gain[term] = ((term == WHITE) || (plan->count > 1U)) ? 1.0 / square : 0.0;
-}
-
-static double functional(const davar_fit_plan_t *plan, int term, int t, double m)
-{
-    return plan->gain[term] * (double)plan->weight[t] * (shape(plan, term, m) - plan->centre[term]);
+    const double gain = ((term == WHITE) || (plan->count > 1U)) ? 1.0 / square : 0.0;
+    plan->centre[term] = (float)centre;
+    for (int t = 0; t < plan->count; t++) {
+        plan->functional[term][t] = (float)(gain * (double)plan->weight[t] * (shape(plan, term, t) - centre));
+    }
 }
 
 /* Variance of an amplitude under white noise, N = 1, folded so that a window length costs one product per cluster size:
  * the covariance of two cluster sizes falls with the number of differences of the shorter one (5.4). */
-static void plan_variance(davar_fit_plan_t *plan, const uint32_t *m, int term)
+static void plan_variance(davar_fit_plan_t *plan, int term)
 {
     for (int i = 0; i < plan->count; i++) {
-        const double m_i = (double)m[i];
+        const double m_i = (double)plan->m[i];
         double sum = 0.0;
         for (int j = i; j < plan->count; j++) {
-            const double m_j = (double)m[j];
+            const double m_j = (double)plan->m[j];
             const double twice = (j > i) ? 2.0 : 1.0;
-            sum += twice * functional(plan, term, j, m_j) * davar_noise_white_overlap(m_i, m_j) / (2.0 * m_i * m_j);
+            sum += twice * (double)plan->functional[term][j] * davar_noise_white_overlap(m_i, m_j) / (2.0 * m_i * m_j);
         }
-        plan->variance[term][i] = (float)(functional(plan, term, i, m_i) * sum);
+        plan->variance[term][i] = (float)((double)plan->functional[term][i] * sum);
     }
 }
 
 /* Weights of a white fit: 1 / m, shared among crowded neighbours (the gap between the geometric means with them, on the
  * scale of 1 / m). Within 1 % of the full inverse covariance for octaves and geometric lists from m = 1, without its
  * conditioning. The first entry also stands for all shorter sizes, the last one for half of all longer (5.4). */
-static void plan_weights(davar_fit_plan_t *plan, const uint32_t *m)
+static void plan_weights(davar_fit_plan_t *plan)
 {
     const int end = plan->count - 1;
-    const double second = (double)m[(end > 0) ? 1 : 0];
-    const double next_to_last = (double)m[(end > 0) ? end - 1 : 0];
-    double from = 1.0 / sqrt(plan->first * plan->first * plan->first / second);
+    const double first = (double)plan->m[0];
+    const double last = (double)plan->m[end];
+    const double second = (double)plan->m[(end > 0) ? 1 : 0];
+    const double next_to_last = (double)plan->m[(end > 0) ? end - 1 : 0];
+    double from = 1.0 / davar_root(first * first * first / second);
     for (int t = 0; t < end; t++) {
-        const double to = 1.0 / sqrt((double)m[t] * (double)m[t + 1]);
+        const double to = 1.0 / davar_root((double)plan->m[t] * (double)plan->m[t + 1]);
         plan->weight[t] = (float)(from - to);
         from = to;
     }
-    const double beyond = 1.0 / sqrt(plan->last * plan->last * plan->last / next_to_last);
+    const double beyond = 1.0 / davar_root(last * last * last / next_to_last);
     plan->weight[end] = (float)(from - 0.5 * beyond);
-    plan->weight[0] *= (float)(1.0 + 2.35 * (1.0 - 1.0 / (plan->first * plan->first)));
+    plan->weight[0] *= (float)(1.0 + 2.35 * (1.0 - 1.0 / (first * first)));
 }
 
 /* Standard deviation of the misfit under white noise: twice the sum of the squared correlations is its variance. */
-static double white_misfit_spread(const uint32_t *m, int count)
+static double white_misfit_spread(const davar_fit_plan_t *plan)
 {
     double sum = 0.0;
-    for (int j = 0; j < count; j++) {
+    for (int j = 0; j < plan->count; j++) {
         for (int i = 0; i <= j; i++) {
-            const double r = davar_noise_correlation(WHITE, (double)m[i], (double)m[j]);
+            const double r = davar_noise_correlation(WHITE, (double)plan->m[i], (double)plan->m[j]);
             sum += ((i < j) ? 4.0 : 2.0) * r * r;
         }
     }
-    return sqrt(sum);
+    return davar_root(sum);
+}
+
+/* What turns the amplitude of a shape into a[k] of avar = sum a[k] m^(k - 2). */
+static void plan_units(davar_fit_plan_t *plan)
+{
+    const float inverse = (float)(1.0 / last_of(plan));
+    plan->unit[DAVAR_QUANTIZATION] = plan->m[0];
+    plan->unit[WHITE] = 1.0F;
+    plan->unit[DAVAR_BIAS_INSTABILITY] = inverse;
+    plan->unit[DAVAR_RATE_RANDOM_WALK] = inverse * inverse;
+    plan->unit[DAVAR_RATE_RAMP] = inverse * inverse * inverse;
 }
 
 void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
@@ -106,27 +124,34 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
     assert(count >= 1U);
     plan->count = count;
     plan->window = 0U;
-    plan->first = (double)m[0];
-    plan->last = (double)m[count - 1U];
-    plan->unit[DAVAR_QUANTIZATION] = plan->first;
-    plan->unit[WHITE] = 1.0;
-    plan->unit[DAVAR_BIAS_INSTABILITY] = 1.0 / plan->last;
-    plan->unit[DAVAR_RATE_RANDOM_WALK] = 1.0 / (plan->last * plan->last);
-    plan->unit[DAVAR_RATE_RAMP] = 1.0 / (plan->last * plan->last * plan->last);
-    plan->misfit_spread = white_misfit_spread(m, count);
-    plan_weights(plan, m);
+    plan->rate_hz = 0.0;
+    for (int t = 0; t < count; t++) {
+        plan->m[t] = (float)m[t];
+        plan->freedom[t] = (float)davar_noise_white_weight((double)m[t]);
+    }
+    plan_units(plan);
+    plan_weights(plan);
+    plan->misfit_spread = (float)white_misfit_spread(plan);
     for (int k = 0; k < TERMS; k++) {
-        plan_regression(plan, m, k);
-        plan_variance(plan, m, k);
+        plan_regression(plan, k);
+        plan_variance(plan, k);
     }
 }
 
-static double all_differences(const davar_result_t *result, int t)
+/* --- the window (5.5) -------------------------------------------------------------------------------------------- */
+
+/* A cluster size that does not fit leaves none of the longer ones, gaps or not. */
+static uint8_t usable_count(const davar_result_t *result)
 {
-    return (double)result->window_samples - 2.0 * (double)result->tau[t].m + 1.0;
+    uint8_t count = 0U;
+    while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
+        count++;
+    }
+    return count;
 }
 
-bool davar_fit_is_whole(const davar_result_t *result, int count)
+/* Every difference that the window could hold is there once, at the first `count` cluster sizes: no gap, no mirror. */
+static bool is_whole(const davar_result_t *result, int count)
 {
     uint32_t lost = result->mirrored_samples;
     for (int t = 0; t < count; t++) {
@@ -144,42 +169,73 @@ double davar_fit_evidence(const davar_result_t *result)
 void davar_deviation_interval(double edf, double *low, double *high)
 {
     davar_chi_square_interval(edf, low, high);
-    *low = sqrt(*low);
-    *high = sqrt(*high);
+    *low = davar_root(*low);
+    *high = davar_root(*high);
 }
 
-static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, int t)
+static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, float evidence, int t)
 {
-    const double m = (double)result->tau[t].m;
-    const double all = all_differences(result, t);
-    const double evidence = davar_fit_evidence(result);
-    const double effective = (all + 0.5 * m) * ((double)result->tau[t].differences / all) * evidence;
-    const double edf = davar_noise_white_weight(m) * effective;
+    const float all = (float)(result->window_samples + 1U - 2U * result->tau[t].m);
+    const float differences = (float)result->tau[t].differences;
+    const float effective = (all + 0.5F * plan->m[t]) * (differences / all) * evidence;
+    const float inverse = 1.0F / effective;
+    const float edf = plan->freedom[t] * effective;
     double low;
     double high;
-    davar_deviation_interval(edf, &low, &high);
-    plan->edf[t] = (float)((edf > 1.0) ? edf : 1.0);
+    davar_deviation_interval((double)edf, &low, &high);
+    plan->edf[t] = (edf > 1.0F) ? edf : 1.0F;
     plan->low[t] = (float)low;
     plan->high[t] = (float)high;
     for (int k = 0; k < TERMS; k++) {
-        plan->sigma[k] += (double)plan->variance[k][t] / effective;
+        plan->sigma[k] += plan->variance[k][t] * inverse;
+    }
+    const double m = (double)result->tau[t].m;
+    plan->divisor[t] = 2.0 * m * m * (double)result->tau[t].differences;
+}
+
+static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
+{
+    const float evidence = (float)davar_fit_evidence(result);
+    for (int k = 0; k < TERMS; k++) {
+        plan->sigma[k] = 0.0F;
+    }
+    for (int t = 0; t < plan->count; t++) {
+        plan_entry(plan, result, evidence, t);
+    }
+    const float of_white = plan->sigma[WHITE];
+    double low;
+    double high;
+    davar_chi_square_interval(2.0 / (double)of_white, &low, &high);
+    plan->white_low = (float)low;
+    plan->white_high = davar_rootf((float)high);
+    for (int k = 0; k < TERMS; k++) {
+        const float of_term = plan->sigma[k];
+        plan->doubt[k] = davar_rootf(0.5F * (of_white + plan->centre[k] * plan->centre[k] * of_term));
+        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? davar_rootf(of_term) : INFINITY;
     }
 }
 
-void davar_fit_plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
+static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
-    for (int k = 0; k < TERMS; k++) {
-        plan->sigma[k] = 0.0;
+    uint32_t m[DAVAR_TAUS_MAX] = {0};
+    for (int t = 0; t < count; t++) {
+        m[t] = result->tau[t].m;
     }
-    for (int t = 0; t < plan->count; t++) {
-        plan_entry(plan, result, t);
+    davar_fit_plan(plan, m, count);
+}
+
+void davar_fit_prepare(davar_fit_plan_t *plan, const davar_result_t *result)
+{
+    const uint8_t count = usable_count(result);
+    if (count == 0U) {
+        return;
     }
-    const double of_white = plan->sigma[WHITE];
-    davar_chi_square_interval(2.0 / of_white, &plan->white_low, &plan->white_high);
-    plan->white_high = sqrt(plan->white_high);
-    for (int k = 0; k < TERMS; k++) {
-        const double of_term = plan->sigma[k];
-        plan->doubt[k] = sqrt(0.5 * (of_white + plan->centre[k] * plan->centre[k] * of_term));
-        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? sqrt(of_term) : (double)INFINITY;
+    if (plan->count != count) {
+        replan(plan, result, count);
+    }
+    const bool whole = is_whole(result, count);
+    if ((plan->window != result->window_samples) || !whole) {
+        plan_window(plan, result);
+        plan->window = whole ? result->window_samples : 0U;
     }
 }

@@ -4,16 +4,17 @@
 
 #include "davar/fit.h"
 
+/* Brings the plan up to date with the cluster sizes, differences and window length in result; needs none of its Allan
+ * variances. Nothing is done when the window holds no difference (5.4) (5.5). */
+void davar_fit_prepare(davar_fit_plan_t *plan, const davar_result_t *result);
+
+/* davar_fit() with a plan that is up to date. */
+void davar_fit_prepared(davar_fit_plan_t *plan, double rate_hz, davar_result_t *result);
+
 /* Limits of a standard deviation, as factors, whose square has edf degrees of freedom (5.2). */
 void davar_deviation_interval(double edf, double *low, double *high);
 
-/* Every difference that the window could hold is there once, at the first `count` cluster sizes: no gap, no mirror. */
-bool davar_fit_is_whole(const davar_result_t *result, int count);
-
 /* The share of the differences that is new evidence: 1, or less where the window holds mirror images (5.13). */
 double davar_fit_evidence(const davar_result_t *result);
-
-/* Fills what the window length and the differences in it decide (5.5). */
-void davar_fit_plan_window(davar_fit_plan_t *plan, const davar_result_t *result);
 
 #endif

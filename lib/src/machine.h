@@ -3,6 +3,7 @@
 #ifndef DAVAR_SRC_MACHINE_H
 #define DAVAR_SRC_MACHINE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Not merged into its caller, so that a hot loop has the registers to itself. */
@@ -10,6 +11,14 @@
 #define DAVAR_APART __attribute__((noinline))
 #else
 #define DAVAR_APART
+#endif
+
+/* What the floating-point unit leaves to software. */
+#if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
+#define DAVAR_SOFT_FLOAT
+#define DAVAR_SOFT_DOUBLE
+#elif (defined(__arm__) && ((__ARM_FP & 8) == 0)) || (defined(__riscv) && (__riscv_flen < 64))
+#define DAVAR_SOFT_DOUBLE
 #endif
 
 /* A 128-bit integer modulo 2^128; signed values are two's complement. */
@@ -167,6 +176,66 @@ static inline uint32_t davar_leading_zeros(uint64_t value)
 #endif
 }
 #endif
+
+/* --- floating point, seen as bits ---------------------------------------------------------------------------------- */
+
+static inline uint64_t davar_bits_of_double(double value)
+{
+    const union {
+        double value;
+        uint64_t bits;
+    } number = {.value = value};
+    return number.bits;
+}
+
+static inline double davar_double_of_bits(uint64_t bits)
+{
+    const union {
+        uint64_t bits;
+        double value;
+    } number = {.bits = bits};
+    return number.value;
+}
+
+static inline uint32_t davar_bits_of_float(float value)
+{
+    const union {
+        float value;
+        uint32_t bits;
+    } number = {.value = value};
+    return number.bits;
+}
+
+static inline float davar_float_of_bits(uint32_t bits)
+{
+    const union {
+        uint32_t bits;
+        float value;
+    } number = {.bits = bits};
+    return number.value;
+}
+
+/* The nearest double, ties to even, as a conversion rounds: in a quarter of what the compilers' libraries take. */
+static inline double davar_double_of_u64_by_parts(uint64_t value)
+{
+    if (value == 0U) {
+        return 0.0;
+    }
+    const uint32_t zeros = davar_leading_zeros(value);
+    const uint64_t mantissa = value << zeros;
+    const uint64_t kept = mantissa >> 11U;
+    const uint64_t half_up = (mantissa >> 10U) & ((uint64_t)((mantissa & 0x3FFU) != 0U) | (kept & 1U));
+    return davar_double_of_bits(((uint64_t)(1023U + 62U - zeros) << 52U) + kept + half_up);
+}
+
+static inline double davar_double_of_u64(uint64_t value)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_double_of_u64_by_parts(value);
+#else
+    return (double)value;
+#endif
+}
 
 /* Signed product, modulo 2^128: the unsigned one, less each operand's sign times the other. */
 static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)

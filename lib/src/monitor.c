@@ -1,8 +1,9 @@
 /* davar - a result against the error model's table, DESIGN (9.1) to (9.5). */
 #include "davar/monitor.h"
 
+#include "real.h"
+
 #include <assert.h>
-#include <math.h>
 
 #define RATIO_LIMIT 1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
 #define LIMITS 32U
@@ -52,7 +53,7 @@ static double tolerance_of(const davar_model_tau_t *model)
 double davar_deviation(double adev, double edf, const davar_model_tau_t *model)
 {
     assert((edf >= 1.0) && (model->adev_dps > 0.0));
-    return excess_of(adev, edf, model) / sqrt(scatter_of(edf) + tolerance_of(model));
+    return excess_of(adev, edf, model) / davar_root(scatter_of(edf) + tolerance_of(model));
 }
 
 /* The largest |deviation| of `count` that chance exceeds in 0.5 % of windows: two-sided normal quantile at 0.5 % / count
@@ -129,7 +130,7 @@ static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_t
         return (double)NAN;
     }
     const double share = (tau->share < 1.0) ? tau->share : 1.0; /* the first window may be a part of one */
-    return tau->excess / sqrt(tau->variance * share + tolerance_of(model));
+    return tau->excess / davar_root(tau->variance * share + tolerance_of(model));
 }
 
 static davar_misfit_tau_t compare(davar_monitor_t *monitor, const davar_result_t *result, uint8_t t, double fresh)

@@ -18,6 +18,6 @@ double davar_noise_white_overlap(double m_short, double m_long);
 double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long);
 
 /* The lower factor of davar_chi_square_interval for s = edf^-1/2, 0 < s <= 1 (5.2). */
-double davar_chi_square_low(double s);
+float davar_chi_square_low(float s);
 
 #endif

@@ -2,6 +2,7 @@
 #ifndef DAVAR_SRC_NUMBER_TABLE_H
 #define DAVAR_SRC_NUMBER_TABLE_H
 
+#include "davar/fit.h"
 #include "davar/instance.h"
 
 /* Significant bits of a float sample after the door: full_scale <= 2^30 quanta (2.3). */
@@ -13,7 +14,8 @@ typedef struct davar_number {
     void (*resume)(davar_t *davar); /* its memory has been read back: lay it out anew */
     void (*gap)(davar_t *davar);
     bool (*flush)(davar_t *davar);
-    bool (*collect)(davar_t *davar, davar_result_t *result); /* all but the fit; false: no result waits */
+    /* All but the fit, for which the plan is prepared; false: no result waits. */
+    bool (*collect)(davar_t *davar, davar_fit_plan_t *plan, davar_result_t *result);
     uint32_t sum_bits;
     uint32_t sample_bits_max;
     uint32_t sample_bits_default;

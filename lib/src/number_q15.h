@@ -53,7 +53,7 @@ static inline sum_t sum_between(sum_t later, sum_t earlier)
 
 static inline double sum_to_double(sum_t sum)
 {
-    return (double)sum;
+    return davar_double_of_u64(sum);
 }
 
 static inline void powers_add(powers_t *powers, sample_t sample)

@@ -382,7 +382,7 @@ static bool pipeline_flush(davar_t *davar)
 
 /* --- a result out ------------------------------------------------------------------------------------------------ */
 
-static bool pipeline_collect(davar_t *davar, davar_result_t *result)
+static bool pipeline_collect(davar_t *davar, davar_fit_plan_t *plan, davar_result_t *result)
 {
     readings_t readings;
     uint32_t before;
@@ -399,7 +399,7 @@ static bool pipeline_collect(davar_t *davar, davar_result_t *result)
     davar->health.missed = davar_missed(davar, produced, waits);
     davar->seen = produced;
     if (waits) {
-        evaluate(davar, &readings, result);
+        evaluate(davar, &readings, plan, result);
     }
     return waits;
 }

@@ -2,7 +2,7 @@
  * the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. */
 #include "stationarity.h"
 
-#include <math.h>
+#include "real.h"
 
 /* Brings the top bit up; of 128 bits the top 64 are kept. */
 static davar_magnitude_t magnitude(uint64_t mantissa, int32_t exponent)
@@ -28,11 +28,7 @@ void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32
 /* A finite, non-negative double taken apart: exact, and free of floating-point instructions. */
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
-    const union {
-        double value;
-        uint64_t bits;
-    } number = {*value};
-    const uint64_t bits = number.bits;
+    const uint64_t bits = davar_bits_of_double(*value);
     const uint64_t fraction = bits & ((UINT64_C(1) << 52U) - 1U);
     const int32_t exponent = (int32_t)((bits >> 52U) & 0x7FFU);
     if (exponent == 0) {
@@ -80,14 +76,25 @@ static bool kurtosis_outside(const davar_config_t *config, const davar_central_t
 }
 
 /* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel. */
+typedef struct {
+    davar_magnitude_t change; /* |x - y| */
+    davar_magnitude_t x;
+} contribution_t;
+
+static contribution_t contribution_of(const davar_central_t *whole, const davar_central_t *first)
+{
+    contribution_t contribution;
+    contribution.x = product(whole->fourth, product(first->second, first->second));
+    contribution.change = distance(contribution.x, product(first->fourth, product(whole->second, whole->second)));
+    return contribution;
+}
+
 static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
                                  const davar_central_t *first)
 {
-    const davar_magnitude_t x = product(whole->fourth, product(first->second, first->second));
-    const davar_magnitude_t y = product(first->fourth, product(whole->second, whole->second));
-    const davar_magnitude_t change = distance(x, y);
-    return greater(change, product(magnitude_of_double(&config->contribution_high), x)) ||
-           greater(product(magnitude_of_double(&config->contribution_low), x), change);
+    const contribution_t s = contribution_of(whole, first);
+    return greater(s.change, product(magnitude_of_double(&config->contribution_high), s.x)) ||
+           greater(product(magnitude_of_double(&config->contribution_low), s.x), s.change);
 }
 
 bool davar_stationarity_unstable(const davar_config_t *config, const davar_central_t *whole,
@@ -110,11 +117,20 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
     }
 }
 
-/* 2^exponent for the small exponents that a kurtosis has. */
-static double power_of_two(int32_t exponent)
+/* The mantissa as a double in [1, 2), cut to its 53 bits. */
+static double fraction(davar_magnitude_t magnitude)
 {
-    const double power = (double)(UINT64_C(1) << (uint32_t)((exponent < 0) ? -exponent : exponent));
-    return (exponent < 0) ? (1.0 / power) : power;
+    return davar_double_of_bits((UINT64_C(1023) << 52U) | ((magnitude.mantissa << 1U) >> 12U));
+}
+
+/* a / b where the ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution are. */
+static double quotient(davar_magnitude_t a, davar_magnitude_t b)
+{
+    if (a.mantissa == 0U) {
+        return 0.0;
+    }
+    const uint64_t power = (uint64_t)((int64_t)a.exponent - b.exponent) << 52U;
+    return davar_double_of_bits(davar_bits_of_double(davar_divide(fraction(a), fraction(b))) + power);
 }
 
 double davar_stationarity_kurtosis(const davar_central_t *whole)
@@ -122,16 +138,14 @@ double davar_stationarity_kurtosis(const davar_central_t *whole)
     if (whole->second.mantissa == 0U) {
         return (double)NAN;
     }
-    const double second = (double)whole->second.mantissa;
-    const double ratio = ((double)whole->fourth.mantissa / second) / second;
-    const int32_t exponent = whole->fourth.exponent - (2 * whole->second.exponent);
-    /* The ratio is near 2^-64 and the kurtosis between 1 and n: split the power to stay inside one shift. */
-    return (ratio * 18446744073709551616.0) * power_of_two(exponent - 64);
+    return quotient(whole->fourth, product(whole->second, whole->second));
 }
 
 double davar_stationarity_contribution(const davar_central_t *whole, const davar_central_t *first)
 {
-    const double kurtosis = davar_stationarity_kurtosis(whole);
-    const double change = kurtosis - davar_stationarity_kurtosis(first);
-    return ((change < 0.0) ? -change : change) / kurtosis;
+    if ((whole->second.mantissa == 0U) || (first->second.mantissa == 0U)) {
+        return (double)NAN;
+    }
+    const contribution_t s = contribution_of(whole, first);
+    return quotient(s.change, s.x);
 }

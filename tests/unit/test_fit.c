@@ -446,10 +446,7 @@ static double covariance(int m_i, int m_j)
 /* The weight of one Allan variance in a linear functional of the fit: the answer to y = 1 there and 0 elsewhere. */
 static double weight_of(int kind, int t)
 {
-    const double x_first = plan.first / (double)result.tau[t].m;
-    const double u = (double)result.tau[t].m / plan.last;
-    const double shape[] = {x_first, 1.0, u, u * u, u * u * u};
-    return plan.gain[kind] * (double)plan.weight[t] * (shape[kind] - plan.centre[kind]);
+    return (double)plan.functional[kind][t];
 }
 
 static void test_standard_errors_meet_the_full_covariance(void)
@@ -466,7 +463,7 @@ static void test_standard_errors_meet_the_full_covariance(void)
                 variance += weight_of(k, i) * weight_of(k, j) * covariance((int)m[i], (int)m[j]);
             }
         }
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), plan.sigma[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), (double)plan.sigma[k]);
     }
 }
 
@@ -479,12 +476,13 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     set_octaves(600, 7);
     set_model(nearly_white);
     davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {.data = &result, .weight = plan.weight, .count = 7, .misfit_spread = plan.misfit_spread};
+    davar_mixture_t model = {
+        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
     davar_mixture_fit(&model, 1.0, 0U);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
     TEST_ASSERT_DOUBLE_WITHIN(0.002, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const double sigma = plan.sigma[k] * plan.unit[k] * model.a[1];
+        const double sigma = (double)plan.sigma[k] * (double)plan.unit[k] * model.a[1];
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
     }
 }
@@ -494,7 +492,8 @@ static void test_a_superfluous_term_is_taken_out_again(void)
     const double walk[] = {0, 0, 0, 1.0, 0};
     set_octaves(600, 7);
     set_model(walk);
-    davar_mixture_t model = {.data = &result, .weight = plan.weight, .count = 7, .misfit_spread = plan.misfit_spread};
+    davar_mixture_t model = {
+        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
 }

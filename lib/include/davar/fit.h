@@ -12,22 +12,25 @@ extern "C" {
 /* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
 typedef struct davar_plan {
     uint8_t count; /* usable cluster sizes it is made for (5.4) */
-    double first;  /* shortest and longest of them */
-    double last;
-    double centre[DAVAR_COEFFICIENT_COUNT]; /* white-noise fit beside one more term: linear in the variances */
-    double gain[DAVAR_COEFFICIENT_COUNT];
-    double unit[DAVAR_COEFFICIENT_COUNT];
-    double misfit_spread;
+    float m[DAVAR_TAUS_MAX];
     float weight[DAVAR_TAUS_MAX];
-    float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];
+    float freedom[DAVAR_TAUS_MAX];                             /* degrees of freedom per effective difference */
+    float functional[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* amplitudes of white noise and of one term beside it */
+    float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];   /* ... and what they scatter */
+    float centre[DAVAR_COEFFICIENT_COUNT];
+    float unit[DAVAR_COEFFICIENT_COUNT];
+    float misfit_spread;
     uint32_t window; /* window length without gaps or mirror images that the rest is made for (5.5); 0: none */
-    double sigma[DAVAR_COEFFICIENT_COUNT];
-    double doubt[DAVAR_COEFFICIENT_COUNT];
-    double white_low;
-    double white_high;
+    double divisor[DAVAR_TAUS_MAX]; /* 2 m^2 n (1.1) */
     float edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
     float high[DAVAR_TAUS_MAX];
+    float sigma[DAVAR_COEFFICIENT_COUNT];
+    float doubt[DAVAR_COEFFICIENT_COUNT];
+    float white_low;
+    float white_high;
+    double rate_hz; /* that the rest is made for; 0: none */
+    double root[DAVAR_COEFFICIENT_COUNT];
 } davar_fit_plan_t;
 
 /* Fills plan for `count` (1..DAVAR_TAUS_MAX) strictly ascending cluster sizes. The plan belongs to the caller. O(count^2). */

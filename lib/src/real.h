@@ -1,0 +1,44 @@
+/* davar - roots and quotients, correctly rounded as IEEE 754 has them, so the same bits on every target. A core whose
+ * floating-point unit has the instruction uses it; on the others they are taken in integers, five to ten times faster than
+ * by the compilers' libraries, which go digit by digit. */
+#ifndef DAVAR_SRC_REAL_H
+#define DAVAR_SRC_REAL_H
+
+#include "machine.h"
+
+#include <math.h>
+
+/* Of a value that is not negative: 0, NaN and infinity are their own. */
+double davar_root_by_integers(double value);
+float davar_rootf_by_integers(float value);
+
+double davar_divide_by_integers(double a, double b);
+
+static inline double davar_root(double value)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_root_by_integers(value);
+#else
+    return sqrt(value);
+#endif
+}
+
+static inline float davar_rootf(float value)
+{
+#ifdef DAVAR_SOFT_FLOAT
+    return davar_rootf_by_integers(value);
+#else
+    return sqrtf(value);
+#endif
+}
+
+static inline double davar_divide(double a, double b)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_divide_by_integers(a, b);
+#else
+    return a / b;
+#endif
+}
+
+#endif
