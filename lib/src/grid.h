@@ -13,8 +13,8 @@
 #include "stages.h"
 
 /* The leading edge of one cluster size takes in n samples that follow one another in memory, as do their taps. */
-static inline void grid_run(tau_t *tau, const sample_t *newest, const sample_t *middle, const sample_t *oldest,
-                            uint32_t n)
+DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sample_t *middle, const sample_t *oldest,
+                                 uint32_t n)
 {
     difference_t head = tau->head;
     sum_t sum = tau->sum;
@@ -165,26 +165,37 @@ static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uin
     const ring_t *const ring = &stages->ring;
     const uint32_t m = stages->allan.m[t];
     const uint32_t end = davar->window.received + count;
-    uint32_t received = davar->window.received;
-    while (received != end) {
-        const uint32_t middle = ring_before(ring, index, m);
-        const uint32_t oldest = ring_before(ring, middle, m);
-        uint32_t n = tracks_sum_wait(stages->grid, t, received, end - received);
-        n = smaller(
-            n, smaller(ring_stretch(ring, index), smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest))));
-        grid_run(&stages->allan.tau[t], &ring->sample[index], &ring->sample[middle], &ring->sample[oldest], n);
-        received += n;
-        index = ring_behind(ring, index, n);
-        tracks_record_sum(stages->grid, &stages->allan, t, received, davar->config->stride);
+    uint32_t newest = index;
+    uint32_t middle = ring_before(ring, newest, m);
+    uint32_t oldest = ring_before(ring, middle, m);
+    uint32_t left = count;
+    uint32_t to_record = tracks_sum_wait(stages->grid, t, end - left, left);
+    while (left > 0U) {
+        uint32_t n = smaller(to_record, ring_stretch(ring, newest));
+        n = smaller(n, smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest)));
+        grid_run(&stages->allan.tau[t], &ring->sample[newest], &ring->sample[middle], &ring->sample[oldest], n);
+        newest = ring_behind(ring, newest, n);
+        middle = ring_behind(ring, middle, n);
+        oldest = ring_behind(ring, oldest, n);
+        left -= n;
+        to_record -= n;
+        if (to_record == 0U) {
+            tracks_record_sum(stages->grid, &stages->allan, t, end - left, davar->config->stride);
+            to_record = tracks_sum_wait(stages->grid, t, end - left, left);
+        }
     }
 }
 
 static void grid_run_moments(stages_t *stages, uint32_t index, uint32_t count)
 {
     const ring_t *const ring = &stages->ring;
-    for (uint32_t i = 0U; i < count; i++) {
-        powers_add(&stages->moments.head, ring->sample[ring_behind(ring, index, i)]);
+    if (count == 1U) {
+        powers_add(&stages->moments.head, ring->sample[index]);
+        return;
     }
+    const uint32_t straight = smaller(count, ring_stretch(ring, index));
+    powers_add_run(&stages->moments.head, &ring->sample[index], straight);
+    powers_add_run(&stages->moments.head, ring->sample, count - straight);
 }
 
 /* Running sums are recorded where an edge can be. */

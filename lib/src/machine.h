@@ -66,6 +66,45 @@ static inline uint64_t davar_multiply_i32(int32_t a, int32_t b)
 #endif
 }
 
+/* A square by 16-bit parts: one product when it fits 32 bits, as most differences' do. */
+static inline uint64_t davar_square_i32_by_parts(int32_t a)
+{
+    const uint32_t magnitude = (a < 0) ? (0U - (uint32_t)a) : (uint32_t)a;
+    const uint32_t low = magnitude & 0xFFFFU;
+    const uint32_t high = magnitude >> 16U;
+    uint64_t square = (uint64_t)(low * low);
+    if (high != 0U) {
+        square += ((uint64_t)(high * low) << 17U) + ((uint64_t)(high * high) << 32U);
+    }
+    return square;
+}
+
+static inline uint64_t davar_square_i32(int32_t a)
+{
+#ifdef __ARM_ARCH_6M__
+    return davar_square_i32_by_parts(a);
+#else
+    return (uint64_t)((int64_t)a * a);
+#endif
+}
+
+/* a >= 0 and a factor of 16 bits, as the bits of an int64_t. */
+static inline uint64_t davar_multiply_by_i16_by_parts(int32_t a, int16_t b)
+{
+    const int32_t high = (a >> 16U) * b;
+    const int32_t low = (a & 0xFFFF) * b;
+    return ((uint64_t)(int64_t)high << 16U) + (uint64_t)(int64_t)low;
+}
+
+static inline uint64_t davar_multiply_by_i16(int32_t a, int16_t b)
+{
+#ifdef __ARM_ARCH_6M__
+    return davar_multiply_by_i16_by_parts(a, b);
+#else
+    return (uint64_t)((int64_t)a * b);
+#endif
+}
+
 /* The product by 32-bit parts, for compilers without a 128-bit type (and for the tests of this path on those with). */
 static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
 {

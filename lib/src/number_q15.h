@@ -27,12 +27,12 @@ typedef struct {
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {
-    *sum += davar_multiply_i32(difference, difference);
+    *sum += davar_square_i32(difference);
 }
 
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)
 {
-    *sum -= davar_multiply_i32(difference, difference);
+    *sum -= davar_square_i32(difference);
 }
 
 /* head^2 - tail^2 as one product; neither factor can leave 32 bits, since window_max m^2 < 2^32 (2.4). */
@@ -60,12 +60,38 @@ static inline void powers_add(powers_t *powers, sample_t sample)
 {
     const int32_t value = sample;
     const int32_t square = value * value;
-    const uint64_t fourth = davar_multiply_i32(square, square);
+    const uint64_t fourth = davar_square_i32(square);
     powers->first += (uint32_t)value;
     powers->second += (uint64_t)square;
-    powers->third += davar_multiply_i32(square, value);
+    powers->third += davar_multiply_by_i16(square, sample);
     powers->fourth_low += fourth;
     powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
+}
+
+/* Samples that follow one another in memory: sums that stay in registers, as many at a time as 64 bits hold of x^4. */
+static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t count)
+{
+    const sample_t *const end = sample + count;
+    while (sample != end) {
+        const sample_t *const stop = ((end - sample) > 8) ? (sample + 8) : end;
+        int32_t first = 0;
+        uint64_t second = 0U;
+        uint64_t third = 0U;
+        uint64_t fourth = 0U;
+        for (; sample != stop; sample++) {
+            const int32_t value = *sample;
+            const int32_t square = value * value;
+            first += value;
+            second += (uint64_t)square;
+            third += davar_multiply_by_i16(square, *sample);
+            fourth += davar_square_i32(square);
+        }
+        powers->first += (uint32_t)first;
+        powers->second += second;
+        powers->third += third;
+        powers->fourth_low += fourth;
+        powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
+    }
 }
 
 /* Field by field: a struct this large would be copied by a library call on some targets. */

@@ -73,6 +73,13 @@ static inline void powers_add(powers_t *powers, sample_t value)
     powers->fourth_high += u128_less(powers->fourth_low, fourth) ? 1U : 0U;
 }
 
+static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t count)
+{
+    for (const sample_t *const end = sample + count; sample != end; sample++) {
+        powers_add(powers, *sample);
+    }
+}
+
 /* Field by field: a struct this large would be copied by a library call on some targets. */
 static inline void powers_copy(powers_t *to, const powers_t *from)
 {

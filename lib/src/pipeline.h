@@ -205,13 +205,12 @@ static bool step_carefully(stages_t *stages, davar_t *davar)
 
 static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
 {
-    const sample_t highest = stages->highest;
-    const sample_t lowest = (sample_t)(-highest - 1);
-    if ((sample > lowest) && (sample < highest)) {
+    const uint32_t highest = (uint32_t)stages->highest;
+    if (((uint32_t)sample + highest) < (2U * highest)) { /* -highest .. highest - 1 */
         return sample;
     }
     davar_count(&davar->health.saturated);
-    return (sample < highest) ? lowest : highest;
+    return (sample < 0) ? (sample_t)(-stages->highest - 1) : stages->highest;
 }
 
 /* One sample while the window glides: it completes an epoch, and nothing else happens. */
@@ -232,13 +231,30 @@ static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sampl
     davar_produce(davar);
 }
 
+/* Into the ring, from stretch to stretch of its memory. */
+static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples, uint32_t count)
+{
+    ring_t *const ring = &stages->ring;
+    const sample_t *const end = samples + count;
+    while (samples != end) {
+        sample_t *to = &ring->sample[ring->next];
+        const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring, ring->next));
+        for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
+            *to = limited(stages, davar, *samples);
+        }
+        ring->next = ring_behind(ring, ring->next, n);
+    }
+}
+
 /* Up to `count` samples, as many as can go together; returns how many. */
 static uint32_t step_grid(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t n = grid_block(stages, window, (count < window->wait) ? (uint32_t)count : window->wait);
-    for (uint32_t i = 0U; i < n; i++) {
-        ring_put(&stages->ring, limited(stages, davar, samples[i]));
+    if (n == 1U) {
+        ring_put(&stages->ring, limited(stages, davar, samples[0]));
+    } else {
+        put_block(stages, davar, samples, n);
     }
     grid_advance_plainly(stages, davar, n);
     window->wait -= n;
