@@ -99,35 +99,40 @@ DAVAR_APART static void slide_straight(tau_t *tau, const tau_t *end, const uint3
     const difference_t oldest = (difference_t)*tail;
     while (tau != end) {
         const uint32_t lag = *m;
-        const sample_t *const before = head - lag;
-        const sample_t *const behind = tail + lag;
         const difference_t trailing = tau->tail;
-        const difference_t leading = tau->head + newest - (2 * (difference_t)*before) + *(before - lag);
+        tau->tail = trailing + oldest - (2 * (difference_t)tail[lag]) + tail[2U * lag];
+        const sample_t *const before = head - (2U * lag);
+        const difference_t leading = tau->head + newest - (2 * (difference_t)before[lag]) + *before;
         tau->head = leading;
-        tau->tail = trailing + oldest - (2 * (difference_t)*behind) + behind[lag];
         sum_slide(&tau->sum, leading, trailing);
         tau++;
         m++;
     }
 }
 
-DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_t *m, edge_t head, edge_t tail)
+/* ... for those of which some do. */
+DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_t *m, const edge_t edge[2])
 {
-    for (; tau != end; tau++, m++) {
-        tau->head += allan_lead_step(head, *m);
-        sum_slide(&tau->sum, tau->head, tau->tail);
-        tau->tail += allan_trail_step(tail, *m);
+    while (tau != end) {
+        const difference_t trailing = tau->tail;
+        tau->tail = trailing + allan_trail_step(edge[1], *m);
+        const difference_t leading = tau->head + allan_lead_step(edge[0], *m);
+        tau->head = leading;
+        sum_slide(&tau->sum, leading, trailing);
+        tau++;
+        m++;
     }
 }
 
-/* The whole window moves by one sample: no gap near either edge, window not shorter than the longest span. */
-static inline void allan_slide(allan_t *allan, edge_t head, edge_t tail)
+/* The whole window moves by one sample, leading and trailing edge: no gap near either, window not shorter than the longest
+ * span. */
+static inline void allan_slide(allan_t *allan, const edge_t edge[2])
 {
     tau_t *const tau = allan->tau;
-    const uint32_t straight = allan_straight(allan, head, tail);
-    slide_straight(tau, tau + straight, allan->m, head.at, tail.at);
+    const uint32_t straight = allan_straight(allan, edge[0], edge[1]);
+    slide_straight(tau, tau + straight, allan->m, edge[0].at, edge[1].at);
     if (straight < allan->count) {
-        slide_around(tau + straight, tau + allan->count, allan->m + straight, head, tail);
+        slide_around(tau + straight, tau + allan->count, allan->m + straight, edge);
     }
 }
 

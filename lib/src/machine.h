@@ -50,9 +50,17 @@ static inline uint64_t davar_multiply_u32(uint32_t a, uint32_t b)
 #endif
 }
 
-/* Signed, as the bits of an int64_t. */
+static inline bool davar_fits_i16(int32_t a)
+{
+    return ((uint32_t)a + 0x8000U) < 0x10000U;
+}
+
+/* Signed, as the bits of an int64_t; one product when that is enough, as it mostly is. */
 static inline uint64_t davar_multiply_i32_by_parts(int32_t a, int32_t b)
 {
+    if (davar_fits_i16(a) && davar_fits_i16(b)) {
+        return (uint64_t)(int64_t)(a * b);
+    }
     const uint32_t excess = ((a < 0) ? (uint32_t)b : 0U) + ((b < 0) ? (uint32_t)a : 0U);
     return davar_multiply_u32_by_parts((uint32_t)a, (uint32_t)b) - ((uint64_t)excess << 32U);
 }
