@@ -20,14 +20,6 @@ static void window_powers(powers_t *powers, const stages_t *stages, bool first_p
     }
 }
 
-static void verdict_on(verdict_t *verdict, const powers_t *whole, const powers_t *first, uint32_t length,
-                       const davar_config_t *config)
-{
-    powers_central(whole, length, &verdict->whole);
-    powers_central(first, length - config->segment, &verdict->first);
-    verdict->unstable = davar_stationarity_unstable(config, &verdict->whole, &verdict->first);
-}
-
 /* --- a result --------------------------------------------------------------------------------------------------- */
 
 /* What a result is computed from beside its own integers. */
@@ -117,11 +109,13 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
     result->kurtosis = (double)NAN;
     result->contribution = (double)NAN;
     if (config->segment != 0U) {
-        verdict_t verdict;
-        verdict_on(&verdict, &readings->whole, &readings->first, result->window_samples, config);
-        result->unstable = verdict.unstable;
-        result->kurtosis = davar_stationarity_kurtosis(&verdict.whole);
-        result->contribution = davar_stationarity_contribution(&verdict.whole, &verdict.first);
+        davar_central_t whole;
+        davar_central_t first;
+        powers_central(&readings->whole, result->window_samples, &whole);
+        powers_central(&readings->first, result->window_samples - config->segment, &first);
+        result->unstable = davar_stationarity_unstable(config, &whole, &first);
+        result->kurtosis = davar_stationarity_kurtosis(&whole);
+        result->contribution = davar_stationarity_contribution(&whole, &first);
     }
 }
 

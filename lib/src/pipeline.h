@@ -150,20 +150,21 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     const davar_config_t *const config = davar->config;
     bool unstable = false;
     if ((config->policy != DAVAR_POLICY_FIXED) && (window->length >= config->window_min)) {
-        verdict_t verdict;
-        powers_t whole;
-        powers_t first;
-        window_powers(&whole, stages, false);
-        window_powers(&first, stages, true);
-        verdict_on(&verdict, &whole, &first, window->length, config);
-        unstable = verdict.unstable;
+        davar_central_t whole;
+        davar_central_t first;
+        powers_t powers;
+        window_powers(&powers, stages, false);
+        powers_central(&powers, window->length, &whole);
+        window_powers(&powers, stages, true);
+        powers_central(&powers, window->length - config->segment, &first);
+        unstable = davar_stationarity_unstable(config, &whole, &first);
     }
     window->filling = window->filling && !unstable && (window->length < config->window_max);
     window->next_length = davar_law_next(config, window->length, unstable, window->filling);
 }
 
-/* An epoch is complete. True when its window is long enough to report. */
-static bool epoch_complete(stages_t *stages, davar_t *davar)
+/* The window of the epoch that is due. True when it is long enough to report. */
+DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     window_move(stages, davar);
@@ -173,7 +174,6 @@ static bool epoch_complete(stages_t *stages, davar_t *davar)
     if (reported && (stages->grid != NULL)) {
         grid_place(stages, davar);
     }
-    window_judge(stages, davar);
     return reported;
 }
 
@@ -185,8 +185,20 @@ static steady_t steadiness(const stages_t *stages, const davar_window_t *window)
     return (!stages->allan.warming && sliding_glides(&stages->allan, window)) ? STEADY_SLIDING : STEADY_NOT;
 }
 
+/* What comes after samples that did not glide: the epoch, when it is due, and how to go on. True when it is reported. */
+static bool step_end(stages_t *stages, davar_t *davar)
+{
+    bool reported = false;
+    if (davar->window.wait == 0U) {
+        reported = window_complete(stages, davar);
+        window_judge(stages, davar);
+    }
+    stages->steady = (uint8_t)steadiness(stages, &davar->window);
+    return reported;
+}
+
 /* One sample, which is in the ring already. */
-static bool step_carefully(stages_t *stages, davar_t *davar)
+DAVAR_APART static void step_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     if (stages->grid != NULL) {
@@ -198,9 +210,6 @@ static bool step_carefully(stages_t *stages, davar_t *davar)
         }
     }
     window->wait--;
-    const bool complete = (window->wait == 0U) && epoch_complete(stages, davar);
-    stages->steady = (uint8_t)steadiness(stages, window);
-    return complete;
 }
 
 static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
@@ -247,7 +256,7 @@ static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples,
 }
 
 /* Up to `count` samples, as many as can go together; returns how many. */
-static uint32_t step_grid(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
+DAVAR_APART static uint32_t step_grid(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t n = grid_block(stages, window, (count < window->wait) ? (uint32_t)count : window->wait);
@@ -258,18 +267,17 @@ static uint32_t step_grid(stages_t *stages, davar_t *davar, const sample_t *samp
     }
     grid_advance_plainly(stages, davar, n);
     window->wait -= n;
-    *complete = (window->wait == 0U) && epoch_complete(stages, davar);
     return n;
 }
 
 /* Takes in the first of `count` samples, and more when they can go together; returns how many. */
-static size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count, bool *complete)
+static size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
     if (stages->steady == STEADY_GRID) {
-        return step_grid(stages, davar, samples, count, complete);
+        return step_grid(stages, davar, samples, count);
     }
     ring_put(&stages->ring, limited(stages, davar, samples[0]));
-    *complete = step_carefully(stages, davar);
+    step_carefully(stages, davar);
     return 1U;
 }
 
@@ -287,8 +295,12 @@ DAVAR_APART static size_t push_any(stages_t *stages, davar_t *davar, const sampl
     size_t consumed = 0U;
     bool complete = false;
     while ((consumed < count) && !complete) {
-        consumed += (davar->window.skip > 0U) ? skip(stages, davar, samples[consumed])
-                                              : step(stages, davar, &samples[consumed], count - consumed, &complete);
+        if (davar->window.skip > 0U) {
+            consumed += skip(stages, davar, samples[consumed]);
+        } else {
+            consumed += step(stages, davar, &samples[consumed], count - consumed);
+            complete = step_end(stages, davar);
+        }
     }
     if (complete) {
         davar_produce(davar);
@@ -388,7 +400,8 @@ static bool pipeline_flush(davar_t *davar)
     while ((window->received - window->end) < (half - 1U)) {
         const uint32_t age = (2U * (window->received - window->end)) + 1U;
         ring_put(&stages->ring, stages->ring.sample[ring_index(&stages->ring, age)]);
-        if (step_carefully(stages, davar)) {
+        step_carefully(stages, davar);
+        if (step_end(stages, davar)) {
             davar_produce(davar);
             return true;
         }

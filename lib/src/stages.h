@@ -44,13 +44,6 @@ typedef struct {
     records_t records;
 } grid_t;
 
-/* Moments of a window and of its first part (without the short segment), and what the policy says of them. */
-typedef struct {
-    davar_central_t whole;
-    davar_central_t first;
-    bool unstable;
-} verdict_t;
-
 /* How the next sample may be taken in. */
 typedef enum {
     STEADY_NOT = 0, /* with care: a gap, the start, or an edge on its way is near */

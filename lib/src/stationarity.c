@@ -37,64 +37,82 @@ static davar_magnitude_t magnitude_of_double(const double *value)
     return magnitude(fraction | (UINT64_C(1) << 52U), exponent - 1075);
 }
 
-static davar_magnitude_t product(davar_magnitude_t a, davar_magnitude_t b)
+/* The product may be one of its factors. */
+static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
-    davar_magnitude_t result = {davar_multiply_u64(a.mantissa, b.mantissa).high, a.exponent + b.exponent + 64};
-    if ((result.mantissa >> 63U) == 0U) { /* two top bits multiply to at least 2^126: one shift is enough, or it is 0 */
-        result.mantissa <<= 1U;
-        result.exponent--;
-    }
-    return result;
+    const uint64_t high = davar_multiply_u64(a->mantissa, b->mantissa).high;
+    const uint32_t shift = ((high >> 63U) == 0U) ? 1U : 0U; /* two top bits multiply to at least 2^126; or it is 0 */
+    product->exponent = a->exponent + b->exponent + 64 - (int32_t)shift;
+    product->mantissa = high << shift;
 }
 
-static bool greater(davar_magnitude_t a, davar_magnitude_t b)
+static bool greater(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
-    if ((a.mantissa == 0U) || (b.mantissa == 0U)) {
-        return a.mantissa > b.mantissa;
+    if ((a->mantissa == 0U) || (b->mantissa == 0U) || (a->exponent == b->exponent)) {
+        return a->mantissa > b->mantissa;
     }
-    if (a.exponent != b.exponent) {
-        return a.exponent > b.exponent;
-    }
-    return a.mantissa > b.mantissa;
+    return a->exponent > b->exponent;
 }
 
 /* |a - b| of magnitudes that differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
  * below the larger one's mantissa. */
-static davar_magnitude_t distance(davar_magnitude_t a, davar_magnitude_t b)
+static davar_magnitude_t distance(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
-    const davar_magnitude_t large = greater(a, b) ? a : b;
-    const davar_magnitude_t small = greater(a, b) ? b : a;
-    const uint32_t shift = (uint32_t)(large.exponent - small.exponent);
-    return magnitude(large.mantissa - (small.mantissa >> shift), large.exponent);
+    const davar_magnitude_t *const large = greater(a, b) ? a : b;
+    const davar_magnitude_t *const small = (large == a) ? b : a;
+    const uint32_t shift = (uint32_t)(large->exponent - small->exponent);
+    return magnitude(large->mantissa - (small->mantissa >> shift), large->exponent);
+}
+
+/* over / under; there is no such ratio when under is 0. */
+typedef struct {
+    davar_magnitude_t over;
+    davar_magnitude_t under;
+} ratio_t;
+
+/* K = m4 / s^4 (3.1) */
+static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
+{
+    ratio->over = whole->fourth;
+    multiply(&ratio->under, &whole->second, &whole->second);
+}
+
+/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
+static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_central_t *first)
+{
+    davar_magnitude_t y;
+    multiply(&y, &whole->second, &whole->second);
+    multiply(&y, &y, &first->fourth);
+    multiply(&ratio->under, &first->second, &first->second);
+    multiply(&ratio->under, &ratio->under, &whole->fourth);
+    ratio->over = distance(&ratio->under, &y);
+}
+
+static bool is_outside(const ratio_t *ratio, const double *low, const double *high)
+{
+    davar_magnitude_t bound = magnitude_of_double(high);
+    multiply(&bound, &bound, &ratio->under);
+    if (greater(&ratio->over, &bound)) {
+        return true;
+    }
+    bound = magnitude_of_double(low);
+    multiply(&bound, &bound, &ratio->under);
+    return greater(&bound, &ratio->over);
 }
 
 static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
 {
-    const davar_magnitude_t square = product(whole->second, whole->second);
-    return greater(whole->fourth, product(magnitude_of_double(&config->kurtosis_high), square)) ||
-           greater(product(magnitude_of_double(&config->kurtosis_low), square), whole->fourth);
-}
-
-/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel. */
-typedef struct {
-    davar_magnitude_t change; /* |x - y| */
-    davar_magnitude_t x;
-} contribution_t;
-
-static contribution_t contribution_of(const davar_central_t *whole, const davar_central_t *first)
-{
-    contribution_t contribution;
-    contribution.x = product(whole->fourth, product(first->second, first->second));
-    contribution.change = distance(contribution.x, product(first->fourth, product(whole->second, whole->second)));
-    return contribution;
+    ratio_t ratio;
+    kurtosis_of(&ratio, whole);
+    return is_outside(&ratio, &config->kurtosis_low, &config->kurtosis_high);
 }
 
 static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
                                  const davar_central_t *first)
 {
-    const contribution_t s = contribution_of(whole, first);
-    return greater(s.change, product(magnitude_of_double(&config->contribution_high), s.x)) ||
-           greater(product(magnitude_of_double(&config->contribution_low), s.x), s.change);
+    ratio_t ratio;
+    contribution_of(&ratio, whole, first);
+    return is_outside(&ratio, &config->contribution_low, &config->contribution_high);
 }
 
 bool davar_stationarity_unstable(const davar_config_t *config, const davar_central_t *whole,
@@ -118,19 +136,20 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
 }
 
 /* The mantissa as a double in [1, 2), cut to its 53 bits. */
-static double fraction(davar_magnitude_t magnitude)
+static double fraction(const davar_magnitude_t *magnitude)
 {
-    return davar_double_of_bits((UINT64_C(1023) << 52U) | ((magnitude.mantissa << 1U) >> 12U));
+    return davar_double_of_bits((UINT64_C(1023) << 52U) | ((magnitude->mantissa << 1U) >> 12U));
 }
 
-/* a / b where the ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution are. */
-static double quotient(davar_magnitude_t a, davar_magnitude_t b)
+/* The ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution are. */
+static double quotient(const ratio_t *ratio)
 {
-    if (a.mantissa == 0U) {
+    if (ratio->over.mantissa == 0U) {
         return 0.0;
     }
-    const uint64_t power = (uint64_t)((int64_t)a.exponent - b.exponent) << 52U;
-    return davar_double_of_bits(davar_bits_of_double(davar_divide(fraction(a), fraction(b))) + power);
+    const uint64_t power = (uint64_t)((int64_t)ratio->over.exponent - ratio->under.exponent) << 52U;
+    return davar_double_of_bits(davar_bits_of_double(davar_divide(fraction(&ratio->over), fraction(&ratio->under))) +
+                                power);
 }
 
 double davar_stationarity_kurtosis(const davar_central_t *whole)
@@ -138,7 +157,9 @@ double davar_stationarity_kurtosis(const davar_central_t *whole)
     if (whole->second.mantissa == 0U) {
         return (double)NAN;
     }
-    return quotient(whole->fourth, product(whole->second, whole->second));
+    ratio_t ratio;
+    kurtosis_of(&ratio, whole);
+    return quotient(&ratio);
 }
 
 double davar_stationarity_contribution(const davar_central_t *whole, const davar_central_t *first)
@@ -146,6 +167,7 @@ double davar_stationarity_contribution(const davar_central_t *whole, const davar
     if ((whole->second.mantissa == 0U) || (first->second.mantissa == 0U)) {
         return (double)NAN;
     }
-    const contribution_t s = contribution_of(whole, first);
-    return quotient(s.change, s.x);
+    ratio_t ratio;
+    contribution_of(&ratio, whole, first);
+    return quotient(&ratio);
 }

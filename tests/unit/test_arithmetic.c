@@ -195,6 +195,26 @@ static void test_products_of_32_bits_agree_however_they_are_made(void)
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(0xFFFFFFFE00000001), davar_multiply_u32_by_parts(UINT32_MAX, UINT32_MAX));
 }
 
+static void test_small_factors_and_squares_agree_however_they_are_made(void)
+{
+    random_t random = random_seeded(5U);
+    for (unsigned i = 0U; i < 20000U; i++) {
+        const int32_t a = (int32_t)((uint32_t)any(&random) >> (8U * (i % 4U)));
+        const int32_t positive = (int32_t)((uint32_t)a & 0x7FFFFFFFU);
+        const int16_t b = (int16_t)(uint16_t)(any(&random) >> (4U * (i % 4U)));
+        const uint64_t square = (uint64_t)((int64_t)a * a);
+        const uint64_t product = (uint64_t)((int64_t)positive * b);
+        TEST_ASSERT_EQUAL_UINT64(square, davar_square_i32_by_parts(a));
+        TEST_ASSERT_EQUAL_UINT64(square, davar_square_i32(a));
+        TEST_ASSERT_EQUAL_UINT64(product, davar_multiply_by_i16_by_parts(positive, b));
+        TEST_ASSERT_EQUAL_UINT64(product, davar_multiply_by_i16(positive, b));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)b * (int16_t)a), davar_multiply_i32_by_parts(b, (int16_t)a));
+    }
+    TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 62U, davar_square_i32_by_parts(INT32_MIN));
+    TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)INT32_MAX * INT16_MIN),
+                             davar_multiply_by_i16_by_parts(INT32_MAX, INT16_MIN));
+}
+
 /* The 64 leading bits, wherever the leading bit stands. */
 static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
 {
@@ -219,6 +239,7 @@ int main(void)
     RUN_TEST(test_products_of_64_bits_agree_however_they_are_made);
     RUN_TEST(test_sums_of_128_bits_agree_however_they_are_made);
     RUN_TEST(test_products_of_32_bits_agree_however_they_are_made);
+    RUN_TEST(test_small_factors_and_squares_agree_however_they_are_made);
     RUN_TEST(test_leading_zeros_agree);
     RUN_TEST(test_wide_integers_obey_the_laws_of_a_ring);
     RUN_TEST(test_signed_values_widen_and_multiply);
