@@ -122,17 +122,11 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
         return false;
     }
     const bool by_kurtosis = kurtosis_outside(config, whole);
-    const bool by_contribution = (first->second.mantissa != 0U) && contribution_outside(config, whole, first);
-    switch (config->policy) {
-    case DAVAR_POLICY_KURTOSIS:
+    const bool is_enough = (config->policy == DAVAR_POLICY_AND) ? !by_kurtosis : by_kurtosis;
+    if (is_enough || (config->policy == DAVAR_POLICY_KURTOSIS)) {
         return by_kurtosis;
-    case DAVAR_POLICY_AND:
-        return by_kurtosis && by_contribution;
-    case DAVAR_POLICY_FIXED:
-    case DAVAR_POLICY_OR:
-    default:
-        return by_kurtosis || by_contribution;
     }
+    return (first->second.mantissa != 0U) && contribution_outside(config, whole, first);
 }
 
 /* The mantissa as a double in [1, 2), cut to its 53 bits. */
