@@ -28,8 +28,9 @@ typedef struct {
 /* value >= 0 over 2^(exponent - 1023): exact, and no more than an integer's subtraction. */
 static float over_power(double value, uint64_t exponent)
 {
-    const uint64_t bits = davar_bits_of_double(value) + ONE;
-    return (bits <= exponent) ? 0.0F : (float)davar_double_of_bits(bits - exponent);
+    const uint64_t bits = davar_bits_of_double(value);
+    const bool vanishes = (bits == 0U) || ((bits + ONE) <= exponent);
+    return vanishes ? 0.0F : (float)davar_double_of_bits((bits + ONE) - exponent);
 }
 
 static double times_power(float value, uint64_t exponent)

@@ -1,5 +1,5 @@
 /* davar - stage [5a]: how sure an Allan variance is.
- * Pure functions in IEEE double with + - * / and sqrt only: the same bits on every target. */
+ * Pure functions in IEEE floating point with + - * / and sqrt only: the same bits on every target. */
 #ifndef DAVAR_CONFIDENCE_H
 #define DAVAR_CONFIDENCE_H
 
