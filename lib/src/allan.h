@@ -98,7 +98,7 @@ DAVAR_APART static void slide_straight(tau_t *tau, const tau_t *end, const uint3
     const difference_t newest = (difference_t)*head;
     const difference_t oldest = (difference_t)*tail;
     while (tau != end) {
-        const uint32_t lag = *m;
+        const size_t lag = *m;
         const difference_t trailing = tau->tail;
         tau->tail = trailing + oldest - (2 * (difference_t)tail[lag]) + tail[2U * lag];
         const sample_t *const before = head - (2U * lag);

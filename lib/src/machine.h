@@ -80,11 +80,10 @@ static inline uint64_t davar_square_i32_by_parts(int32_t a)
     const uint32_t magnitude = (a < 0) ? (0U - (uint32_t)a) : (uint32_t)a;
     const uint32_t low = magnitude & 0xFFFFU;
     const uint32_t high = magnitude >> 16U;
-    uint64_t square = (uint64_t)(low * low);
-    if (high != 0U) {
-        square += ((uint64_t)(high * low) << 17U) + ((uint64_t)(high * high) << 32U);
-    }
-    return square;
+    const uint32_t square = low * low;
+    const uint32_t mixed = high * low;
+    const uint32_t top = high * high;
+    return (high == 0U) ? square : (square + ((uint64_t)mixed << 17U) + ((uint64_t)top << 32U));
 }
 
 static inline uint64_t davar_square_i32(int32_t a)

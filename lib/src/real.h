@@ -12,7 +12,7 @@
 double davar_root_by_integers(double value);
 float davar_rootf_by_integers(float value);
 
-double davar_divide_by_integers(double a, double b);
+double davar_divide_by_integers(double dividend, double divisor);
 
 static inline double davar_root(double value)
 {

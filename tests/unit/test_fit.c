@@ -357,6 +357,13 @@ static void test_no_differences_at_all_is_no_knowledge_at_all(void)
     TEST_ASSERT_TRUE(isnan(result.tau[0].low));
 }
 
+static void test_no_cluster_sizes_at_all_is_no_knowledge_at_all(void)
+{
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(term(DAVAR_ANGLE_RANDOM_WALK)->high));
+}
+
 static void test_the_longest_windows_and_lists_stay_finite(void)
 {
     uint32_t m[DAVAR_TAUS_MAX];
@@ -467,6 +474,35 @@ static void test_standard_errors_meet_the_full_covariance(void)
     }
 }
 
+/* No unit is too large or too small, nor an ADEV beside another: one that no float could hold beside the rest is 0. */
+static void test_a_deviation_that_vanishes_beside_the_others_is_none(void)
+{
+    static const double tiny[] = {1e-160, 0.0};
+    davar_coefficient_t found[2][DAVAR_COEFFICIENT_COUNT];
+    for (int i = 0; i < 2; i++) {
+        const double white[] = {0, 1e300, 0, 0, 0};
+        set_octaves(600, 7);
+        set_model(white);
+        result.tau[0].adev = tiny[i];
+        davar_fit(&plan, 1.0, &result);
+        memcpy(found[i], result.coefficient, sizeof found[i]);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(found[1], found[0], sizeof found[0]);
+}
+
+static void test_white_noise_of_any_size_is_found(void)
+{
+    for (int decade = -100; decade <= 100; decade += 10) {
+        const double n = pow(10.0, decade);
+        const double white[] = {0, n * n, 0, 0, 0};
+        set_octaves(600, 7);
+        set_model(white);
+        davar_fit(&plan, 1.0, &result);
+        assert_holds(60.0 * n, term(DAVAR_ANGLE_RANDOM_WALK));
+        TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
+    }
+}
+
 /* ---- the general fit ---- */
 
 /* The general fit of white noise must judge a further term as the short cut does. */
@@ -541,9 +577,12 @@ int main(void)
     RUN_TEST(test_some_zero_variances_are_no_trap);
     RUN_TEST(test_taus_without_differences_are_left_out);
     RUN_TEST(test_no_differences_at_all_is_no_knowledge_at_all);
+    RUN_TEST(test_no_cluster_sizes_at_all_is_no_knowledge_at_all);
     RUN_TEST(test_the_longest_windows_and_lists_stay_finite);
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
     RUN_TEST(test_standard_errors_meet_the_full_covariance);
+    RUN_TEST(test_a_deviation_that_vanishes_beside_the_others_is_none);
+    RUN_TEST(test_white_noise_of_any_size_is_found);
     RUN_TEST(test_general_fit_agrees_with_the_short_cut);
     RUN_TEST(test_a_superfluous_term_is_taken_out_again);
     RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
