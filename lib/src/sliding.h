@@ -74,7 +74,7 @@ static inline void sliding_glide(stages_t *stages, davar_t *davar)
     window_glide(window);
 }
 
-static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
+DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const ring_t *const ring = &stages->ring;
@@ -85,7 +85,7 @@ static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
     sliding_lead_moments(stages, davar, index);
 }
 
-static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
+DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const ring_t *const ring = &stages->ring;
