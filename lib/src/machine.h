@@ -21,6 +21,13 @@
 #define DAVAR_SOFT_DOUBLE
 #endif
 
+/* Called, not repeated, where flash is scarce. */
+#ifdef __ARM_ARCH_6M__
+#define DAVAR_SHARED __attribute__((noinline, unused)) static
+#else
+#define DAVAR_SHARED static inline
+#endif
+
 /* A 128-bit integer modulo 2^128; signed values are two's complement. */
 typedef struct {
     uint64_t low;
@@ -28,7 +35,7 @@ typedef struct {
 } davar_u128_t;
 
 /* The product by 16-bit parts, for a Cortex-M0, whose multiplier is 32 bits wide. */
-static inline uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
+DAVAR_SHARED uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
 {
     const uint32_t a0 = a & 0xFFFFU;
     const uint32_t a1 = a >> 16U;
