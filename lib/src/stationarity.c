@@ -73,7 +73,8 @@ typedef struct {
 /* K = m4 / s^4 (3.1) */
 static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 {
-    ratio->over = whole->fourth;
+    ratio->over.mantissa = whole->fourth.mantissa; /* not the struct, which a small core would call for */
+    ratio->over.exponent = whole->fourth.exponent;
     multiply(&ratio->under, &whole->second, &whole->second);
 }
 

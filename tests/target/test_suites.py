@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
-SUITES = {"arena", "arithmetic", "stationarity", "confidence", "taus", "wrap", "fit", "codec", "api", "float", "state"}
+SUITES = {"arena", "arithmetic", "real", "stationarity", "confidence", "taus", "wrap", "fit", "codec", "api", "float", "state"}
 BEYOND_16_KB = {"wrap", "fit", "codec", "api", "float", "state"}
 
 

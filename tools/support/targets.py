@@ -26,7 +26,7 @@ def folder(target, kind="target"):
 
 def taus_max(target, kind):
     """Cluster sizes that a result carries: what is measured has eight; other images as many as the RAM allows."""
-    return 8 if kind == "target" or (kind == "job" and target == "cortex-m0") else 32
+    return 8 if kind == "target" or target == "cortex-m0" else 32
 
 
 def run(command, what, **settings):
