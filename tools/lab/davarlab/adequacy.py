@@ -11,6 +11,7 @@ BANDS = 14
 TIMES = 24
 STEPS = 1200
 STEP_ORDINATES = 3000
+COUNTS_TOGETHER = 16
 # How many independent tests the list of judge() amounts to: measured on recordings of true models (`tools/davarlab nulls`).
 INDEPENDENT = 5
 
@@ -55,14 +56,16 @@ def cells_of(c):
     return np.array(rows).reshape(-1, TIMES), edges
 
 
-def kurtosis_scores(w):
-    """Two-sided p-values of the kurtosis of the whitened residual, averaged over 1, 4, 16 ... samples."""
+def kurtosis_scores(w, counted=False):
+    """Two-sided p-values of the kurtosis of the whitened residual, averaged over 1, 4, 16 ... samples. Counts (`counted`) are no Gaussians
+    until many are averaged: COUNTS_TOGETHER at least."""
     found = []
     for width in 4 ** np.arange(7):
         count = len(w) // width
         if count < 400:
             break
-        found.append(float(stats.kurtosistest(w[:count * width].reshape(count, width).sum(axis=1)).pvalue))
+        if not counted or width >= COUNTS_TOGETHER:
+            found.append(float(stats.kurtosistest(w[:count * width].reshape(count, width).sum(axis=1)).pvalue))
     return found
 
 
@@ -94,9 +97,9 @@ def step_p(c, level):
     return float(min(1.0, tries * 2 * stats.norm.sf(peak)))
 
 
-def judge(c, level, free, rate_hz, extra=None):
+def judge(c, level, free, rate_hz, extra=None, counted=False):
     """c: whitened residual ordinates; level: the model's at each ordinate; free: fitted
-    parameters; extra: further p-values by name."""
+    parameters; extra: further p-values by name; counted: the gyro comes in counts that its noise does not cover."""
     tests = {"spectrum": spectrum_score(c, free), "bias step": step_p(c, level)}
     cells, edges = cells_of(c)
     if cells.size:  # a short record has none
@@ -107,7 +110,8 @@ def judge(c, level, free, rate_hz, extra=None):
     narrow = ndimage.uniform_filter1d(c ** 2, 401)[200:-200:100]
     tests["narrow band"] = float(min(1.0, 0.8 * len(narrow) * stats.chi2.sf(401 * narrow.max(), 401)))
     w = signals.inverse(np.concatenate([[0.0], c]))
-    tests["amplitudes"] = float(min(1.0, min(kurtosis_scores(w)) * len(kurtosis_scores(w))))
+    scores = kurtosis_scores(w, counted)
+    tests["amplitudes"] = float(min(1.0, min(scores, default=1.0) * len(scores)))
     tests["jumps"] = jump_p(c)
     tests.update(extra or {})
     return Adequacy(float(1 - (1 - min(tests.values())) ** INDEPENDENT), tests, cells, edges * rate_hz / (2 * len(c)))

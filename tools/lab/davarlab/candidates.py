@@ -18,6 +18,7 @@ TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.
           "vibration_noise": 1.4, "noise_step": 1.1e4}
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
+ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 
 
@@ -61,16 +62,16 @@ def robust_gain(bench, parts, part):
 
 def stationary(bench, parts, fit, effect, scatter=None):
     """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where the white level changes."""
+    robust = effect.role == "mean" and "accel" in effect.needs
     best = None
-    forms = ("raw", "smooth") if "accel" in effect.needs and effect.role == "mean" else ("raw",)
     for shape in shapes_of(effect, bench.recording):
-        for form in forms:
+        for form in effect.forms:
             part = Part(effect.kind, shape, form)
             full = bench.fit(parts + [part])
             gain = full.log_likelihood - fit.log_likelihood
             if scatter is not None and part.role != "mean":
                 gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
-            if effect.kind == "g_sensitivity" and form == "raw":
+            if robust and gain > max(ROBUST_FROM, best.gain if best else 0.0):
                 gain = min(gain, robust_gain(bench, parts, part))
             if part.role == "mean" and (best is None or gain <= best.gain) and len(part.shape) and effect.kind == "warm_up":
                 bench.forget(part)
@@ -100,7 +101,7 @@ def variance_shapes(parts, recording, blocks):
     rows = [np.ones(len(blocks.energy))]
     for part in parts:
         if part.kind == "vibration_noise":
-            rows.append(changes.vibration_square(recording, part.shape["axis"], blocks))
+            rows.append(part.effect.variants.get(part.form, changes.vibration_square)(recording, part.shape["axis"], blocks))
         if part.kind == "noise_step":
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
             rows.append(((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float))
@@ -110,13 +111,14 @@ def variance_shapes(parts, recording, blocks):
 def vibration(bench, parts, blocks):
     rows = variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[2], None
-    for shape in shapes_of(table.find("vibration_noise"), bench.recording):
-        square = changes.vibration_square(bench.recording, shape["axis"], blocks)
+    effect = table.find("vibration_noise")
+    for part in [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in effect.forms]:
+        square = variance_shapes([part], bench.recording, blocks)[1]
         if square.max() <= 0:
             continue
         gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
         if best is None or gain > best.gain:
-            best = Candidate("vibration_noise", Part("vibration_noise", shape), gain, log_tail(gain, TRIALS["vibration_noise"]))
+            best = Candidate(effect.kind, part, gain, log_tail(gain, TRIALS[effect.kind]))
     return best
 
 

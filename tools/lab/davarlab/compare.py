@@ -127,7 +127,7 @@ def correlations(state, column):
 def as_given(state, model):
     """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
     bench = state.bench
-    given = [part if part.form == "decoded" else replace(parts_of.part_of(term), form=part.form)
+    given = [part if part.form == "decoded" else replace(part, shape=part.shape | {name: value for name, value in term.parameters.items() if name in part.shape})
              for part, term in zip(state.parts, model.terms)]
     sizes, coefficients = [], []
     for part, term in zip(given, model.terms):

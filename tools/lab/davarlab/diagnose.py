@@ -11,6 +11,7 @@ from .parts import Bench, Part, part_of
 FAMILY_WISE = 0.01
 ADEQUATE = 0.01
 STEPS_MAX = 4
+COARSE = 1.5  # counts per standard deviation from which the amplitudes of single samples are not those of a Gaussian
 CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
 
 
@@ -52,12 +53,13 @@ def start(recording, model, progress=lambda text: None):
 
 
 def with_forms(bench, parts):
-    """Acceleration as logged, or without the noise of the accelerometer: whichever the gyro follows."""
+    """Variants of regressors, and words in shapes that a model file need not say: whichever the gyro follows."""
     for index, part in enumerate(parts):
-        if part.role == "mean" and "accel" in part.effect.needs:
-            smooth = parts[:index] + [replace(part, form="smooth")] + parts[index + 1:]
-            if bench.fit(smooth).log_likelihood > bench.fit(parts).log_likelihood:
-                parts = smooth
+        others = [replace(part, form=form) for form in part.effect.forms]
+        others += [part.moved(p.name, value) for p in part.effect.parameters if p.default is not None for value in p.values]
+        trials = [parts] + [parts[:index] + [other] + parts[index + 1:] for other in others if other != part]
+        if len(trials) > 1:
+            parts = max(trials, key=lambda trial: bench.fit(trial).log_likelihood)
     return parts
 
 
@@ -96,8 +98,13 @@ def judged(state):
     if variance is not None:
         share = modulation.white_share(state.bench, state.parts, state.fit)
         c = modulation.levelled(c, variance, np.interp(np.log(data.f), np.log(data.f_bin), share))
-    state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra)
+    state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra, counted(state))
     return state
+
+
+def counted(state):
+    """Does the gyro, or its angle (quantization), come in counts that its noise does not cover."""
+    return "quantization" in state.model_kinds or signals.count_of(state.shocks.raw) > COARSE * np.std(np.diff(state.bench.y)) / np.sqrt(2)
 
 
 State.model_kinds = property(lambda self: [part.kind for part in self.parts])

@@ -11,7 +11,7 @@ from .whittle import Data, maximise
 
 @dataclass(frozen=True)
 class Part:
-    """An effect with its shape; `form` says which variant of the regressor (raw, smooth) or decoded states."""
+    """An effect with its shape; `form` says which variant of the regressor (raw: the effect's own) or decoded states."""
     kind: str
     shape: dict = field(default_factory=dict)
     form: str = "raw"
@@ -33,9 +33,7 @@ class Part:
 
 
 def part_of(term):
-    effect = table.find(term.kind)
-    shape = {name: term.parameters[name] for name in effect.shape_names}
-    return Part(term.kind, shape)
+    return Part(term.kind, table.find(term.kind).shape_of(term.parameters))
 
 
 class Bench:
@@ -59,11 +57,11 @@ class Bench:
         """The time series of a mean part, size 1."""
         if part.form == "decoded":
             return [self.decoded[part.key]]
-        course = part.effect.regressor(self.recording, part.shape)
+        course = part.effect.variants.get(part.form, part.effect.regressor)(self.recording, part.shape)
         if part.kind == "sinusoid":
             turn = 2 * np.pi * part.shape["frequency_hz"] * self.recording.time_s
             return [course, np.cos(turn)]
-        return [signals.denoised(course, self.recording.rate_hz)] if part.form == "smooth" else [course]
+        return [course]
 
     def keys(self, part):
         count = 2 if part.kind == "sinusoid" else 1
