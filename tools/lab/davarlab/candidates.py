@@ -7,7 +7,7 @@ from scipy import stats
 
 from . import changes, modulation, refine, signals, states
 from .effects import table
-from .parts import Part
+from .parts import Part, as_spectra
 
 # What chance does with a free shape: the tail of the gain is TRIALS times that of one chi-square (a line: TRIALS n exp(-gain)),
 # DESIGN 4. Measured by parametric bootstrap, `tools/davarlab nulls`, 240 recordings of 2 h, rounded up in the second digit.
@@ -80,6 +80,15 @@ def stationary(bench, parts, fit, effect, scatter=None):
     if best:
         best.log_p = log_tail(best.gain, TRIALS.get(effect.kind, 3.0))
     return best
+
+
+def beside_both(bench, parts, fit, effect, scatter):
+    """A spectrum or filter beside decoded states, and beside the noise that they are: the smaller gain counts (6.5)."""
+    found, noise = stationary(bench, parts, fit, effect, scatter), as_spectra(parts)
+    if found and noise and found.log_p < 0 and found.part.role != "mean":
+        other = stationary(bench, noise, bench.fit(noise), effect, scatter)
+        found = min(found, other, key=lambda candidate: candidate.gain)
+    return found
 
 
 def line(bench, parts, fit):
@@ -247,7 +256,7 @@ def ranked(bench, parts, fit, skip=()):
         elif effect.kind == "noise_step":
             found.append(noise_step(bench, parts, blocks))
         else:
-            found.append(stationary(bench, parts, fit, effect, scatter))
+            found.append(beside_both(bench, parts, fit, effect, scatter))
     found = [candidate for candidate in found if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import adequacy, candidates, changes, events, modulation, refine, signals
 from .effects import table
-from .parts import Bench, Part, part_of
+from .parts import Bench, Part, as_spectra, part_of
 
 FAMILY_WISE = 0.01
 ADEQUATE = 0.01
@@ -88,16 +88,21 @@ def relative_variance(state):
 
 def judged(state):
     variance, state.blocks = relative_variance(state)
-    c = signals.transform(state.bench.residual(state.parts, state.fit))[1:]
+    data = state.bench.data
+    c = data.whitened(state.fit.level, state.fit.coefficients, state.bench.all_keys(state.parts))
     free = len(state.fit.sizes) + len(state.fit.coefficients)
     extra = {}
     if "shocks" not in state.model_kinds:
         extra["shocks"] = float(np.exp(state.shocks.log_p))
-    data = state.bench.data
     level = np.interp(np.log(data.f), np.log(data.f_bin), state.fit.level)
     if variance is not None:
         share = modulation.white_share(state.bench, state.parts, state.fit)
         c = modulation.levelled(c, variance, np.interp(np.log(data.f), np.log(data.f_bin), share))
+    noise = as_spectra(state.parts)
+    if noise:
+        fit = state.bench.fit(noise)
+        other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
+        extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
     state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra, counted(state))
     return state
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from . import compare, diagnose, estimate
 from .model import Model, Term
+from .parts import as_spectra
 
 
 @dataclass
@@ -47,7 +48,11 @@ def estimates_of(state):
     """(state refitted for estimation, list of name -> Estimate per part)."""
     fit = state.bench.fit(state.parts, restricted=True)
     blocks = state.blocks or diagnose.relative_variance(state)[1]
-    return estimate.all_estimates(state.bench, state.parts, fit, blocks, state.shocks)
+    found, noise = estimate.all_estimates(state.bench, state.parts, fit, blocks, state.shocks), as_spectra(state.parts)
+    if noise:  # a decoded course takes some of the slow noise with it
+        other = estimate.all_estimates(state.bench, noise, state.bench.fit(noise, restricted=True), blocks, state.shocks)
+        found = [one if part.form == "decoded" else estimate.wider(one, two) for part, one, two in zip(state.parts, found, other)]
+    return found
 
 
 def fitted_model(state, model):

@@ -36,6 +36,14 @@ def part_of(term):
     return Part(term.kind, table.find(term.kind).shape_of(term.parameters))
 
 
+def as_spectra(parts):
+    """Decoded states as the noise that they are; None when there are none. The decoded course takes some of the noise with it and leaves
+    the doubt about each switch behind, so that what only a spectrum beside it could explain is asked beside this too (6.5)."""
+    if all(part.form != "decoded" for part in parts):
+        return None
+    return [replace(part, form="raw") if part.form == "decoded" else part for part in parts]
+
+
 class Bench:
     """The recording, cleaned of shocks, with rows and columns for every part that is asked for."""
 
