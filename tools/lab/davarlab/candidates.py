@@ -16,6 +16,7 @@ TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.
           "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 0.5, "warm_up": 2.1, "rate_ramp": 0.83, "sinusoid": 3.1,
           "temperature": 1.1, "temperature_rate": 0.9, "g_sensitivity": 4.8, "vibration_rectification": 3.5,
           "vibration_noise": 1.4, "noise_step": 1.1e4}
+HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
@@ -29,7 +30,6 @@ class Candidate:
     part: Part
     gain: float
     log_p: float
-    state: object = None
 
 
 def shapes_of(effect, recording):
@@ -67,14 +67,12 @@ def stationary(bench, parts, fit, effect, scatter=None):
     for shape in shapes_of(effect, bench.recording):
         for form in effect.forms:
             part = Part(effect.kind, shape, form)
-            full = bench.fit(parts + [part])
+            full = bench.fit(parts + [part], near=fit.level)
             gain = full.log_likelihood - fit.log_likelihood
             if scatter is not None and part.role != "mean":
                 gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
             if robust and gain > max(ROBUST_FROM, best.gain if best else 0.0):
                 gain = min(gain, robust_gain(bench, parts, part))
-            if part.role == "mean" and (best is None or gain <= best.gain) and len(part.shape) and effect.kind == "warm_up":
-                bench.forget(part)
             if best is None or gain > best.gain:
                 best = Candidate(effect.kind, part, gain, 0.0)
     if best:
@@ -147,7 +145,8 @@ def noise_step(bench, parts, blocks):
 def with_states(bench, parts, fit, found):
     """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
-    if telegraph is not None and telegraph.log_p < np.log(1e-4):
+    best = max((c.gain for c in found if c.kind not in ("telegraph_noise", "gauss_markov")), default=0.0)
+    if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > HOPELESS * best:
         decode_states(bench, parts, telegraph)
 
 

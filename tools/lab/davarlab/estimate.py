@@ -60,17 +60,18 @@ def standard_errors(bench, parts, fit):
     own = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300)) if len(fit.coefficients) else np.zeros(0)
     steps = np.concatenate([np.full(len(live), 0.05), [shape_step(bench, parts[i]) for i, _ in places], own])
 
+    tried = {}
+
     def at(x):
         sizes = fit.sizes.copy()
         sizes[live] *= np.exp(x[:len(live)])
         moved = with_shapes(parts, zip(places, x[len(live):len(live) + len(places)]))
-        value = vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
-        for part, old in zip(moved, parts):
-            if part != old and part.role == "mean":
-                bench.forget(part)
-        return value
+        tried.update({part.key: part for part, old in zip(moved, parts) if part != old and part.role == "mean"})
+        return vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
 
     matrix = curvature(at, steps)
+    for part in tried.values():
+        bench.forget(part)
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-30))
     inverse = linalg.pinvh(matrix * np.outer(scale, scale), rtol=1e-8) * np.outer(scale, scale)
     errors = np.sqrt(np.maximum(np.diag(inverse), 0))
@@ -148,8 +149,9 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
 def dynamic_estimates(bench, parts, fit, blocks):
     """White level and what modulates it, from the energies of blocks."""
     dynamic = [part for part in parts if part.kind in ("vibration_noise", "noise_step")]
-    if not dynamic or blocks is None:
+    if not dynamic:
         return {}
+    blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
     rows = candidates.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, _ = changes.fit(blocks, rows)
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))

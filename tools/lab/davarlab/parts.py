@@ -107,8 +107,9 @@ class Bench:
     def all_keys(self, parts):
         return [key for part in parts if part.role == "mean" for key in self.keys(part)]
 
-    def fit(self, parts, restricted=False):
-        return maximise(self.data, self.rows(parts), self.all_keys(parts), restricted=restricted)
+    def fit(self, parts, restricted=False, near=None):
+        """`near`: level of a similar fit to start from."""
+        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted)
 
     def residual(self, parts, fit):
         """Whitened residual in time, unit variance when the model is true."""

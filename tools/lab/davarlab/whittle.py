@@ -102,13 +102,13 @@ def non_negative_step(shapes, energy, counts, level):
     return optimize.nnls(design / norm, energy / counts * weight)[0] / norm
 
 
-def maximise(data, shapes, keys, start=None, restricted=False):
-    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`. With `restricted`, leverages of the columns
-    are taken off the degrees of freedom (REML, DESIGN 3)."""
+def maximise(data, shapes, keys, near=None, restricted=False):
+    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from. With `restricted`,
+    leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
     counts = data.counts
     energy = data.product("gyro", "gyro")
-    level = shapes.T @ start if start is not None else np.maximum(energy / counts, 1e-30)
-    if start is None and keys:
+    level = near if near is not None else np.maximum(energy / counts, 1e-30)
+    if near is None and keys:
         first = non_negative_step(shapes, energy, counts, level.mean() + 0 * level)
         level = np.maximum(shapes.T @ first, 1e-12 * level.max())
     sizes, before = None, -np.inf
