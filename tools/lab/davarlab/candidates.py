@@ -21,6 +21,7 @@ SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
+BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"))
 
 
 @dataclass
@@ -225,11 +226,12 @@ def mean_course(bench, parts, fit):
 
 
 def simplest_first(found):
-    """A slow warm-up is a ramp that bends: it is named only when the bend itself is significant (likelihood ratio at 1 %)."""
+    """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they are named only when the bend itself is
+    significant (likelihood ratio at 1 %)."""
     by_kind = {candidate.kind: candidate for candidate in found}
-    ramp, bent = by_kind.get("rate_ramp"), by_kind.get("warm_up")
-    if ramp and bent and bent.gain - ramp.gain < BEND:
-        bent.log_p = max(bent.log_p, min(0.0, ramp.log_p + 1e-6))
+    for straight, bent in BENDS:
+        if straight in by_kind and bent in by_kind and by_kind[bent].gain - by_kind[straight].gain < BEND:
+            by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
 
 
 def scatter_of(bench, parts, fit, blocks):

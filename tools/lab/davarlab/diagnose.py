@@ -132,11 +132,7 @@ def ranking(state):
 def joined(state, part):
     """The model with one more part, shapes refitted."""
     parts = state.parts + [part]
-    if part.kind == "telegraph_noise":
-        kinds = ()
-    else:
-        kinds = None if part.kind in ("gauss_markov", "low_pass", "warm_up", "sinusoid") else (part.kind, "sinusoid")
-    parts = refine.refined(state.bench, parts, only=kinds)
+    parts = refine.refined(state.bench, parts, only=() if part.kind == "telegraph_noise" else None)
     state = State(state.bench, parts, state.bench.fit(parts), state.shocks)
     return cleaned_again(state) if part.role == "mean" else state
 
