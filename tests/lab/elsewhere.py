@@ -1,5 +1,8 @@
 """Recordings made with formulas of their own: numpy and scipy only, nothing of davarlab, and where physics leaves a choice another one than
-davarlab's simulator (exact AR(1), sums of AR(1), exponential dwells, analogue poles, real rounding). 50 Hz, gyro, temperature, accelerometer."""
+davarlab's simulator (exact AR(1), sums of AR(1), exponential dwells, analogue poles, real rounding). 50 Hz, gyro, temperature, accelerometer.
+`elsewhere.py CASE SEED REC.csv` writes one."""
+
+import sys
 
 import numpy as np
 from scipy import signal
@@ -10,9 +13,8 @@ DEG = 3600.0
 
 def ar1(count, decay, rng):
     """Unit variance, stationary from its first sample."""
-    start = signal.lfilter_zi([1], [1, -decay]) * rng.standard_normal() * np.sqrt(1 - decay ** 2) * 0
-    x, _ = signal.lfilter([np.sqrt(1 - decay ** 2)], [1, -decay], rng.standard_normal(count), zi=start + decay * rng.standard_normal())
-    return x
+    drive = np.sqrt(1 - decay ** 2) * rng.standard_normal(count)
+    return signal.lfilter([1], [1, -decay], drive, zi=[decay * rng.standard_normal()])[0]
 
 
 def flicker_sum(count, b_dps, rng):
@@ -32,7 +34,7 @@ def flicker_kasdin(count, b_dps, rng):
     """Kasdin's filter of order one half."""
     h = np.cumprod(np.concatenate([[1.0], (np.arange(1, 2 * count) - 0.5) / np.arange(1, 2 * count)]))
     x = signal.fftconvolve(rng.standard_normal(2 * count), h)[count:2 * count]
-    return b_dps * x / np.sqrt(1)
+    return b_dps * x
 
 
 def temperature(time, how, rng):
@@ -153,3 +155,72 @@ def shocks(p, t, rng, how):
             k = np.arange(20)
             y[place:place + 20] += size * np.exp(-k / 4) * np.cos(2 * np.pi * k / 6)
     return y
+
+
+def axis(rng):
+    return str(rng.choice(list("xyz")))
+
+
+def interval(rng):
+    start = rng.uniform(500, 5000)
+    return {"noise_step": {"start_s": start, "stop_s": start + rng.uniform(300, 2000), "ratio": 1 + rng.uniform(0.4, 1)}}
+
+
+WARMTH = "coefficient_dps_per_degC"
+# name -> (what is hidden, drawn with a generator; how it is made)
+CASES = {
+    "clean": (lambda r: {}, {}),
+    "clean sum": (lambda r: {}, {"flicker": "sum", "temperature": "sine", "vibration": "band"}),
+    "clean kasdin": (lambda r: {}, {"flicker": "kasdin", "temperature": "chamber", "thermometer": "slow"}),
+    "clean lsb": (lambda r: {}, {"lsb": 0.01, "temperature": "ramp"}),
+    "clean coarse lsb": (lambda r: {}, {"lsb": 0.0625}),
+    **{f"low_pass {way}": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(4, 15)}}, {"low_pass": way})
+       for way in ("pole", "bilinear", "response", "analogue")},
+    "quantization": (lambda r: {"quantization": {"coefficient_deg": r.uniform(2e-4, 6e-4)}}, {}),
+    "rate_random_walk": (lambda r: {"rate_random_walk": {"coefficient_deg_per_h_per_sqrt_h": r.uniform(40, 80)}}, {"flicker": "sum"}),
+    "rate_ramp": (lambda r: {"rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)}}, {"temperature": "sine"}),
+    "gauss_markov": (lambda r: {"gauss_markov": {"std_dps": r.uniform(0.003, 0.008), "correlation_time_s": np.exp(r.uniform(0.7, 4))}},
+                     {"flicker": "kasdin"}),
+    "sinusoid": (lambda r: {"sinusoid": {"amplitude_dps": r.uniform(0.002, 0.02), "frequency_hz": np.exp(r.uniform(-4, 3))}}, {}),
+    **{f"temperature {way}": (lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}}, {"temperature": way})
+       for way in ("sine", "ramp", "walk", "chamber")},
+    "temperature slow": (lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}}, {"temperature": "chamber", "thermometer": "slow"}),
+    "temperature_rate sine": (lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(2, 6)}}, {"temperature": "sine"}),
+    "temperature_rate chamber": (lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(0.5, 2)}}, {"temperature": "chamber"}),
+    **{f"g_sensitivity {way}": (lambda r: {"g_sensitivity": {"coefficient_dps_per_g": r.uniform(0.3, 1), "axis": axis(r)}}, {"vibration": way})
+       for way in ("white", "band")},
+    **{f"vibration_noise {way}": (lambda r: {"vibration_noise": {"coefficient_dps_per_g": r.uniform(0.4, 1), "axis": axis(r)}},
+                                  {"vibration": way}) for way in ("white", "band")},
+    **{f"vibration_rectification {way}": (lambda r: {"vibration_rectification": {"coefficient_dps_per_g2": r.uniform(1.5, 6), "axis": axis(r)}},
+                                          {"vibration": way}) for way in ("white", "band")},
+    "warm_up": (lambda r: {"warm_up": {"amplitude_dps": r.uniform(0.03, 0.06), "time_constant_s": r.uniform(200, 1200)}}, {"flicker": "sum"}),
+    "telegraph_noise": (lambda r: {"telegraph_noise": {"amplitude_dps": r.uniform(0.005, 0.01), "mean_dwell_s": r.uniform(30, 150)}}, {}),
+    "telegraph fast": (lambda r: {"telegraph_noise": {"amplitude_dps": r.uniform(0.01, 0.02), "mean_dwell_s": r.uniform(3, 10)}}, {}),
+    "noise_step": (interval, {}),
+    **{f"shocks {way}": (lambda r: {"shocks": {"rate_per_hour": r.uniform(8, 40), "amplitude_dps": r.uniform(0.4, 1)}}, {"shocks": way})
+       for way in ("sample", "normal", "ring")},
+    "quantization + temperature": (lambda r: {"temperature": {WARMTH: 0.015}, "quantization": {"coefficient_deg": r.uniform(3e-4, 6e-4)}}, {}),
+    "low_pass bilinear + gauss_markov": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(5, 12)}, "gauss_markov": {
+        "std_dps": 0.006, "correlation_time_s": r.uniform(3, 30)}}, {"low_pass": "bilinear"}),
+    "vibration_noise + vibration_rectification": (lambda r: {"vibration_noise": {"coefficient_dps_per_g": 0.8, "axis": "x"},
+                                                             "vibration_rectification": {"coefficient_dps_per_g2": 4.0, "axis": "x"}}, {}),
+    "telegraph_noise + temperature": (lambda r: {"telegraph_noise": {"amplitude_dps": 0.008, "mean_dwell_s": 60.0},
+                                                 "temperature": {WARMTH: 0.015}}, {"temperature": "chamber"}),
+    "sinusoid + shocks": (lambda r: {"sinusoid": {"amplitude_dps": 0.01, "frequency_hz": r.uniform(0.05, 10)},
+                                     "shocks": {"rate_per_hour": 20, "amplitude_dps": 0.6}}, {}),
+}
+
+
+def recording(case, seed):
+    """(columns, what is hidden, N in deg/sqrt(h), B in deg/h)."""
+    hidden, how = CASES[case]
+    number = sum(map(ord, case))
+    rng = np.random.default_rng([seed, number])
+    n, b = rng.uniform(0.2, 0.4), rng.uniform(2, 8)
+    effects = hidden(rng)
+    return make(effects, seed * 1000 + number, n=n, b=b, **how), effects, n, b
+
+
+if __name__ == "__main__":
+    table = recording(sys.argv[1], int(sys.argv[2]))[0]
+    np.savetxt(sys.argv[3], np.column_stack(list(table.values())), fmt="%.9g", delimiter=",", header=",".join(table), comments="")

@@ -6,11 +6,13 @@ import numpy as np
 
 from . import adequacy, candidates, changes, events, modulation, refine, signals
 from .effects import table
+from .errors import BadInput
 from .parts import Bench, Part, as_spectra, part_of
 
 FAMILY_WISE = 0.01
 ADEQUATE = 0.01
 STEPS_MAX = 4
+MOVING = 0.02  # of the samples, that must differ from the one before
 COARSE = 1.5  # counts per standard deviation from which the amplitudes of single samples are not those of a Gaussian
 CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
 
@@ -44,6 +46,8 @@ def start(recording, model, progress=lambda text: None):
     progress("reading the spectrum")
     y = recording.rate_dps(model.column)
     shocks = events.find(y, recording.rate_hz)
+    if np.mean(np.diff(shocks.clean) != 0) < MOVING:
+        raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
     bench = Bench(recording, shocks.clean)
     parts = [part_of(term) for term in model.terms]
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)

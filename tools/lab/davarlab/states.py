@@ -7,6 +7,7 @@ from scipy import optimize, signal
 
 BLOCKS_MAX = 40000
 BLOCKS_PER_DWELL = 48  # with 8 the dwell came out a fifth too long: switches within a block are lost
+LEAST = 8  # blocks, however far a search for the dwell strays
 SWITCHES_LEAST = 5
 ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
 SEARCH = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
@@ -69,7 +70,7 @@ def bounded(logarithms):
 
 def blocks_for(x, rate_hz, dwell_s):
     """Means of x over a small part of the dwell, and the length of a block in samples."""
-    block = max(1, int(max(dwell_s / BLOCKS_PER_DWELL * rate_hz, len(x) / BLOCKS_MAX)))
+    block = min(max(1, int(max(dwell_s / BLOCKS_PER_DWELL * rate_hz, len(x) / BLOCKS_MAX))), len(x) // LEAST)
     values = averaged(x, block)
     return values - values.mean(), block
 
@@ -126,7 +127,7 @@ def smoothed(values, level, noise, stay):
 def decoded(x, rate_hz, level, dwell_s, white, resolution=240):
     """Posterior mean of the state (-1 .. 1) at every sample; its divergence from what the chain says beforehand; and the sum of
     (1 - state^2) / (2 noise^2), what doubt about the state costs per squared amplitude (6.3)."""
-    block = max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000)
+    block = min(max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEAST)
     values = averaged(x - x.mean(), block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)
     total, state = smoothed(values, level, noise, 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s)))
