@@ -122,7 +122,7 @@ State.model_kinds = property(lambda self: [part.kind for part in self.parts])
 def shock_candidate(state):
     if state.shocks.count == 0:
         return candidates.Candidate("shocks", Part("shocks"), 0.0, 0.0)
-    return candidates.Candidate("shocks", Part("shocks"), state.shocks.gain, state.shocks.log_p - max(0, state.shocks.gain))
+    return candidates.Candidate("shocks", Part("shocks"), state.shocks.gain, state.shocks.log_p)
 
 
 def ranking(state):

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import fft, ndimage
 
-SUDDEN = 2.8
+SUDDEN = 2.0
 
 
 def transform(x):
@@ -54,13 +54,24 @@ def sudden_changes(square, second):
     level = np.log(np.maximum(ndimage.median_filter(square, 10 * second, mode="nearest"), 1e-30))
     change = np.abs(level[second:] - level[:-second])
     peak = (change > np.log(SUDDEN)) & (change == ndimage.maximum_filter1d(change, 4 * second + 1))
-    return np.flatnonzero(peak) + second // 2
+    return np.unique([likely_change(square, place + second // 2, 2 * second) for place in np.flatnonzero(peak)]).astype(int)
+
+
+def likely_change(square, place, reach):
+    """The most likely place, within `reach` samples, of one change of the variance."""
+    low = max(0, place - 2 * reach)
+    total = np.cumsum(square[low:place + 2 * reach])
+    before = np.arange(max(1, place - reach - low), min(len(total), place + reach - low))
+    first, rest = total[before - 1], total[-1] - total[before - 1]
+    after = len(total) - before
+    loss = before * np.log(np.maximum(first / before, 1e-30)) + after * np.log(np.maximum(rest / after, 1e-30))
+    return low + int(before[np.argmin(loss)])
 
 
 def mean_square_between(x, second, window):
     """As local_mean_square of what moves faster than a second, but never across a sudden change of vibration."""
     square = high_passed(x, second) ** 2 * second / max(second - 1, 1)
-    parts = np.split(square, sudden_changes(square, second))
+    parts = np.split(square, sudden_changes(np.diff(x, prepend=x[0]) ** 2, second))  # differences know nothing of what is to come
     return np.concatenate([ndimage.uniform_filter1d(part, min(window, len(part)), mode="reflect") for part in parts if len(part)])
 
 
