@@ -57,10 +57,11 @@ def start(recording, model, progress=lambda text: None):
 
 
 def with_forms(bench, parts):
-    """Variants of regressors, and words in shapes that a model file need not say: whichever the gyro follows."""
+    """Variants of regressors, and what a model file need not say of a shape: whichever the gyro follows."""
     for index, part in enumerate(parts):
         others = [replace(part, form=form) for form in part.effect.forms]
-        others += [part.moved(p.name, value) for p in part.effect.parameters if p.default is not None for value in p.values]
+        others += [part.moved(p.name, value) for p in part.effect.parameters if p.default is not None
+                   for value in part.effect.grid[p.name](bench.recording)]
         trials = [parts] + [parts[:index] + [other] + parts[index + 1:] for other in others if other != part]
         if len(trials) > 1:
             parts = max(trials, key=lambda trial: bench.fit(trial).log_likelihood)

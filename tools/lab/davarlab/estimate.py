@@ -89,7 +89,7 @@ def shape_step(bench, part):
 def interval(value, error, relative):
     if relative:
         reach = np.exp(min(Z * error, 50.0))
-        return Estimate(float(value), float(value / reach), float(value * reach))
+        return Estimate(float(value), *sorted((float(value / reach), float(value * reach))))
     return Estimate(float(value), float(value - Z * error), float(value + Z * error))
 
 

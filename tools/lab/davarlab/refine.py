@@ -10,7 +10,7 @@ PIECES = 1000
 
 
 def numeric_shapes(part):
-    return [name for name, value in part.shape.items() if isinstance(value, float)] if part.role in (
+    return [name for name, value in part.shape.items() if isinstance(value, float) and value] if part.role in (
         "spectrum", "filter", "mean") and part.form != "decoded" else []
 
 

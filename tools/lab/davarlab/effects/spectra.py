@@ -5,6 +5,7 @@ from scipy import fft
 
 from .base import INFINITE, Effect, Parameter
 
+MEMORIES = (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25)
 RESPONSES = ("sampled", "bilinear", "analogue")
 
 
@@ -16,8 +17,11 @@ def difference_gain(f, rate_hz):
     return 4 * np.sin(angular(f, rate_hz) / 2) ** 2
 
 
-def quantization(f, rate_hz, _):
-    return rate_hz ** 2 * difference_gain(f, rate_hz)
+def quantization(f, rate_hz, shape):
+    """`memory`: correlation of the rounding error of the angle with the one before. 0 where noise moves the angle by a count or more
+    per sample; there and only there the error is white."""
+    a = shape.get("memory", 0.0)
+    return rate_hz ** 2 * difference_gain(f, rate_hz) * (1 - a * a) / ((1 - a) ** 2 + a * difference_gain(f, rate_hz))
 
 
 def white(f, rate_hz, _):
@@ -80,9 +84,9 @@ def cutoffs(recording):
 
 QUANTIZATION = Effect(
     "quantization", "The angle is known in steps only, so the rate carries differenced angle noise.",
-    (Parameter("coefficient_deg", "deg", 0, INFINITE),),
+    (Parameter("coefficient_deg", "deg", 0, INFINITE), Parameter("memory", "", -0.95, 0.95, default=0.0)),
     "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.", "spectrum",
-    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization)
+    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization, grid={"memory": lambda _: MEMORIES})
 ANGLE_RANDOM_WALK = Effect(
     "angle_random_walk", "White rate noise, thermal and electronic; its integral is a random walk of angle.",
     (Parameter("coefficient_deg_per_sqrt_h", "deg/sqrt(h)", 0, INFINITE, 1 / 60),),
