@@ -45,7 +45,7 @@ class Elsewhere(unittest.TestCase):
         self.assertEqual(self.diagnosed("temperature ramp", 0), ["temperature"])
 
     def test_an_angle_in_whole_counts_is_quantization_and_nothing_unknown(self):
-        self.assertEqual(self.diagnosed("quantization", 3), ["quantization"])
+        self.assertEqual(self.diagnosed("quantization", 0), ["quantization"])
 
     def test_a_rate_in_coarse_counts_lacks_nothing(self):
         self.assertEqual(self.diagnosed("clean coarse lsb", 2), [])
@@ -53,8 +53,8 @@ class Elsewhere(unittest.TestCase):
     def test_levels_that_switch_fast_leave_no_doubt_behind_that_looks_like_more(self):
         self.assertEqual(self.diagnosed("telegraph fast", 0), ["telegraph_noise"])
 
-    def test_corners_of_the_temperature_are_not_rounded_off(self):
-        self.assertEqual(self.diagnosed("temperature_rate chamber", 3), ["temperature_rate"])
+    def test_vibration_that_starts_suddenly_rectifies_suddenly(self):
+        self.assertEqual(self.diagnosed("vibration_rectification band", 1), ["vibration_rectification"])
 
     def test_the_level_of_vibration_is_not_that_of_a_single_second(self):
         self.assertEqual(self.diagnosed("vibration_noise white", 4), ["vibration_noise"])
