@@ -235,6 +235,10 @@ class BadInput(Folder):
         for change, words in ((put(7, "0.14,nan"), "r.csv:9: column gyro_z_dps"), (put(7, "0.14,x"), "r.csv:9: column gyro_z"),
                               (put(7, "0.14"), "r.csv:9: 1 fields"), (put(700, "0.5,1"), "r.csv:702: column time_s: time runs")):
             self.refused(words, "compare", self.recording(change), "-m", self.model)
+        still = self.file("still.csv", "time_s,gyro_z_dps\n" + "".join(f"{i / 50:.2f},{(i % 997 == 0) * 0.1}\n" for i in range(3000)))
+        done = run("diagnose", still, "-m", self.model)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("still.csv: column gyro_z_dps hardly ever changes", done.stderr)
         self.refused("no samples", "compare", self.file("e.csv", "time_s,gyro_z_dps\n"), "-m", self.model)
         self.refused("none.csv", "compare", self.work / "none.csv", "-m", self.model)
 

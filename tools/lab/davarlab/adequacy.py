@@ -1,9 +1,10 @@
 """Is the whole model adequate? Standardised residuals in frequency, time and amplitude, one honest p-value (DESIGN 7)."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import fft, ndimage, stats
 
 from . import signals
 
@@ -11,6 +12,7 @@ BANDS = 14
 TIMES = 24
 STEPS = 1200
 STEP_ORDINATES = 3000
+COUNTS_TOGETHER = 16
 # How many independent tests the list of judge() amounts to: measured on recordings of true models (`tools/davarlab nulls`).
 INDEPENDENT = 5
 
@@ -55,14 +57,16 @@ def cells_of(c):
     return np.array(rows).reshape(-1, TIMES), edges
 
 
-def kurtosis_scores(w):
-    """Two-sided p-values of the kurtosis of the whitened residual, averaged over 1, 4, 16 ... samples."""
+def kurtosis_scores(w, counted=False):
+    """Two-sided p-values of the kurtosis of the whitened residual, averaged over 1, 4, 16 ... samples. Counts (`counted`) are no Gaussians
+    until many are averaged: COUNTS_TOGETHER at least."""
     found = []
     for width in 4 ** np.arange(7):
         count = len(w) // width
         if count < 400:
             break
-        found.append(float(stats.kurtosistest(w[:count * width].reshape(count, width).sum(axis=1)).pvalue))
+        if not counted or width >= COUNTS_TOGETHER:
+            found.append(float(stats.kurtosistest(w[:count * width].reshape(count, width).sum(axis=1)).pvalue))
     return found
 
 
@@ -78,36 +82,42 @@ def jump_p(c):
     return float(min(1.0, 2 * best))
 
 
+@cache
+def step_courses(count):
+    """Of a step at each place, the ordinates up to what its spectrum has to do with the frequency alone."""
+    return np.sin(np.pi * np.outer(np.arange(1, STEPS) / STEPS, np.arange(1, count + 1)))
+
+
 def step_p(c, level):
     """The most likely single step of the bias, by generalised least squares at STEPS places, against chance by the crossings of a Gaussian
     process with that correlation from place to place (7.5)."""
     count = min(STEP_ORDINATES, len(c))
     k = np.arange(1, count + 1)
-    share = np.arange(1, STEPS) / STEPS
-    sine = np.sin(np.pi * np.outer(share, k))
+    sine = step_courses(count)
     course = 1 / (np.sin(np.pi * k / (2 * (len(c) + 1))) * np.sqrt(level[:count]))
-    rows = sine * course
-    rows /= np.linalg.norm(rows, axis=1)[:, None]
-    peak = np.abs(rows @ c[:count]).max()
-    apart = 1 - np.sum(rows[1:] * rows[:-1], axis=1)  # neighbours say nearly the same where the noise is white, hardly where it walks
+    norm = np.sqrt(np.einsum("sk,sk,k->s", sine, sine, course ** 2))
+    peak = np.abs(sine @ (course * c[:count]) / norm).max()
+    alike = np.einsum("sk,sk,k->s", sine[1:], sine[:-1], course ** 2) / (norm[1:] * norm[:-1])
+    apart = 1 - alike  # neighbours say nearly the same where the noise is white, hardly where it walks
     tries = 1 + np.sum(np.minimum(1, peak * np.sqrt(np.maximum(apart, 0) / np.pi)))
     return float(min(1.0, tries * 2 * stats.norm.sf(peak)))
 
 
-def judge(c, level, free, rate_hz, extra=None):
+def judge(c, level, free, rate_hz, extra=None, counted=False):
     """c: whitened residual ordinates; level: the model's at each ordinate; free: fitted
-    parameters; extra: further p-values by name."""
+    parameters; extra: further p-values by name; counted: the gyro comes in counts that its noise does not cover."""
     tests = {"spectrum": spectrum_score(c, free), "bias step": step_p(c, level)}
     cells, edges = cells_of(c)
     if cells.size:  # a short record has none
         tests["time and frequency"] = float(stats.chi2.sf(np.sum(cells ** 2) * TIMES / (TIMES - 1), cells.size))
         tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
-    power = np.abs(np.fft.rfft(signals.inverse(np.concatenate([[0.0], c])), 2 * len(c))) ** 2 / len(c)
+    w = signals.inverse(np.concatenate([[0.0], c]))
+    power = np.abs(fft.rfft(w, fft.next_fast_len(2 * len(w), real=True))) ** 2 / len(c)
     tests["line"] = float(min(1.0, 1.5 * len(c) * np.exp(-power[8:-8].max())))
     narrow = ndimage.uniform_filter1d(c ** 2, 401)[200:-200:100]
     tests["narrow band"] = float(min(1.0, 0.8 * len(narrow) * stats.chi2.sf(401 * narrow.max(), 401)))
-    w = signals.inverse(np.concatenate([[0.0], c]))
-    tests["amplitudes"] = float(min(1.0, min(kurtosis_scores(w)) * len(kurtosis_scores(w))))
+    scores = kurtosis_scores(w, counted)
+    tests["amplitudes"] = float(min(1.0, min(scores, default=1.0) * len(scores)))
     tests["jumps"] = jump_p(c)
     tests.update(extra or {})
     return Adequacy(float(1 - (1 - min(tests.values())) ** INDEPENDENT), tests, cells, edges * rate_hz / (2 * len(c)))

@@ -50,18 +50,26 @@ def windows(y, window, taus, stride=None):
     return out[:done]
 
 
+@cache
+def grid():
+    """Frequencies over the sample rate, and the width of each."""
+    nu = np.concatenate([np.geomspace(1e-8, 1e-4, 2000), np.geomspace(1e-4, 0.5, 40000)[1:]])
+    return np.sqrt(nu[1:] * nu[:-1]), np.diff(nu)
+
+
+@cache
+def response(m):
+    """What the Allan variance of m samples takes of each frequency of the grid."""
+    middle, width = grid()
+    ripples = np.sin(np.pi * middle * m) ** 4
+    ripples[middle * m > 300] = 0.375  # the grid no longer follows the ripples: their mean
+    return ripples * width * 4 / (np.sin(np.pi * middle) * m) ** 2
+
+
 def expected(spectrum, taus, rate_hz):
     """Allan variance of noise with an ordinate variance spectrum(f): the integral over the response of D (8.1)."""
-    nu = np.concatenate([np.geomspace(1e-8, 1e-4, 2000), np.geomspace(1e-4, 0.5, 40000)[1:]])
-    middle = np.sqrt(nu[1:] * nu[:-1])
-    weight = spectrum(middle * rate_hz) * np.diff(nu) * 4 / np.sin(np.pi * middle) ** 2
-    found = []
-    for m in taus:
-        response = np.sin(np.pi * middle * m) ** 4
-        fast = middle * m > 300  # the grid no longer follows the ripples: their mean
-        response[fast] = 0.375
-        found.append(np.sum(weight * response) / m ** 2)
-    return np.array(found)
+    power = spectrum(grid()[0] * rate_hz)
+    return np.array([power @ response(int(m)) for m in taus])
 
 
 def freedom(slope, m, window):

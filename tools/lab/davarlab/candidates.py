@@ -7,18 +7,21 @@ from scipy import stats
 
 from . import changes, modulation, refine, signals, states
 from .effects import table
-from .parts import Part
+from .parts import Part, as_spectra
 
 # What chance does with a free shape: the tail of the gain is TRIALS times that of one chi-square (a line: TRIALS n exp(-gain)),
 # DESIGN 4. Measured by parametric bootstrap, `tools/davarlab nulls`, 240 recordings of 2 h, rounded up in the second digit.
 # Not measured: angle_random_walk and bias_instability (in every model there), low_pass (no gain at all by chance: a bound).
 TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 0.35,
           "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 0.5, "warm_up": 2.1, "rate_ramp": 0.83, "sinusoid": 3.1,
-          "temperature": 1.1, "temperature_rate": 0.9, "g_sensitivity": 4.8, "vibration_rectification": 3.5,
-          "vibration_noise": 1.4, "noise_step": 1.1e4}
+          "temperature": 1.1, "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
+          "vibration_noise": 2.8, "noise_step": 1.1e4}
+HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
+ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
+BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"))
 
 
 @dataclass
@@ -28,7 +31,6 @@ class Candidate:
     part: Part
     gain: float
     log_p: float
-    state: object = None
 
 
 def shapes_of(effect, recording):
@@ -61,24 +63,31 @@ def robust_gain(bench, parts, part):
 
 def stationary(bench, parts, fit, effect, scatter=None):
     """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where the white level changes."""
+    robust = effect.role == "mean" and "accel" in effect.needs
     best = None
-    forms = ("raw", "smooth") if "accel" in effect.needs and effect.role == "mean" else ("raw",)
     for shape in shapes_of(effect, bench.recording):
-        for form in forms:
+        for form in effect.forms:
             part = Part(effect.kind, shape, form)
-            full = bench.fit(parts + [part])
+            full = bench.fit(parts + [part], near=fit.level)
             gain = full.log_likelihood - fit.log_likelihood
             if scatter is not None and part.role != "mean":
                 gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
-            if effect.kind == "g_sensitivity" and form == "raw":
+            if robust and gain > max(ROBUST_FROM, best.gain if best else 0.0):
                 gain = min(gain, robust_gain(bench, parts, part))
-            if part.role == "mean" and (best is None or gain <= best.gain) and len(part.shape) and effect.kind == "warm_up":
-                bench.forget(part)
             if best is None or gain > best.gain:
                 best = Candidate(effect.kind, part, gain, 0.0)
     if best:
         best.log_p = log_tail(best.gain, TRIALS.get(effect.kind, 3.0))
     return best
+
+
+def beside_both(bench, parts, fit, effect, scatter):
+    """A spectrum or filter beside decoded states, and beside the noise that they are: the smaller gain counts (6.5)."""
+    found, noise = stationary(bench, parts, fit, effect, scatter), as_spectra(parts)
+    if found and noise and found.log_p < 0 and found.part.role != "mean":
+        other = stationary(bench, noise, bench.fit(noise), effect, scatter)
+        found = min(found, other, key=lambda candidate: candidate.gain)
+    return found
 
 
 def line(bench, parts, fit):
@@ -100,7 +109,7 @@ def variance_shapes(parts, recording, blocks):
     rows = [np.ones(len(blocks.energy))]
     for part in parts:
         if part.kind == "vibration_noise":
-            rows.append(changes.vibration_square(recording, part.shape["axis"], blocks))
+            rows.append(part.effect.variants.get(part.form, changes.vibration_square)(recording, part.shape["axis"], blocks))
         if part.kind == "noise_step":
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
             rows.append(((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float))
@@ -110,13 +119,14 @@ def variance_shapes(parts, recording, blocks):
 def vibration(bench, parts, blocks):
     rows = variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[2], None
-    for shape in shapes_of(table.find("vibration_noise"), bench.recording):
-        square = changes.vibration_square(bench.recording, shape["axis"], blocks)
+    effect = table.find("vibration_noise")
+    for part in [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in effect.forms]:
+        square = variance_shapes([part], bench.recording, blocks)[1]
         if square.max() <= 0:
             continue
         gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
         if best is None or gain > best.gain:
-            best = Candidate("vibration_noise", Part("vibration_noise", shape), gain, log_tail(gain, TRIALS["vibration_noise"]))
+            best = Candidate(effect.kind, part, gain, log_tail(gain, TRIALS[effect.kind]))
     return best
 
 
@@ -136,7 +146,8 @@ def noise_step(bench, parts, blocks):
 def with_states(bench, parts, fit, found):
     """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
-    if telegraph is not None and telegraph.log_p < np.log(1e-4):
+    best = max((c.gain for c in found if c.kind not in ("telegraph_noise", "gauss_markov")), default=0.0)
+    if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > HOPELESS * best:
         decode_states(bench, parts, telegraph)
 
 
@@ -215,11 +226,12 @@ def mean_course(bench, parts, fit):
 
 
 def simplest_first(found):
-    """A slow warm-up is a ramp that bends: it is named only when the bend itself is significant (likelihood ratio at 1 %)."""
+    """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they are named only when the bend itself is
+    significant (likelihood ratio at 1 %)."""
     by_kind = {candidate.kind: candidate for candidate in found}
-    ramp, bent = by_kind.get("rate_ramp"), by_kind.get("warm_up")
-    if ramp and bent and bent.gain - ramp.gain < BEND:
-        bent.log_p = max(bent.log_p, min(0.0, ramp.log_p + 1e-6))
+    for straight, bent in BENDS:
+        if straight in by_kind and bent in by_kind and by_kind[bent].gain - by_kind[straight].gain < BEND:
+            by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
 
 
 def scatter_of(bench, parts, fit, blocks):
@@ -245,7 +257,7 @@ def ranked(bench, parts, fit, skip=()):
         elif effect.kind == "noise_step":
             found.append(noise_step(bench, parts, blocks))
         else:
-            found.append(stationary(bench, parts, fit, effect, scatter))
+            found.append(beside_both(bench, parts, fit, effect, scatter))
     found = [candidate for candidate in found if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)

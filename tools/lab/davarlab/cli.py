@@ -177,13 +177,14 @@ def run_improve(options):
 
 def run_add(options):
     model, effect = models.read(options.model), table.find(options.kind)
-    values = {p.name: "x" if p.name == "axis" else max(1e-3, p.low) for p in effect.parameters}
+    values = {p.name: p.default or (p.values[0] if p.values else max(1e-3, p.low)) for p in effect.parameters}
+    words = [p.name for p in effect.parameters if p.values]
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:
             raise BadInput(f"{pair}: {effect.kind} has the parameters {', '.join(values)}")
         try:
-            values[name] = value if name == "axis" else float(value)
+            values[name] = value if name in words else float(value)
         except ValueError:
             raise BadInput(f"{pair}: not a number") from None
     model.terms.append(models.checked_term({"kind": options.kind, **values}, options.kind))

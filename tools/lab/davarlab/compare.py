@@ -69,13 +69,21 @@ def cells_of(state, y):
         taus = allan.octaves(window)
         noise = allan.expected(spectrum, taus, bench.data.rate_hz)
         slopes = np.gradient(np.log(noise), np.log(taus)) if len(taus) > 1 else np.array([-1.0])
-        measured = allan.windows(y, window, taus) ** 2
+        measured = remembered(bench.recording.measured, y, window, taus) ** 2
         known = allan.windows(course, window, taus) ** 2 if np.any(course) else np.zeros_like(measured)
         for row in range(len(measured)):
             part = variance[row * window:(row + 1) * window]
             local = noise * np.where(slopes < -0.5, part.mean(), 1.0)
             found += row_cells(row, window, taus, slopes, measured[row], local, known[row], bench.data.rate_hz)
     return found
+
+
+def remembered(known, y, window, taus):
+    """Allan deviations of y in windows, measured once however many models are compared with them."""
+    key = (hash(y.tobytes()), window)
+    if key not in known:
+        known[key] = allan.windows(y, window, taus)
+    return known[key]
 
 
 def row_cells(row, window, taus, slopes, measured, noise, known, rate_hz):
@@ -127,7 +135,7 @@ def correlations(state, column):
 def as_given(state, model):
     """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
     bench = state.bench
-    given = [part if part.form == "decoded" else replace(parts_of.part_of(term), form=part.form)
+    given = [part if part.form == "decoded" else replace(part, shape=part.shape | {name: value for name, value in term.parameters.items() if name in part.shape})
              for part, term in zip(state.parts, model.terms)]
     sizes, coefficients = [], []
     for part, term in zip(given, model.terms):
@@ -181,6 +189,11 @@ def compare_state(state, recording, model, p_value):
     return Comparison(recording.samples, recording.rate_hz, state.model_kinds, error_of(cells), floor_of(cells),
                       p_value, p_value >= diagnose.ADEQUATE, cells, state.adequacy.tests, where[:40],
                       residual_spectrum(state), correlations(state, model.column))
+
+
+def error_as_given(recording, model, fitted):
+    """The error alone, of the model as given; `fitted`: its effects refitted on the recording."""
+    return error_of(cells_of(as_given(fitted, model), strip_shocks(fitted, recording, model)))
 
 
 def given_p_value(fitted, given):

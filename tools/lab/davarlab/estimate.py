@@ -7,6 +7,7 @@ from scipy import linalg, stats
 
 from . import candidates, changes, modulation
 from .refine import numeric_shapes
+from .whittle import size_covariance
 
 Z = float(stats.norm.ppf(0.975))
 
@@ -59,17 +60,18 @@ def standard_errors(bench, parts, fit):
     own = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300)) if len(fit.coefficients) else np.zeros(0)
     steps = np.concatenate([np.full(len(live), 0.05), [shape_step(bench, parts[i]) for i, _ in places], own])
 
+    tried = {}
+
     def at(x):
         sizes = fit.sizes.copy()
         sizes[live] *= np.exp(x[:len(live)])
         moved = with_shapes(parts, zip(places, x[len(live):len(live) + len(places)]))
-        value = vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
-        for part, old in zip(moved, parts):
-            if part != old and part.role == "mean":
-                bench.forget(part)
-        return value
+        tried.update({part.key: part for part, old in zip(moved, parts) if part != old and part.role == "mean"})
+        return vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
 
     matrix = curvature(at, steps)
+    for part in tried.values():
+        bench.forget(part)
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-30))
     inverse = linalg.pinvh(matrix * np.outer(scale, scale), rtol=1e-8) * np.outer(scale, scale)
     errors = np.sqrt(np.maximum(np.diag(inverse), 0))
@@ -87,22 +89,22 @@ def shape_step(bench, part):
 def interval(value, error, relative):
     if relative:
         reach = np.exp(min(Z * error, 50.0))
-        return Estimate(float(value), float(value / reach), float(value * reach))
+        return Estimate(float(value), *sorted((float(value / reach), float(value * reach))))
     return Estimate(float(value), float(value - Z * error), float(value + Z * error))
 
 
-def spectrum_estimates(bench, part, size, error):
+def wider(one, two):
+    """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the model put in another way."""
+    return {name: e if isinstance(e.value, str) else Estimate(e.value, min(e.low, two[name].low), max(e.high, two[name].high))
+            for name, e in one.items()}
+
+
+def spectrum_estimates(part, size, error, bound):
+    """`bound`: standard error of the size itself, for one that is fitted as nothing."""
     scale = part.effect.size.scale
     if size <= 0:
-        return Estimate(0.0, 0.0, upper_bound(bench, part) / scale)
+        return Estimate(0.0, 0.0, float(np.sqrt(Z * bound)) / scale)
     return interval(np.sqrt(size) / scale, error / 2, True)
-
-
-def upper_bound(bench, part):
-    """A size that the record would have shown: 1.96 standard errors of the size where the fit has none."""
-    row = bench.data.binned(part.key, lambda f: part.effect.spectrum(f, bench.data.rate_hz, part.shape))
-    level = bench.data.product("gyro", "gyro") / bench.data.counts
-    return float(np.sqrt(Z / np.sqrt(np.sum(bench.data.counts / 2 * (row / np.maximum(level, 1e-30)) ** 2))))
 
 
 def mean_estimates(bench, part, keys, values, errors):
@@ -119,10 +121,11 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
     size_errors, shape_errors, coefficient_errors = standard_errors(bench, parts, fit)
     found, s, c = [], 0, 0
     dynamic = dynamic_estimates(bench, parts, fit, blocks)
+    bounds = np.sqrt(np.diag(size_covariance(bench.data, bench.rows(parts), fit.level)))
     for index, part in enumerate(parts):
         entry = {}
         if part.role == "spectrum":
-            entry[part.effect.size.name] = spectrum_estimates(bench, part, fit.sizes[s], size_errors[s])
+            entry[part.effect.size.name] = spectrum_estimates(part, fit.sizes[s], size_errors[s], bounds[s])
             s += 1
         elif part.role == "mean":
             keys = bench.keys(part)
@@ -146,8 +149,9 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
 def dynamic_estimates(bench, parts, fit, blocks):
     """White level and what modulates it, from the energies of blocks."""
     dynamic = [part for part in parts if part.kind in ("vibration_noise", "noise_step")]
-    if not dynamic or blocks is None:
+    if not dynamic:
         return {}
+    blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
     rows = candidates.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, _ = changes.fit(blocks, rows)
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))

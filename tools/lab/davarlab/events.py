@@ -34,9 +34,11 @@ def self_whitened(y):
 
 
 def local_scale(w, block):
-    """Robust standard deviation around each sample."""
+    """Robust standard deviation around each sample: by the median and by the upper fifth of the sizes, whichever is larger, because the
+    median alone says nothing where a few counts are all that there is."""
     blocks = len(w) // block
-    spread = np.median(np.abs(w[:blocks * block].reshape(blocks, block)), axis=1) / 0.6745
+    sizes = np.partition(np.abs(w[:blocks * block].reshape(blocks, block)), [block // 2, 4 * block // 5], axis=1)
+    spread = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)
     spread = ndimage.maximum_filter1d(spread, 3)
     return np.interp(np.arange(len(w)), (np.arange(blocks) + 0.5) * block, spread)
 

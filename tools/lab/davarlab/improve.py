@@ -6,6 +6,7 @@ import numpy as np
 
 from . import compare, diagnose, estimate
 from .model import Model, Term
+from .parts import as_spectra
 
 
 @dataclass
@@ -46,8 +47,12 @@ class Improvement:
 def estimates_of(state):
     """(state refitted for estimation, list of name -> Estimate per part)."""
     fit = state.bench.fit(state.parts, restricted=True)
-    blocks = state.blocks or diagnose.relative_variance(state)[1]
-    return estimate.all_estimates(state.bench, state.parts, fit, blocks, state.shocks)
+    blocks = state.blocks
+    found, noise = estimate.all_estimates(state.bench, state.parts, fit, blocks, state.shocks), as_spectra(state.parts)
+    if noise:  # a decoded course takes some of the slow noise with it
+        other = estimate.all_estimates(state.bench, noise, state.bench.fit(noise, restricted=True), blocks, state.shocks)
+        found = [one if part.form == "decoded" else estimate.wider(one, two) for part, one, two in zip(state.parts, found, other)]
+    return found
 
 
 def fitted_model(state, model):
@@ -68,7 +73,7 @@ def fit(recording, model, progress=lambda text: None):
 
 
 def held_out_error(held_out, model):
-    return compare.compare(held_out, model).error if held_out is not None else None
+    return compare.error_as_given(held_out, model, diagnose.start(held_out, model)) if held_out is not None else None
 
 
 def words(candidate, before, after, floor):
@@ -92,15 +97,22 @@ def misfit_words(comparison):
             f"(off between {off[0].tau_s:g} and {off[-1].tau_s:g} s)")
 
 
+def with_candidate(found, candidate):
+    """The model as given with one candidate: the second state of the search when it is the one that was taken first."""
+    first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
+    taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
+    return second if taken else diagnose.joined(first, candidate.part)
+
+
 def described(recording, model, found, comparison, held_out, detail):
     """The first `detail` candidates with their error after and parameters, the others with their gain."""
     out = []
-    for rank, candidate in enumerate(found):
+    for rank, candidate in enumerate(found.ranking):
         after, outside, parameters = float("nan"), None, {}
         if rank < detail:
-            state = diagnose.judged(diagnose.joined(candidate.state, candidate.part))
+            state = with_candidate(found, candidate)
             joined, entries = fitted_model(state, model)
-            after = compare.compare(recording, joined, fitted=state).error
+            after = compare.error_as_given(recording, joined, state)
             outside = held_out_error(held_out, joined)
             parameters = entries[-1]
         out.append(Candidate(candidate.kind, candidate.gain, float(np.exp(candidate.log_p)), after, outside, parameters,
@@ -129,7 +141,5 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
         comparisons.append(result)
         steps.append(Step(state.parts[-1].kind, state.model_kinds, result.error, result.error_floor,
                           held_out_error(held_out, better), state.adequacy.p_value))
-    for candidate in found.ranking:
-        candidate.state = found.states[0]
-    shown = described(recording, model, found.ranking, comparison, held_out, detail)
+    shown = described(recording, model, found, comparison, held_out, detail)
     return Improvement(comparison, found, steps, found.verdict, final, entries, shown, comparisons)

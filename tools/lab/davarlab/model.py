@@ -7,8 +7,6 @@ from pathlib import Path
 from .effects import table
 from .errors import BadInput
 
-AXES = ("x", "y", "z")
-
 
 @dataclass
 class Term:
@@ -29,9 +27,9 @@ class Model:
 
 
 def checked_value(effect, parameter, value, where):
-    if parameter.name == "axis":
-        if value not in AXES:
-            raise BadInput(f"{where}: axis must be one of x, y, z")
+    if parameter.values:
+        if value not in parameter.values:
+            raise BadInput(f"{where}: {parameter.name} must be one of {', '.join(parameter.values)}")
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise BadInput(f"{where}: {parameter.name} must be a number")
@@ -49,10 +47,11 @@ def checked_term(entry, where):
     for name in entry:
         if name != "kind" and name not in known:
             raise BadInput(f"{where}: {effect.kind} has no parameter {name} (it has: {', '.join(known)})")
-    missing = [name for name in known if name not in entry]
+    missing = [name for name, parameter in known.items() if name not in entry and parameter.default is None]
     if missing:
         raise BadInput(f"{where}: {effect.kind} needs {missing[0]}")
-    return Term(effect.kind, {name: checked_value(effect, p, entry[name], where) for name, p in known.items()})
+    return Term(effect.kind, {name: checked_value(effect, p, entry[name], where) for name, p in known.items()
+                              if name in entry})
 
 
 def load_toml(path):

@@ -11,7 +11,7 @@ from .whittle import Data, maximise
 
 @dataclass(frozen=True)
 class Part:
-    """An effect with its shape; `form` says which variant of the regressor (raw, smooth) or decoded states."""
+    """An effect with its shape; `form` says which variant of the regressor (raw: the effect's own) or decoded states."""
     kind: str
     shape: dict = field(default_factory=dict)
     form: str = "raw"
@@ -33,9 +33,15 @@ class Part:
 
 
 def part_of(term):
-    effect = table.find(term.kind)
-    shape = {name: term.parameters[name] for name in effect.shape_names}
-    return Part(term.kind, shape)
+    return Part(term.kind, table.find(term.kind).shape_of(term.parameters))
+
+
+def as_spectra(parts):
+    """Decoded states as the noise that they are; None when there are none. The decoded course takes some of the noise with it and leaves
+    the doubt about each switch behind, so that what only a spectrum beside it could explain is asked beside this too (6.5)."""
+    if all(part.form != "decoded" for part in parts):
+        return None
+    return [replace(part, form="raw") if part.form == "decoded" else part for part in parts]
 
 
 class Bench:
@@ -59,11 +65,11 @@ class Bench:
         """The time series of a mean part, size 1."""
         if part.form == "decoded":
             return [self.decoded[part.key]]
-        course = part.effect.regressor(self.recording, part.shape)
+        course = part.effect.variants.get(part.form, part.effect.regressor)(self.recording, part.shape)
         if part.kind == "sinusoid":
             turn = 2 * np.pi * part.shape["frequency_hz"] * self.recording.time_s
             return [course, np.cos(turn)]
-        return [signals.denoised(course, self.recording.rate_hz)] if part.form == "smooth" else [course]
+        return [course]
 
     def keys(self, part):
         count = 2 if part.kind == "sinusoid" else 1
@@ -101,8 +107,9 @@ class Bench:
     def all_keys(self, parts):
         return [key for part in parts if part.role == "mean" for key in self.keys(part)]
 
-    def fit(self, parts, restricted=False):
-        return maximise(self.data, self.rows(parts), self.all_keys(parts), restricted=restricted)
+    def fit(self, parts, restricted=False, near=None):
+        """`near`: level of a similar fit to start from."""
+        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted)
 
     def residual(self, parts, fit):
         """Whitened residual in time, unit variance when the model is true."""

@@ -3,23 +3,56 @@
 import numpy as np
 from scipy import optimize
 
-SPAN = {"sinusoid": None}
+from . import signals
+
+TURNS_LEAST = 40  # in the record: from here on the noise is white across the lobe of a line
+PIECES = 1000
 
 
 def numeric_shapes(part):
-    return [name for name, value in part.shape.items() if isinstance(value, float)] if part.role in (
+    return [name for name, value in part.shape.items() if isinstance(value, float) and value] if part.role in (
         "spectrum", "filter", "mean") and part.form != "decoded" else []
 
 
 def half_width(bench, part):
     """How far to look, in natural logarithm; of a line half its lobe, within which there is one peak only."""
     if part.kind == "sinusoid":
-        return 0.5 / (part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz)
+        return 0.5 / turns(bench, part)
     return 0.45
+
+
+def turns(bench, part):
+    return part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz
+
+
+def line_frequency(bench, parts, index):
+    """Of the line parts[index]: where the power of the whitened residual of the others peaks, within half a lobe. One pass over the record."""
+    part, fit = parts[index], bench.fit(parts)
+    keys, coefficients = bench.all_keys(parts), fit.coefficients.copy()
+    coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
+    w = signals.inverse(np.concatenate([[0.0], bench.data.whitened(fit.level, coefficients, keys)]))
+    time = bench.recording.time_s
+    starts = np.linspace(0, len(w), PIECES, endpoint=False).astype(int)
+    turned = np.add.reduceat(w * np.exp(-2j * np.pi * part.shape["frequency_hz"] * time), starts)
+    middle = np.add.reduceat(time, starts) / np.diff(np.append(starts, len(w)))
+    reach = 0.5 * bench.recording.rate_hz / len(w)
+    best = optimize.minimize_scalar(lambda off: -np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2, bounds=(-reach, reach),
+                                    method="bounded", options={"xatol": 1e-4 * reach})
+    return part.shape["frequency_hz"] + float(best.x)
+
+
+def line_refined(bench, parts, index):
+    moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
+    trial = parts[:index] + [moved] + parts[index + 1:]
+    better = bench.fit(trial).log_likelihood > bench.fit(parts).log_likelihood
+    bench.forget(parts[index] if better else moved)
+    return trial if better else parts
 
 
 def refine_one(bench, parts, index, name):
     part = parts[index]
+    if part.kind == "sinusoid" and turns(bench, part) > TURNS_LEAST:
+        return line_refined(bench, parts, index)
     centre, width = part.shape[name], half_width(bench, part)
 
     def loss(x):

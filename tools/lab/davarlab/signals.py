@@ -3,6 +3,8 @@
 import numpy as np
 from scipy import fft, ndimage
 
+SUDDEN = 2.0
+
 
 def transform(x):
     """The orthonormal cosine transform (DCT-II) along the first axis."""
@@ -18,10 +20,9 @@ def frequencies(samples, rate_hz):
     return np.arange(1, samples) * rate_hz / (2 * samples)
 
 
-def denoised(x, samples_per_second):
+def denoised(x):
     """x without the white noise of its own sensor: each octave of its spectrum is kept in the share that stands above
     the floor (a Wiener filter). A course that is smooth to begin with passes unchanged."""
-    del samples_per_second
     mean = x.mean()
     c = transform(x - mean)
     power = c[1:] ** 2
@@ -29,11 +30,17 @@ def denoised(x, samples_per_second):
     edges = np.unique(np.round(np.geomspace(1, len(power) + 1, 60)).astype(int)) - 1
     level = np.add.reduceat(power, edges[:-1]) / np.diff(edges)
     keep = np.clip(1 - 1.5 * floor / np.maximum(level, 1e-300), 0, 1)
-    gone = np.flatnonzero(keep < 0.3)
-    if len(gone):
-        keep[gone[0]:] = 0
+    seen = np.flatnonzero(keep > 0.3)
+    keep[seen[-1] + 1 if len(seen) else 0:] = 0  # single low ordinates may be empty: those of a ramp are, every other one
     c[1:] *= np.repeat(keep, np.diff(edges))
     return inverse(c) + mean
+
+
+def count_of(x):
+    """The step in which x comes: the least distance between two of its values, where they repeat; 0 where hardly any does."""
+    steps = np.diff(np.sort(x))
+    steps = steps[steps > 1e-9 * np.ptp(x)]  # sums of counts differ by their rounding
+    return float(steps.min()) if 0 < len(steps) < len(x) / 20 else 0.0
 
 
 def high_passed(x, window):
@@ -41,5 +48,33 @@ def high_passed(x, window):
     return x - ndimage.uniform_filter1d(x, window, mode="nearest")
 
 
+def sudden_changes(square, second):
+    """Where the level of a square changes within a second by more than a factor of SUDDEN: the first samples after. Levels are running
+    medians over ten seconds, which keep edges."""
+    level = np.log(np.maximum(ndimage.median_filter(square, 10 * second, mode="nearest"), 1e-30))
+    change = np.abs(level[second:] - level[:-second])
+    peak = (change > np.log(SUDDEN)) & (change == ndimage.maximum_filter1d(change, 4 * second + 1))
+    return np.unique([likely_change(square, place + second // 2, 2 * second) for place in np.flatnonzero(peak)]).astype(int)
+
+
+def likely_change(square, place, reach):
+    """The most likely place, within `reach` samples, of one change of the variance."""
+    low = max(0, place - 2 * reach)
+    total = np.cumsum(square[low:place + 2 * reach])
+    before = np.arange(max(1, place - reach - low), min(len(total), place + reach - low))
+    first, rest = total[before - 1], total[-1] - total[before - 1]
+    after = len(total) - before
+    loss = before * np.log(np.maximum(first / before, 1e-30)) + after * np.log(np.maximum(rest / after, 1e-30))
+    return low + int(before[np.argmin(loss)])
+
+
+def mean_square_between(x, second, window):
+    """As local_mean_square of what moves faster than a second, but never across a sudden change of vibration."""
+    square = high_passed(x, second) ** 2 * second / max(second - 1, 1)
+    parts = np.split(square, sudden_changes(np.diff(x, prepend=x[0]) ** 2, second))  # differences know nothing of what is to come
+    return np.concatenate([ndimage.uniform_filter1d(part, min(window, len(part)), mode="reflect") for part in parts if len(part)])
+
+
 def local_mean_square(x, window):
-    return ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest")
+    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of its degrees of freedom."""
+    return ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest") * window / max(window - 1, 1)

@@ -3,9 +3,11 @@
 from math import exp, log, pi, sqrt
 
 import numpy as np
-from scipy import optimize
+from scipy import optimize, signal
 
-BLOCKS_MAX = 6000
+BLOCKS_MAX = 40000
+BLOCKS_PER_DWELL = 48  # with 8 the dwell came out a fifth too long: switches within a block are lost
+LEAST = 8  # blocks, however far a search for the dwell strays
 SWITCHES_LEAST = 5
 ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
 SEARCH = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
@@ -16,31 +18,48 @@ def averaged(x, block):
     return x[:count * block].reshape(count, block).mean(axis=1)
 
 
-def two_level_log_likelihood(x, level, noise, stay):
-    """Forward algorithm of a symmetric two-level chain in white noise."""
-    up, total = 0.5, 0.0
-    scale, shift = 2 * level / noise ** 2, -0.5 * (level / noise) ** 2 - log(noise * sqrt(2 * pi))
-    for value in x:
-        up = up * stay + (1 - up) * (1 - stay)
-        lean = max(-600.0, min(600.0, scale * value))
-        # density = common * exp(+-lean/2)
-        a, b = up * exp(0.5 * lean), (1 - up) * exp(-0.5 * lean)
-        total += log(a + b) + shift - 0.5 * (value / noise) ** 2
-        up = a / (a + b)
-    return total
+def times(a, b):
+    """Products of 2 x 2 matrices that stand along the last axis, each scaled to 1, and the logarithms of the scales."""
+    found = np.einsum("ijn,jkn->ikn", a, b)
+    scale = found.max(axis=(0, 1))
+    return found / scale, np.log(scale)
 
 
-def gauss_markov_log_likelihood(x, std, noise, decay):
-    """Kalman filter of a first-order process in white noise."""
+def steps_of(values, level, noise, stay):
+    """One matrix per value: the change of the state, then how well the value fits each level; and the log-likelihood that the scaling took."""
+    lean = np.clip(level / noise ** 2 * values, -300.0, 300.0)
+    change = np.array([[stay, 1 - stay], [1 - stay, stay]])
+    fits = np.exp(np.array([lean, -lean]) - np.abs(lean))
+    known = np.abs(lean) - 0.5 * ((values ** 2 + level ** 2) / noise ** 2 + log(2 * pi * noise ** 2))
+    return change[:, :, None] * fits[None, :, :], float(known.sum())
+
+
+def two_level_log_likelihood(values, level, noise, stay):
+    """Forward algorithm of a symmetric two-level chain in white noise, as a product of matrices taken in pairs: one pass of numpy per
+    doubling instead of one of Python per value."""
+    steps, total = steps_of(values, level, noise, stay)
+    while steps.shape[-1] > 1:
+        even = steps.shape[-1] // 2 * 2
+        pairs, logs = times(steps[..., 0:even:2], steps[..., 1:even:2])
+        total += float(logs.sum())
+        steps = np.concatenate([pairs, steps[..., even:]], axis=-1)
+    return total + log(0.5 * float(steps.sum()))
+
+
+def gauss_markov_log_likelihood(values, std, noise, decay):
+    """Kalman filter of a first-order process in white noise; once its gain has settled it is a plain recursive filter."""
     mean, variance, total = 0.0, std ** 2, 0.0
     grow, white = std ** 2 * (1 - decay ** 2), noise ** 2
-    for value in x:
-        spread = variance + white
-        miss = value - mean
+    for i, value in enumerate(values):
+        spread, before = variance + white, variance
+        miss, gain = value - mean, variance / spread
         total -= 0.5 * (log(2 * pi * spread) + miss * miss / spread)
-        gain = variance / spread
         mean = decay * (mean + gain * miss)
         variance = decay * decay * variance * (1 - gain) + grow
+        if abs(variance - before) < 1e-9 * before:
+            rest = values[i + 1:]
+            means = signal.lfilter([0.0, decay * gain], [1.0, -decay * (1 - gain)], rest, zi=[mean])[0] if len(rest) else rest
+            return total - 0.5 * float(len(rest) * log(2 * pi * spread) + np.sum((rest - means) ** 2) / spread)
     return total
 
 
@@ -50,10 +69,10 @@ def bounded(logarithms):
 
 
 def blocks_for(x, rate_hz, dwell_s):
-    """Means of x over an eighth of the dwell, and the length of a block in samples."""
-    block = max(1, int(max(dwell_s / 8 * rate_hz, len(x) / BLOCKS_MAX)))
+    """Means of x over a small part of the dwell, and the length of a block in samples."""
+    block = min(max(1, int(max(dwell_s / BLOCKS_PER_DWELL * rate_hz, len(x) / BLOCKS_MAX))), len(x) // LEAST)
     values = averaged(x, block)
-    return (values - values.mean()).tolist(), block
+    return values - values.mean(), block
 
 
 def fit_levels(x, rate_hz, std, dwell_s, white):
@@ -82,35 +101,36 @@ def fit_continuum(x, rate_hz, std, dwell_s, white):
     return -optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH).fun
 
 
+def running_products(steps):
+    """The product of the first, the first two, the first three ... matrices, each scaled to 1."""
+    count = steps.shape[-1]
+    if count == 1:
+        return steps
+    even = count // 2 * 2
+    found = np.empty_like(steps)
+    found[..., 0] = steps[..., 0]
+    found[..., 1:even:2] = running_products(times(steps[..., 0:even:2], steps[..., 1:even:2])[0])
+    found[..., 2::2] = times(found[..., 1:count - 1:2], steps[..., 2::2])[0]
+    return found
+
+
 def smoothed(values, level, noise, stay):
     """(log-likelihood of the chain, posterior mean of its state -1 .. 1) of each value."""
-    scale = 2 * level / noise ** 2
-    lean = [max(-60.0, min(60.0, scale * value)) for value in values]
-    forward, up, total = [], 0.5, 0.0
-    for value in lean:
-        up = up * stay + (1 - up) * (1 - stay)
-        a, b = up * exp(value / 2), (1 - up) * exp(-value / 2)
-        total += log(a + b)
-        up = a / (a + b)
-        forward.append(up)
-    back, state = 0.5, [0.0] * len(lean)
-    for i in range(len(lean) - 1, -1, -1):
-        a, b = forward[i] * back, (1 - forward[i]) * (1 - back)
-        state[i] = (a - b) / (a + b)
-        a, b = back * exp(lean[i] / 2), (1 - back) * exp(-lean[i] / 2)
-        a, b = a * stay + b * (1 - stay), b * stay + a * (1 - stay)
-        back = a / (a + b)
-    fixed = -0.5 * np.sum((np.asarray(values) ** 2 + level ** 2) / noise ** 2 + np.log(2 * pi * noise ** 2))
-    return total + float(fixed), np.array(state)
+    steps = steps_of(values, level, noise, stay)[0]
+    forward = running_products(steps).sum(axis=0)
+    back = np.ones_like(forward)
+    back[:, :-1] = running_products(steps[..., ::-1].swapaxes(0, 1)).sum(axis=0)[:, -2::-1]
+    both = forward * back
+    return two_level_log_likelihood(values, level, noise, stay), (both[0] - both[1]) / (both[0] + both[1])
 
 
 def decoded(x, rate_hz, level, dwell_s, white, resolution=240):
     """Posterior mean of the state (-1 .. 1) at every sample; its divergence from what the chain says beforehand; and the sum of
     (1 - state^2) / (2 noise^2), what doubt about the state costs per squared amplitude (6.3)."""
-    block = max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000)
+    block = min(max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEAST)
     values = averaged(x - x.mean(), block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)
-    total, state = smoothed(values.tolist(), level, noise, 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s)))
+    total, state = smoothed(values, level, noise, 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s)))
     doubt = float(np.sum(1 - state ** 2)) / (2 * noise ** 2)
     known = -0.5 * np.sum((values - level * state) ** 2 / noise ** 2 + np.log(2 * pi * noise ** 2)) - level ** 2 * doubt
     centres = (np.arange(len(state)) + 0.5) * block

@@ -9,15 +9,19 @@ from . import signals
 
 SINGLE_ORDINATES = 80
 BIN_RATIO = 1.04
+TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
+TOP_NEAREST = 512
 ITERATIONS = 60
 
 
 def bin_edges(ordinates):
-    """Starts of the bins and the end: single ordinates first, then a geometric series."""
+    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end."""
     first = min(SINGLE_ORDINATES, ordinates)
     count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
     grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
-    return np.unique(np.concatenate([np.arange(first), grown, [ordinates]]))
+    nearest = max(first, ordinates // TOP_NEAREST)
+    top = np.round(nearest * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))) if 2 * nearest < ordinates else []
+    return np.unique(np.concatenate([np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates]]))
 
 
 @dataclass
@@ -98,13 +102,13 @@ def non_negative_step(shapes, energy, counts, level):
     return optimize.nnls(design / norm, energy / counts * weight)[0] / norm
 
 
-def maximise(data, shapes, keys, start=None, restricted=False):
-    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`. With `restricted`, leverages of the columns
-    are taken off the degrees of freedom (REML, DESIGN 3)."""
+def maximise(data, shapes, keys, near=None, restricted=False):
+    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from. With `restricted`,
+    leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
     counts = data.counts
     energy = data.product("gyro", "gyro")
-    level = shapes.T @ start if start is not None else np.maximum(energy / counts, 1e-30)
-    if start is None and keys:
+    level = near if near is not None else np.maximum(energy / counts, 1e-30)
+    if near is None and keys:
         first = non_negative_step(shapes, energy, counts, level.mean() + 0 * level)
         level = np.maximum(shapes.T @ first, 1e-12 * level.max())
     sizes, before = None, -np.inf

@@ -9,12 +9,15 @@ INFINITE = float("inf")
 
 @dataclass(frozen=True)
 class Parameter:
-    """`scale` turns the unit of the model file into deg/s and seconds."""
+    """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it may be, for one that is no number;
+    `default`: what it is where a model file does not say."""
     name: str
     unit: str
     low: float
     high: float
     scale: float = 1.0
+    values: tuple = ()
+    default: float | str | None = None
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,8 @@ class Effect:
               events     isolated outliers
               states     jumps between two levels; `spectrum` of size 1
     grid      shape parameter -> function of the recording that gives the values worth trying
+    variants  name -> other regressors of the same effect, tried beside it: what a record cannot say of the physics (over how long the
+              body averages), or how much of the noise of a logged column is taken out
     simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
     """
     kind: str
@@ -41,6 +46,7 @@ class Effect:
     simulate: Callable | None = None
     grid: dict = field(default_factory=dict)
     needs: tuple = ()
+    variants: dict = field(default_factory=dict)
 
     @property
     def size(self):
@@ -49,6 +55,14 @@ class Effect:
     @property
     def shape_names(self):
         return [parameter.name for parameter in self.parameters[0 if self.role == "filter" else 1:]]
+
+    @property
+    def forms(self):
+        return ("raw", *self.variants)
+
+    def shape_of(self, parameters):
+        """The shape among parameters; what they do not say is at its default."""
+        return {p.name: parameters.get(p.name, p.default) for p in self.parameters if p.name in self.shape_names}
 
     def dps(self, parameters):
         """The size in deg/s."""

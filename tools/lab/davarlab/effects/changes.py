@@ -1,8 +1,11 @@
 """Effects that a spectrum cannot hold: a variance that changes, outliers, jumps between levels."""
 
+from functools import partial
+
 import numpy as np
 
 from .. import signals
+from ..changes import vibration_square
 from .base import INFINITE, Effect, Parameter
 from .means import AXIS, axes
 from .spectra import correlation_times, gauss_markov
@@ -43,7 +46,8 @@ VIBRATION_NOISE = Effect(
     "vibration_noise", "Vibration adds white noise in proportion to its local rms.",
     (Parameter("coefficient_dps_per_g", "deg/s per g rms", 0, INFINITE), AXIS),
     "Shake at two levels: the rate noise must grow with the rms.", "variance", "slope -1/2, higher while it vibrates",
-    simulate=simulate_vibration_noise, grid={"axis": axes}, needs=("accel",))
+    simulate=simulate_vibration_noise, grid={"axis": axes}, needs=("accel",),
+    variants={"over 5 s": partial(vibration_square, together=5)})
 NOISE_STEP = Effect(
     "noise_step", "For a while the white noise is larger: a supply, a radio, a loose mount.",
     (Parameter("ratio", "", 0, INFINITE), Parameter("start_s", "s", 0, INFINITE), Parameter("stop_s", "s", 0, INFINITE)),

@@ -1,12 +1,14 @@
 """Effects with a known course: a function of time and of the recorded columns, times one coefficient."""
 
+from functools import partial
+
 import numpy as np
 
 from .. import signals
 from .base import INFINITE, Effect, Parameter
 
 ANY = (-INFINITE, INFINITE)
-AXIS = Parameter("axis", "x, y, z", *ANY)
+AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
 
 
 def axes(recording):
@@ -26,12 +28,12 @@ def warm_up(recording, shape):
 
 
 def temperature(recording, _):
-    return signals.denoised(recording.column("temp_degC"), recording.rate_hz)
+    return signals.denoised(recording.column("temp_degC"))
 
 
-def temperature_rate(recording, _):
-    """The slope of the denoised temperature over 10 s."""
-    reach = max(1, int(5 * recording.rate_hz))
+def temperature_rate(recording, _, half_s=5.0):
+    """The slope of the denoised temperature over twice `half_s`."""
+    reach = max(1, int(half_s * recording.rate_hz))
     smooth = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
     return (smooth[2 * reach:] - smooth[:-2 * reach]) * recording.rate_hz / (2 * reach)
 
@@ -40,13 +42,21 @@ def acceleration(recording, shape):
     return recording.column(f"accel_{shape['axis']}_g")
 
 
-def vibration_square(recording, shape):
-    return signals.local_mean_square(acceleration(recording, shape), int(2 * recording.rate_hz))
+def still_acceleration(recording, shape):
+    return signals.denoised(acceleration(recording, shape))
+
+
+def vibration_square(recording, shape, window_s=2.0):
+    return signals.local_mean_square(acceleration(recording, shape), int(window_s * recording.rate_hz))
 
 
 def time_constants(recording):
     span = recording.samples / recording.rate_hz
     return np.geomspace(span / 300, span, 20)
+
+
+def sudden_vibration_square(recording, shape):
+    return signals.mean_square_between(acceleration(recording, shape), max(2, int(recording.rate_hz)), int(60 * recording.rate_hz))
 
 
 RATE_RAMP = Effect(
@@ -67,17 +77,19 @@ TEMPERATURE_RATE = Effect(
     "temperature_rate", "Gradients inside the package follow the rate of the temperature.",
     (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
     "Heat at two rates to the same temperature: the bias differs while it heats, not after.", "mean",
-    "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",))
+    "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",),
+    variants={"over 1 s": partial(temperature_rate, half_s=0.5)})
 G_SENSITIVITY = Effect(
     "g_sensitivity", "Acceleration bends the structure: the rate follows the specific force along an axis.",
     (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),
     "Turn the sensor over (+1 g, -1 g): the bias changes by twice the coefficient.", "mean", "the accelerometer's own",
-    regressor=acceleration, grid={"axis": axes}, needs=("accel",))
+    regressor=acceleration, grid={"axis": axes}, needs=("accel",), variants={"still": still_acceleration})
 VIBRATION_RECTIFICATION = Effect(
     "vibration_rectification", "The square of the vibration leaves a bias.",
     (Parameter("coefficient_dps_per_g2", "deg/s/g^2", *ANY), AXIS),
     "Shake at two levels: the bias grows with the square of the rms.", "mean", "steps of bias while it vibrates",
-    regressor=vibration_square, grid={"axis": axes}, needs=("accel",))
+    regressor=vibration_square, grid={"axis": axes}, needs=("accel",),
+    variants={f"over {s} s": partial(vibration_square, window_s=s) for s in (1, 5)} | {"sudden": sudden_vibration_square})
 WARM_UP = Effect(
     "warm_up", "After power-on the bias settles exponentially.",
     (Parameter("amplitude_dps", "deg/s", *ANY), Parameter("time_constant_s", "s", 1e-3, 1e7)),

@@ -5,6 +5,9 @@ from scipy import fft
 
 from .base import INFINITE, Effect, Parameter
 
+MEMORIES = (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25)
+RESPONSES = ("sampled", "bilinear", "analogue")
+
 
 def angular(f, rate_hz):
     return 2 * np.pi * f / rate_hz
@@ -14,8 +17,11 @@ def difference_gain(f, rate_hz):
     return 4 * np.sin(angular(f, rate_hz) / 2) ** 2
 
 
-def quantization(f, rate_hz, _):
-    return rate_hz ** 2 * difference_gain(f, rate_hz)
+def quantization(f, rate_hz, shape):
+    """`memory`: correlation of the rounding error of the angle with the one before. 0 where noise moves the angle by a count or more
+    per sample; there and only there the error is white."""
+    a = shape.get("memory", 0.0)
+    return rate_hz ** 2 * difference_gain(f, rate_hz) * (1 - a * a) / ((1 - a) ** 2 + a * difference_gain(f, rate_hz))
 
 
 def white(f, rate_hz, _):
@@ -36,9 +42,17 @@ def gauss_markov(f, rate_hz, shape):
 
 
 def one_pole(f, rate_hz, shape):
-    """Power gain of the discrete pole exp(-2 pi fc / rate), 1 at low frequencies."""
-    decay = np.exp(-2 * np.pi * shape["cutoff_hz"] / rate_hz)
-    return (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
+    """Power gain of a pole at the cutoff, 1 at low frequencies, in the response that the shape names: "sampled", the discrete pole
+    exp(-2 pi fc / rate), as of an analogue pole that is sampled or of exponential smoothing; "bilinear", the digital filter of that name;
+    "analogue", 1 / (1 + (f / fc)^2), as of a pole at a much higher rate whose images are kept out."""
+    response = shape.get("response", "sampled")
+    if response == "sampled":
+        decay = np.exp(-2 * np.pi * shape["cutoff_hz"] / rate_hz)
+        return (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
+    if response == "analogue":
+        return 1 / (1 + (f / shape["cutoff_hz"]) ** 2)
+    edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
+    return 1 / (1 + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge)) ** 2)
 
 
 def from_spectrum(spectrum, samples, rate_hz, rng):
@@ -65,14 +79,14 @@ def correlation_times(recording):
 
 
 def cutoffs(recording):
-    return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 24)
+    return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 12)
 
 
 QUANTIZATION = Effect(
     "quantization", "The angle is known in steps only, so the rate carries differenced angle noise.",
-    (Parameter("coefficient_deg", "deg", 0, INFINITE),),
+    (Parameter("coefficient_deg", "deg", 0, INFINITE), Parameter("memory", "", -0.95, 0.95, default=0.0)),
     "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.", "spectrum",
-    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization)
+    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization, grid={"memory": lambda _: MEMORIES})
 ANGLE_RANDOM_WALK = Effect(
     "angle_random_walk", "White rate noise, thermal and electronic; its integral is a random walk of angle.",
     (Parameter("coefficient_deg_per_sqrt_h", "deg/sqrt(h)", 0, INFINITE, 1 / 60),),
@@ -94,6 +108,6 @@ GAUSS_MARKOV = Effect(
     "a hump at 1.9 correlation times", gauss_markov, grid={"correlation_time_s": correlation_times})
 LOW_PASS = Effect(
     "low_pass", "The sensor's own bandwidth cuts its white noise.",
-    (Parameter("cutoff_hz", "Hz", 1e-3, 1e6),),
+    (Parameter("cutoff_hz", "Hz", 1e-3, 1e6), Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0])),
     "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.", "filter",
-    "slope between 0 and -1/2 below the time constant", one_pole, grid={"cutoff_hz": cutoffs})
+    "slope between 0 and -1/2 below the time constant", one_pole, grid={"cutoff_hz": cutoffs, "response": lambda _: RESPONSES})

@@ -1,0 +1,126 @@
+"""What of davarlab is small enough to be checked against brute force. Runs in davarlab's own environment: test_elsewhere.py starts it."""
+
+import itertools
+import unittest
+
+import numpy as np
+from davarlab import candidates, diagnose, estimate, model, refine, signals, states
+from davarlab.parts import Bench, Part
+from davarlab.recording import Recording
+from scipy import stats
+
+RATE = 50.0
+
+
+def every_path(values, level, noise, stay):
+    """(path, joint density) of all paths of a two-level chain."""
+    for path in itertools.product((1, -1), repeat=len(values)):
+        chance = 0.5 * np.prod([stay if a == b else 1 - stay for a, b in zip(path, path[1:])])
+        yield np.array(path), chance * np.prod(stats.norm.pdf(values, level * np.array(path), noise))
+
+
+class Chains(unittest.TestCase):
+    def setUp(self):
+        self.values = np.random.default_rng(3).normal(size=9)
+
+    def test_two_levels_as_the_sum_over_all_paths(self):
+        for level, noise, stay in ((0.8, 1.0, 0.9), (3.0, 0.2, 0.6), (0.1, 2.0, 0.999)):
+            paths = list(every_path(self.values, level, noise, stay))
+            whole = sum(p for _, p in paths)
+            likelihood, state = states.smoothed(self.values, level, noise, stay)
+            self.assertAlmostEqual(states.two_level_log_likelihood(self.values, level, noise, stay), np.log(whole), places=7)
+            self.assertAlmostEqual(likelihood, np.log(whole), places=7)
+            np.testing.assert_allclose(state, sum(path * p for path, p in paths) / whole, atol=1e-9)
+
+    def test_a_continuum_as_the_joint_density(self):
+        values = np.random.default_rng(4).normal(size=300)
+        for std, noise, decay in ((0.7, 1.0, 0.95), (2.0, 0.1, 0.5)):
+            lags = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
+            covariance = std ** 2 * decay ** lags + noise ** 2 * np.eye(300)
+            exact = stats.multivariate_normal.logpdf(values, np.zeros(300), covariance)
+            self.assertAlmostEqual(states.gauss_markov_log_likelihood(values, std, noise, decay), exact, places=5)
+
+    def test_a_dwell_longer_than_the_record_is_no_fault(self):
+        state, divergence, doubt = states.decoded(np.random.default_rng(5).normal(size=3000), RATE, 0.5, 1e9, 0.1)
+        self.assertEqual((len(state), np.isfinite(divergence), np.isfinite(doubt)), (3000, True, True))
+
+    def test_the_dwell_is_not_lengthened_by_the_blocks(self):
+        rng = np.random.default_rng(5)
+        level = np.where(np.searchsorted(np.cumsum(rng.exponential(4.0, 2000)), np.arange(180000) / RATE) % 2, 0.02, -0.02)
+        _, amplitude, dwell = states.fit_levels(level + 0.035 * rng.normal(size=180000), RATE, 0.02, 5.0, 0.035 / RATE ** 0.5)
+        self.assertAlmostEqual(dwell, 4.0, delta=3 * 4.0 / 900 ** 0.5)  # 900 switches
+        self.assertAlmostEqual(amplitude, 0.02, delta=0.001)
+
+
+class Courses(unittest.TestCase):
+    def test_a_ramp_with_a_wave_passes_the_filter_of_the_thermometer(self):
+        t = np.arange(50000) / RATE
+        course = 22 + 6 * t / t[-1] + 0.3 * np.sin(2 * np.pi * t / 300)
+        noisy = course + 0.02 * np.random.default_rng(6).normal(size=len(t))
+        self.assertLess(np.sqrt(np.mean((signals.denoised(noisy) - course) ** 2)), 0.01)
+
+    def test_counts_are_seen_through_the_rounding_of_their_sums(self):
+        x = np.round(np.random.default_rng(7).normal(size=5000) * 3) * 0.0625
+        self.assertAlmostEqual(signals.count_of(0.2 + x), 0.0625, places=9)
+        self.assertEqual(signals.count_of(np.random.default_rng(7).normal(size=5000)), 0.0)
+
+    def test_vibration_that_starts_suddenly_keeps_its_edges(self):
+        rng, envelope = np.random.default_rng(8), np.zeros(60000)
+        envelope[20000:40000] = 0.1
+        square = signals.mean_square_between(1 + envelope * rng.normal(size=60000) + 0.002 * rng.normal(size=60000), 50, 3000)
+        self.assertLess(square[:19995].max(), 1e-4)
+        np.testing.assert_allclose(square[20005:39995], 0.01, rtol=0.15)
+
+
+class Fits(unittest.TestCase):
+    def setUp(self):
+        rng, t = np.random.default_rng(9), np.arange(60000) / RATE
+        y = 0.035 * rng.normal(size=60000) + 0.01 * np.sin(2 * np.pi * 3.21234 * t + 1)
+        self.bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
+        self.noise = [Part("angle_random_walk"), Part("bias_instability")]
+
+    def test_a_line_is_refined_to_the_peak_of_its_likelihood(self):
+        parts = self.noise + [Part("sinusoid", {"frequency_hz": 3.2125})]
+        found = refine.refined(self.bench, parts)[-1].shape["frequency_hz"]
+        around = [found + k * 2e-6 for k in range(-6, 7)]
+        best = max(around, key=lambda f: self.bench.fit(self.noise + [Part("sinusoid", {"frequency_hz": f})]).log_likelihood)
+        self.assertAlmostEqual(found, best, delta=2e-6)
+        self.assertAlmostEqual(found, 3.21234, delta=6e-5)
+
+    def test_a_size_fitted_as_nothing_has_a_bound_that_such_noise_would_reach(self):
+        rng = np.random.default_rng(11)
+        zeros, bounds = 0, []
+        for _ in range(12):
+            y = 0.035 * rng.normal(size=20000)
+            bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
+            found = estimate.all_estimates(bench, self.noise, bench.fit(self.noise))[1]["coefficient_deg_per_h"]
+            if found.value == 0:
+                zeros += 1
+                bounds.append(found.high)
+        self.assertGreater(zeros, 2)
+        self.assertTrue(all(2 < bound < 30 for bound in bounds), bounds)  # deg/h; 400 s of 0.3 deg/sqrt(h) hide about 8
+
+    def test_long_memory_is_a_random_walk_unless_it_turns(self):
+        def of(kind, gain):
+            return candidates.Candidate(kind, Part(kind), gain, -gain)
+        for lead, first in ((2.0, "rate_random_walk"), (5.0, "gauss_markov")):
+            found = [of("gauss_markov", 20 + lead), of("rate_random_walk", 20.0), of("temperature", 1.0)]
+            candidates.simplest_first(found)
+            self.assertEqual(min(found, key=lambda c: c.log_p).kind, first)
+
+
+class LowPass(unittest.TestCase):
+    def test_the_response_may_be_left_out_of_a_model_file_and_is_then_found(self):
+        term = model.checked_term({"kind": "low_pass", "cutoff_hz": 8.0}, "here")
+        self.assertEqual(term.parameters, {"cutoff_hz": 8.0})
+        rng = np.random.default_rng(12)
+        spectrum = np.fft.rfft(0.035 * rng.normal(size=60000)) / np.sqrt(1 + (np.fft.rfftfreq(60000, 1 / RATE) / 8.0) ** 2)
+        recording = Recording({"gyro_z_dps": np.fft.irfft(spectrum)}, RATE)
+        terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), term]
+        state = diagnose.judged(diagnose.start(recording, model.Model(RATE, "gyro_z_dps", terms)))
+        self.assertEqual(state.parts[1].shape["response"], "analogue")
+        self.assertGreater(state.adequacy.p_value, 0.01)
+
+
+if __name__ == "__main__":
+    unittest.main()
