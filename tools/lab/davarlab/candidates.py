@@ -20,6 +20,8 @@ HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for 
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
+APART, APART_BINS = 0.1, 20  # of a line's frequency, and half bins: how far another one is a line of its own
+LINES_MAX = 4
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"))
 
@@ -91,13 +93,16 @@ def beside_both(bench, parts, fit, effect, scatter):
 
 
 def line(bench, parts, fit):
-    """The strongest line of the whitened residual, twice oversampled."""
+    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model has: what is left there is that line,
+    drifting."""
     w = bench.residual(parts, fit)
     power = np.abs(np.fft.rfft(w, 2 * len(w))) ** 2 / len(w)
     power[:6] = 0
     power[-4:] = 0
-    peak = int(np.argmax(power))
-    f = peak * bench.recording.rate_hz / (2 * len(w))
+    frequency = np.arange(len(power)) * bench.recording.rate_hz / (2 * len(w))
+    for known in [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]:
+        power[np.abs(frequency - known) < APART * known + APART_BINS * frequency[1]] = 0
+    f = frequency[np.argmax(power)]
     part = Part("sinusoid", {"frequency_hz": float(f)})
     part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
     gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
@@ -245,7 +250,8 @@ def scatter_of(bench, parts, fit, blocks):
 def ranked(bench, parts, fit, skip=()):
     """All candidates, least likely by chance first."""
     blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
-    have, found = {part.kind for part in parts} | set(skip), []
+    kinds = [part.kind for part in parts]
+    have, found = set(kinds) - ({"sinusoid"} if kinds.count("sinusoid") < LINES_MAX else set()) | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     for effect in table.TABLE.values():
         if effect.kind in have or effect.kind == "shocks" or not available(effect, bench.recording):

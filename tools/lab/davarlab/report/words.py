@@ -142,13 +142,14 @@ def verdict_of_unknown(added, steps):
 
 
 def verdict_of_missing(found):
-    added, sizes = found.diagnosis.added, dict(zip(found.model.kinds, found.estimates))
+    added = found.diagnosis.added
+    sizes = found.estimates[-len(added):]
     if len(added) == 1:
         if found.diagnosis.alternatives and found.diagnosis.ranking[0].kind == added[0]:
             rivals = listed(added + found.diagnosis.alternatives, joint=" or ")
             return f"The model lacks {rivals}, which this recording cannot tell apart."
-        return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[added[0]])})."
-    named = listed(added, lambda kind: f"{name(kind)} ({strength(kind, sizes[kind], bare_value)})")
+        return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[0])})."
+    named = listed(zip(added, sizes), lambda one: f"{name(one[0])} ({strength(*one, bare_value)})")
     return f"The model lacks {named}; with {'both' if len(added) == 2 else 'these'} it explains this recording."
 
 
