@@ -163,8 +163,8 @@ def decode_states(bench, parts, telegraph):
     telegraph.part = trial[-1]
     rest = bench.y - bench.y.mean() - mean_course(bench, trial, joint)
     index = [p.kind for p in trial if p.role == "spectrum"].index("telegraph_noise")
-    start = (float(np.sqrt(max(joint.sizes[index], 1e-30))), telegraph.part.shape["mean_dwell_s"],
-             np.sqrt(joint.level[-1] / bench.recording.rate_hz))
+    dwell = telegraph.part.shape["mean_dwell_s"]
+    start = (float(np.sqrt(max(joint.sizes[index], 1e-30))), dwell, white_beside(bench, joint, dwell))
     likelihood, level, dwell = states.fit_levels(rest, bench.recording.rate_hz, *start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
     part = decoded_part(bench, rest, level, dwell, start[2])[0]
@@ -179,6 +179,13 @@ def decode_states(bench, parts, telegraph):
     telegraph.log_p = min(0.0, telegraph.log_p - more)
     if more > SEEN:
         telegraph.part = part
+
+
+def white_beside(bench, fit, dwell_s):
+    """The noise that levels of this dwell are seen against, as that of single samples: its density where blocks of a small part of a dwell
+    see it, not at the end of the spectrum, which the sensor's own low-pass may have emptied."""
+    f = min(states.BLOCKS_PER_DWELL / (2 * dwell_s), bench.data.f_bin[-1])
+    return float(np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz))
 
 
 def decoded_part(bench, rest, level, dwell, white):
@@ -197,7 +204,7 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         slow = slow_noise(bench, parts + [part], fit)
         dwell = part.shape["mean_dwell_s"]
         bench.forget(part)
-        white = float(np.sqrt(fit.level[-1] / rate))
+        white = white_beside(bench, fit, dwell)
         if not states.many_switches(dwell, rest, rate):
             break
         _, level, dwell = states.fit_levels(rest - slow, rate, level, dwell, white)

@@ -68,6 +68,17 @@ def with_forms(bench, parts):
     return parts
 
 
+def responding(bench, parts):
+    """Filters in whichever response the gyro follows best beside the parts that are known by now."""
+    for index, part in enumerate(parts):
+        if part.role == "filter":
+            trials = [parts[:index] + [part.moved(p.name, value)] + parts[index + 1:] for p in part.effect.parameters
+                      if p.default is not None for value in part.effect.grid[p.name](bench.recording)]
+            trials = [refine.refined(bench, trial, only=(part.kind,)) for trial in trials]
+            parts = max([parts] + trials, key=lambda trial: bench.fit(trial).log_likelihood)
+    return parts
+
+
 def with_decoded_states(bench, parts):
     """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
     for index, part in enumerate(parts):
@@ -136,7 +147,7 @@ def ranking(state):
 
 def joined(state, part):
     """The model with one more part, shapes refitted."""
-    parts = state.parts + [part]
+    parts = responding(state.bench, state.parts + [part])
     parts = refine.refined(state.bench, parts, only=() if part.kind == "telegraph_noise" else None)
     state = State(state.bench, parts, state.bench.fit(parts), state.shocks)
     return cleaned_again(state) if part.role == "mean" else state
@@ -182,6 +193,7 @@ def pruned(state, given):
     """Terms that a later one has made needless go (a random walk that was a ramp); those of the given model stay."""
     for part in state.parts[given:-1]:
         rest = [other for other in state.parts if other is not part]
+        rest = responding(state.bench, rest) if part.role == "spectrum" else rest
         if part.role != "events" and loss_without(state, rest, part) < CLOSE:
             return pruned(State(state.bench, rest, state.bench.fit(rest), state.shocks), given)
     return state
