@@ -20,7 +20,7 @@ def covered(found, model, truth):
     rows = []
     for term, entry in zip(fitted.terms, estimates):
         for name, e in entry.items():
-            value = truth[term.kind].get(name)
+            value = truth[term.kind].get(name) if fitted.kinds.count(term.kind) == 1 else None
             if isinstance(value, float) and e.high > e.low:
                 rows.append((term.kind, name, e.low <= value <= e.high, value, e.low, e.high))
     return rows
@@ -32,7 +32,7 @@ def one(case, seed):
     begin = time.perf_counter()
     found = diagnose.diagnose(Recording(columns, elsewhere.RATE, case), model)
     spent = time.perf_counter() - begin
-    right = found.verdict != "unknown" and sorted(found.added) == sorted(effects)
+    right = found.verdict != "unknown" and sorted(set(found.added)) == sorted(effects)
     truth = {"angle_random_walk": {N: n}, "bias_instability": {B: b}, **effects}
     return right, found, spent, covered(found, model, truth) if right else []
 

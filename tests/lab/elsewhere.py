@@ -122,7 +122,8 @@ def course(kind, p, t, temp, felt, rng, how):
     if kind == "gauss_markov":
         return p["std_dps"] * ar1(count, np.exp(-1 / (RATE * p["correlation_time_s"])), rng)
     if kind == "sinusoid":
-        return p["amplitude_dps"] * np.sin(2 * np.pi * p["frequency_hz"] * t + rng.uniform(0, 6))
+        return sum(p["amplitude_dps"] / k * np.sin(2 * np.pi * k * p["frequency_hz"] * t + rng.uniform(0, 6))
+                   for k in range(1, how.get("harmonics", 1) + 1))
     if kind == "temperature":
         return p["coefficient_dps_per_degC"] * (temp - 25)
     if kind == "temperature_rate":
@@ -199,6 +200,9 @@ CASES = {
     "noise_step": (interval, {}),
     **{f"shocks {way}": (lambda r: {"shocks": {"rate_per_hour": r.uniform(8, 40), "amplitude_dps": r.uniform(0.4, 1)}}, {"shocks": way})
        for way in ("sample", "normal", "ring")},
+    "low_pass pole + rate_ramp": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(5, 12)},
+                                             "rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)}}, {}),
+    "sinusoid fan": (lambda r: {"sinusoid": {"amplitude_dps": 0.008, "frequency_hz": r.uniform(1, 6)}}, {"harmonics": 3}),
     "quantization + temperature": (lambda r: {"temperature": {WARMTH: 0.015}, "quantization": {"coefficient_deg": r.uniform(3e-4, 6e-4)}}, {}),
     "low_pass bilinear + gauss_markov": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(5, 12)}, "gauss_markov": {
         "std_dps": 0.006, "correlation_time_s": r.uniform(3, 30)}}, {"low_pass": "bilinear"}),
@@ -212,7 +216,7 @@ CASES = {
 
 
 def recording(case, seed):
-    """(columns, what is hidden, N in deg/sqrt(h), B in deg/h)."""
+    """(columns, what is hidden, N in deg/sqrt(h), B in deg/h). Of a line with harmonics the first is in what is hidden."""
     hidden, how = CASES[case]
     number = sum(map(ord, case))
     rng = np.random.default_rng([seed, number])

@@ -41,6 +41,12 @@ class Elsewhere(unittest.TestCase):
         for way in ("bilinear", "response"):
             self.assertEqual(self.diagnosed(f"low_pass {way}", 0), ["low_pass"])
 
+    def test_a_low_pass_is_asked_again_for_its_response_once_the_ramp_is_known(self):
+        self.assertEqual(self.diagnosed("low_pass pole + rate_ramp", 1), ["low_pass", "rate_ramp"])
+
+    def test_a_fan_has_harmonics(self):
+        self.assertEqual(self.diagnosed("sinusoid fan", 0), ["sinusoid"] * 3)
+
     def test_a_temperature_that_rises_steadily_is_still_the_temperature(self):
         self.assertEqual(self.diagnosed("temperature ramp", 0), ["temperature"])
 
