@@ -98,13 +98,15 @@ BIAS_INSTABILITY = Effect(
 RATE_RANDOM_WALK = Effect(
     "rate_random_walk", "The bias itself does a random walk (ageing, slow stress).",
     (Parameter("coefficient_deg_per_h_per_sqrt_h", "deg/h/sqrt(h)", 0, INFINITE, 1 / 216000),),
-    "Repeat the recording: a random walk takes another way each time, a ramp or warm-up the same.", "spectrum",
+    "Repeat the recording: a random walk takes another way each time, a ramp or warm-up the same. Keep the temperature still: what then "
+    "is gone was heat that the gyro feels later than the thermometer, or in another way up than down.", "spectrum",
     "slope +1/2 at long tau", random_walk, simulate=simulate_random_walk)
 GAUSS_MARKOV = Effect(
     "gauss_markov", "Noise with one correlation time: a slow fluctuation that forgets itself.",
     (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("correlation_time_s", "s", 1e-3, 1e7)),
     "Record at least a hundred correlation times: the hump keeps its place. Telegraph noise whose levels the white noise hides looks the "
-    "same: average over a tenth of the dwell (twice the correlation time); two peaks in the histogram are telegraph noise.", "spectrum",
+    "same: average over a tenth of the dwell (twice the correlation time); two peaks in the histogram are telegraph noise. Keep the temperature still: "
+    "what then is gone was heat that the gyro feels later than the thermometer.", "spectrum",
     "a hump at 1.9 correlation times", gauss_markov, grid={"correlation_time_s": correlation_times})
 LOW_PASS = Effect(
     "low_pass", "The sensor's own bandwidth cuts its white noise.",
