@@ -268,7 +268,7 @@ static inline float davar_float_of_bits(uint32_t bits)
     return number.value;
 }
 
-/* The nearest double, ties to even, as a conversion rounds: in a quarter of what the compilers' libraries take. */
+/* The nearest double, ties to even, as a conversion rounds. */
 static inline double davar_double_of_u64_by_parts(uint64_t value)
 {
     if (value == 0U) {

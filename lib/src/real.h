@@ -1,6 +1,6 @@
 /* davar - roots and quotients, correctly rounded as IEEE 754 has them, so the same bits on every target. A core whose
- * floating-point unit has the instruction uses it; on the others they are taken in integers, five to ten times faster than
- * by the compilers' libraries, which go digit by digit. */
+ * floating-point unit has the instruction uses it; on the others they are taken in integers, much faster than by the
+ * compilers' libraries, which go digit by digit. */
 #ifndef DAVAR_SRC_REAL_H
 #define DAVAR_SRC_REAL_H
 
