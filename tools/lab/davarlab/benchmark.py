@@ -9,6 +9,7 @@ from multiprocessing import Pool
 import numpy as np
 
 from . import diagnose, improve, simulate
+from .errors import BadInput
 from .model import Model, Term
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
@@ -116,10 +117,13 @@ def right(row):
 
 
 def run(seeds, size, only, jobs, progress):
+    unknown = set(only.split(",") if only else []) - set(scenarios(size))
+    if unknown:
+        raise BadInput(f"--only: no scenario {min(unknown)!r} of size {size} (there are: {', '.join(scenarios(size))})")
     chosen = {name: kinds for name, kinds in scenarios(size).items() if not only or name in only.split(",")}
     work = [(name, kinds, size, seed) for name, kinds in chosen.items() for seed in seeds]
     rows = []
-    with Pool(jobs) as pool:
+    with Pool(min(jobs, len(work))) as pool:
         for row in pool.imap(one, work):
             rows.append(row)
             if not right(row):

@@ -1,13 +1,14 @@
 """The command line: one function per command; results to standard output, progress to standard error."""
 
 import argparse
+import contextlib
 import json
 import math
 import os
 import sys
 
 from . import compare, diagnose, files, improve, model as models, option_types, recording as recordings, simulate
-from .effects import table
+from .effects import own, table
 from .errors import BadInput
 
 DETAIL = 3
@@ -35,16 +36,30 @@ def emit(options, data, text):
 def load(options):
     model = models.read(options.model)
     recording = recordings.read(options.recording, options.rate)
-    if not options.rate and model.rate_hz and abs(recording.rate_hz / model.rate_hz - 1) > 0.05:
-        raise BadInput(f"{options.model}: rate_hz = {model.rate_hz:g}, but {options.recording} has {recording.rate_hz:.6g} Hz")
+    check_fits(model, recording, options)
+    if len(recording.gaps):
+        progress(f"{len(recording.gaps)} gaps: samples are taken as if they followed each other; times of columns are kept")
+    return recording, model
+
+
+def check_fits(model, recording, options):
+    """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
+    if model.rate_hz and abs(recording.rate_hz / model.rate_hz - 1) > 0.05:
+        raise BadInput(f"{options.model}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz")
+    models.check_lines(model.terms, recording.rate_hz, options.model)
     recording.rate_dps(model.column)
     for kind in model.kinds:
         for need in table.find(kind).needs:
             if not any(name.startswith(need) for name in recording.columns):
-                raise BadInput(f"{options.recording}: {kind} needs a column {need}...")
-    if len(recording.gaps):
-        progress(f"{len(recording.gaps)} gaps: samples are taken as if they followed each other; times of columns are kept")
-    return recording, model
+                raise BadInput(f"{recording.name}: {kind} needs a column {need}...")
+
+
+def load_held_out(options, model):
+    if not options.held_out:
+        return None
+    held_out = recordings.read(options.held_out, options.rate)
+    check_fits(model, held_out, options)
+    return held_out
 
 
 def estimates_json(entries):
@@ -86,7 +101,7 @@ def comparison_text(c):
 
 
 def run_simulate(options):
-    recording = simulate.from_scenario(options.scenario)
+    recording = simulate.from_scenario(options.scenario, progress)
     recordings.write(recording, options.output)
     emit(options, {"recording": options.output, "samples": recording.samples, "rate_hz": recording.rate_hz},
          f"{options.output}: {recording.samples} samples at {recording.rate_hz:g} Hz")
@@ -147,7 +162,7 @@ def verdict_text(found):
 
 def run_diagnose(options):
     recording, model = load(options)
-    held_out = recordings.read(options.held_out, options.rate) if options.held_out else None
+    held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
     report(options, recording, model, found)
     lines = [comparison_text(found.comparison), "", verdict_text(found)]
@@ -159,7 +174,7 @@ def run_diagnose(options):
 
 def run_improve(options):
     recording, model = load(options)
-    held_out = recordings.read(options.held_out, options.rate) if options.held_out else None
+    held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
     if options.output:
         models.write(found.model, options.output)
@@ -175,9 +190,21 @@ def run_improve(options):
     return 1 if found.verdict == "unknown" else 0
 
 
+def start_value(effect, parameter, rate_hz):
+    """Where nobody says: the default, the middle of the grid for an hour's recording, the first word, a thousandth."""
+    if parameter.default is not None:
+        return parameter.default
+    hour = recordings.Recording({"time_s": range(int(3600 * rate_hz))}, rate_hz)
+    with contextlib.suppress(BadInput, LookupError):
+        values = list(effect.grid[parameter.name](hour))
+        return values[len(values) // 2] if parameter.values else float(values[len(values) // 2])
+    return parameter.values[0] if parameter.values else min(max(1e-3, parameter.low), parameter.high)
+
+
 def run_add(options):
     model, effect = models.read(options.model), table.find(options.kind)
-    values = {p.name: p.default or (p.values[0] if p.values else max(1e-3, p.low)) for p in effect.parameters}
+    values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
+    assumed = dict(values)
     words = [p.name for p in effect.parameters if p.values]
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
@@ -187,10 +214,22 @@ def run_add(options):
             values[name] = value if name in words else float(value)
         except ValueError:
             raise BadInput(f"{pair}: not a number") from None
+        assumed.pop(name, None)
     model.terms.append(models.checked_term({"kind": options.kind, **values}, options.kind))
+    models.check_lines(model.terms, model.rate_hz, options.model)
     models.write(model, options.output)
+    tell_assumed(effect, assumed)
     emit(options, {"model": options.output, "effects": model.kinds}, f"{options.output}: {', '.join(model.kinds)}")
     return 0
+
+
+def tell_assumed(effect, assumed):
+    """Sizes are found by fit from any start; shapes only from near by."""
+    shapes = [name for name in effect.shape_names if name in assumed and next(p for p in effect.parameters if p.name == name).default is None]
+    if assumed:
+        said = ", ".join(f"{name} = {value if isinstance(value, str) else format(value, '.6g')}" for name, value in assumed.items())
+        progress(f"{effect.kind}: assumed as a start for fit: {said}"
+                 + (f"; fit seeks {', '.join(shapes)} near it only: give NAME=VALUE, or let improve find it" if shapes else ""))
 
 
 def run_effects(options):
@@ -204,6 +243,7 @@ def run_effects(options):
 
 
 def run_plot(options):
+    files.check_ending(options.output, (".png", ".pdf", ".svg"))
     from . import plot
     recording, model = load(options)
     found = compare.compare(recording, model, progress)
@@ -214,6 +254,7 @@ def run_plot(options):
 
 def run_export(options):
     from . import export
+    files.check_ending(options.output, (".h", ".csv"))
     table = export.table_of(models.read(options.model), options.window, options.tolerance)
     files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
@@ -260,14 +301,14 @@ def argument(*names, **settings):
     return names, settings
 
 
-REC = argument("recording", help="CSV or .csv.gz")
+REC = argument("recording", help=f"CSV or .csv.gz, at least {recordings.MINIMUM_SAMPLES} samples")
 MODEL = argument("-m", "--model", required=True, help="model file (TOML)")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
 REPORT = argument("--report", metavar="R.html", help="one page with pictures that opens in any browser")
 BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
-RATE = argument("--rate", type=float, help="samples per second, when the recording has no time_s")
+RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="samples per second, when the recording has no time_s (which decides)")
 
 # command: (function, what it does, arguments)
 COMMANDS = {
@@ -279,10 +320,10 @@ COMMANDS = {
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "effects": (run_effects, "lists every effect", []),
-    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (PNG)", [REC, MODEL, OUT, RATE]),
+    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, RATE]),
     "export": (run_export, "writes the model as a table for the device: C, or CSV for davar-sim --model-table", [
         argument("model"), argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv"),
-        argument("--window", type=int, default=6000, help="samples of the device's window (default 6000)"),
+        argument("--window", type=option_types.whole, default=6000, help="samples of the device's window (default 6000)"),
         argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
                  "deviation, relative (default 0.02)")]),
     "import": (run_import, "makes a recording of another log", [
@@ -292,16 +333,16 @@ COMMANDS = {
         argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
         argument("--record", metavar="FILE.csv", help="also write the results there, as they come"),
         argument("--count", type=option_types.whole, metavar="N", help="stop after so many results"),
-        argument("--idle", type=option_types.seconds, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
+        argument("--idle", type=option_types.positive, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
     "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(
         "--channel", type=option_types.channel, action="append", metavar="N", help="default 0; may be given more than once")]),
     "benchmark": (run_benchmark, "measures how often the verdict is right", [
-        argument("--seeds", type=int, default=20), argument("--first-seed", type=int, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
-        argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=int, default=2)]),
+        argument("--seeds", type=option_types.whole, default=20), argument("--first-seed", type=option_types.natural, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
+        argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=option_types.whole, default=2)]),
     "nulls": (run_nulls, "measures what chance gives each candidate, by parametric bootstrap", [
-        argument("--recordings", type=int, default=300), argument("--first-seed", type=int, default=0),
-        argument("--seconds", type=float, default=7200.0), argument("--adequacy-only", action="store_true", help="p-values only, three times faster"),
-        argument("--jobs", type=int, default=2)]),
+        argument("--recordings", type=option_types.whole, default=300), argument("--first-seed", type=option_types.natural, default=0),
+        argument("--seconds", type=option_types.positive, default=7200.0), argument("--adequacy-only", action="store_true", help="p-values only, three times faster"),
+        argument("--jobs", type=option_types.whole, default=2)]),
 }
 
 
@@ -324,18 +365,29 @@ def parser():
     return top
 
 
+def check_files(options):
+    """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
+    given = {name: getattr(options, name, None) for name in ("recording", "held_out", "scenario", "log", "output", "report", "model")}
+    read = [given[name] for name in ("recording", "held_out", "scenario", "log") if given[name]] + options.effects
+    if given["report"]:
+        files.check_outputs([given["report"]], [given["model"]])
+    files.check_outputs([given[name] for name in ("output", "report") if given[name]], read)
+
+
 def main(arguments):
     """Exit status 0: done, 1: model not adequate, 2: bad input."""
     try:
         options = parser().parse_args(arguments)
         for path in options.effects:
-            table.load(path)
+            own.load(path)
         options.typed = arguments
-        if getattr(options, "report", None):
-            files.check_writable(options.report)
+        check_files(options)
         return COMMANDS[options.command][0](options)
     except BadInput as why:
         print(f"davarlab: {why}", file=sys.stderr)
+        return 2
+    except MemoryError:
+        print("davarlab: not enough memory for that much data", file=sys.stderr)
         return 2
     except BrokenPipeError:  # the reader had enough (| head)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

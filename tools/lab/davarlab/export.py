@@ -62,7 +62,7 @@ def description(table):
                                           for k, v in term.parameters.items()) for term in table.model.terms]
     left_out = [term.kind for term in table.model.terms if parts_of.part_of(term).effect.role not in DEVICE_ROLES
                 and term.kind not in DEVICE_KINDS]
-    return lines + ([f"not in the table, they come and go: {', '.join(left_out)}"] if left_out else [])
+    return lines + ([f"not in the table, which holds steady noise, ramp and lines only: {', '.join(left_out)}"] if left_out else [])
 
 
 def c_text(table):
@@ -87,5 +87,5 @@ def csv_text(table):
 
 
 def text(table, path):
-    """In the form that the name asks for."""
+    """In the form that the name asks for: .csv, else C."""
     return csv_text(table) if str(path).endswith(".csv") else c_text(table)

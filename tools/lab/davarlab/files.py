@@ -25,6 +25,22 @@ def check_writable(path):
         raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
 
 
+def check_outputs(outputs, inputs):
+    """Raises BadInput unless every output could be written and is neither another output nor an input."""
+    seen = {Path(path).resolve(): path for path in inputs}
+    for path in outputs:
+        check_writable(path)
+        if Path(path).resolve() in seen:
+            raise BadInput(f"{path}: cannot be written (it is also {seen[Path(path).resolve()]}, which this command reads or writes)")
+        seen[Path(path).resolve()] = path
+
+
+def check_ending(path, endings):
+    """Raises BadInput unless the name ends in one of these."""
+    if not str(path).lower().endswith(endings):
+        raise BadInput(f"{path}: the name must end in {' or '.join(endings)}")
+
+
 def reason(why):
     return (why.strerror or str(why)).lower() if isinstance(why, OSError) else str(why)
 

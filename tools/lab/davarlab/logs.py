@@ -1,5 +1,8 @@
 """Other people's log formats, into a recording."""
 
+import contextlib
+import math
+
 import numpy as np
 
 from . import recording as recordings
@@ -12,22 +15,35 @@ def renamed(names, mapping, path):
         old, equals, new = pair.partition("=")
         if not equals or old not in names:
             raise BadInput(f"--rename {pair}: {path} has no column {old!r} (there are: {', '.join(names)})")
+        if new in names and new != old:
+            raise BadInput(f"--rename {pair}: {path} has a column {new} already")
+        if not new or not set(new).isdisjoint(",\n\r") or new != new.strip():
+            raise BadInput(f"--rename {pair}: not a name for a column")
         names = [new if name == old else name for name in names]
     return names
+
+
+def factor_of(pair, names):
+    """A `NAME=FACTOR` pair of --scale."""
+    name, _, factor = pair.partition("=")
+    if name not in names:
+        raise BadInput(f"--scale {pair}: no column {name!r} (there are: {', '.join(names)})")
+    with contextlib.suppress(ValueError):
+        if float(factor) and math.isfinite(float(factor)):
+            return name, float(factor)
+    raise BadInput(f"--scale {pair}: a finite factor other than 0 expected")
 
 
 def imported(path, rate_hz, mapping, scales):
     """A CSV with any separator (comma, semicolon, tab) and any names, as a Recording."""
     text = recordings.open_bytes(path).decode("utf-8", errors="replace").replace(";", ",").replace("\t", ",")
     notes, names, line, offset = recordings.split_header(text, path)
+    recordings.check_names(names, f"{path}:{line}")
     names = renamed(names, mapping, path)
     table = recordings.read_numbers(text[offset:], line, names, path)
     columns = dict(zip(names, np.ascontiguousarray(table.T)))
     for pair in scales:
-        name, equals, factor = pair.partition("=")
-        try:
-            columns[name] = columns[name] * float(factor)
-        except (KeyError, ValueError):
-            raise BadInput(f"--scale {pair}: no such column, or not a number") from None
+        name, factor = factor_of(pair, names)
+        columns[name] = columns[name] * factor
     rate, gaps = recordings.clock(columns, rate_hz, path, line)
     return recordings.Recording(columns, rate, str(path), notes, gaps)

@@ -1,11 +1,16 @@
 """The model file: TOML in, TOML out, every mistake named."""
 
+import json
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from . import files
 from .effects import table
 from .errors import BadInput
+
+
+HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
 
 @dataclass
@@ -33,6 +38,8 @@ def checked_value(effect, parameter, value, where):
         return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise BadInput(f"{where}: {parameter.name} must be a number")
+    if not abs(value) < HUGE:
+        raise BadInput(f"{where}: {parameter.name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
         raise BadInput(f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}")
     return float(value)
@@ -40,7 +47,7 @@ def checked_value(effect, parameter, value, where):
 
 def checked_term(entry, where):
     """A [[effect]] entry as a Term; raises BadInput for unknown kinds and parameters, missing and impossible values."""
-    if not isinstance(entry, dict) or "kind" not in entry:
+    if not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
         raise BadInput(f"{where}: an effect needs a kind")
     effect = table.find(entry["kind"], where)
     known = {parameter.name: parameter for parameter in effect.parameters}
@@ -63,6 +70,14 @@ def load_toml(path):
         raise BadInput(f"{path}: not TOML: {why}") from None
 
 
+def check_lines(terms, rate_hz, where):
+    """A line above half the sample rate cannot be told from its alias below."""
+    for term in terms:
+        if term.kind == "sinusoid" and rate_hz and term.parameters["frequency_hz"] > rate_hz / 2:
+            raise BadInput(f"{where}: sinusoid: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
+                           f"{rate_hz:g} Hz")
+
+
 def terms_of(data, path):
     entries = data.get("effect", [])
     if not isinstance(entries, list):
@@ -70,25 +85,39 @@ def terms_of(data, path):
     return [checked_term(entry, f"{path}: effect {i}") for i, entry in enumerate(entries, 1)]
 
 
-def read(path):
-    data = load_toml(path)
-    sensor = data.get("sensor", {})
+def table_in(data, name, path):
+    """A [table] of the file, empty when it is absent."""
+    found = data.get(name, {})
+    if not isinstance(found, dict):
+        raise BadInput(f"{path}: {name} is written as [{name}]")
+    return found
+
+
+def of(data, path):
+    """The model in a file's data. [simulate], which makes a scenario of a model, is let be."""
     for key in data:
-        if key not in ("sensor", "effect"):
+        if key not in ("sensor", "simulate", "effect"):
             raise BadInput(f"{path}: unknown table {key}")
-    if not isinstance(sensor.get("column"), str):
+    sensor = table_in(data, "sensor", path)
+    column, rate = sensor.get("column"), sensor.get("rate_hz")
+    if not isinstance(column, str) or not column or not set(column).isdisjoint(",\n\r"):
         raise BadInput(f"{path}: [sensor] needs column, the name of the gyro column")
-    rate = sensor.get("rate_hz")
-    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, (int, float)) or not rate > 0):
+    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < HUGE):
         raise BadInput(f"{path}: rate_hz must be a positive number")
-    return Model(rate, sensor["column"], terms_of(data, path))
+    terms = terms_of(data, path)
+    check_lines(terms, rate, path)
+    return Model(rate, column, terms)
+
+
+def read(path):
+    return of(load_toml(path), path)
 
 
 def text_of(model):
     lines = ["[sensor]"]
     if model.rate_hz:
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
-    lines.append(f'column = "{model.column}"')
+    lines.append(f"column = {json.dumps(model.column, ensure_ascii=False)}")
     for term in model.terms:
         lines += ["", "[[effect]]", f'kind = "{term.kind}"']
         lines += [f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {float(value)!r}"
@@ -97,7 +126,4 @@ def text_of(model):
 
 
 def write(model, path):
-    try:
-        Path(path).write_text(text_of(model), encoding="utf-8")
-    except OSError as why:
-        raise BadInput(f"{path}: {why.strerror}") from None
+    files.write_whole(path, text_of(model).encode())

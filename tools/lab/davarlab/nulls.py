@@ -9,7 +9,9 @@ import numpy as np
 from scipy import stats
 
 from . import benchmark, candidates, diagnose, simulate
+from .errors import BadInput
 from .model import Model, Term
+from .recording import MINIMUM_SAMPLES
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
@@ -42,8 +44,10 @@ def tries(kind, gains):
 
 
 def run(count, first, seconds, tried, jobs, progress):
+    if seconds * benchmark.RATE_HZ < MINIMUM_SAMPLES:
+        raise BadInput(f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark.RATE_HZ:g} are needed")
     rows = []
-    with Pool(jobs) as pool:
+    with Pool(min(jobs, count)) as pool:
         for row in pool.imap(one, [(seed, seconds, tried) for seed in range(first, first + count)]):
             rows.append(row)
             if len(rows) % 20 == 0:

@@ -6,12 +6,20 @@ import math
 
 def whole(text):
     """A count of things: 1, 2, ..."""
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
+    if not (text.isascii() and text.isdigit() and 0 < int(text[:20]) < 1 << 63):
         raise argparse.ArgumentTypeError(f"a whole number above 0 expected, found '{text}'")
     return int(text)
 
 
-def seconds(text):
+def natural(text):
+    """A whole number from 0 on, below 2^63: the seed of random numbers."""
+    if not (text.isascii() and text.isdigit() and int(text[:20]) < 1 << 63):
+        raise argparse.ArgumentTypeError(f"a whole number from 0 on expected, found '{text}'")
+    return int(text)
+
+
+def positive(text):
+    """A finite number above 0."""
     try:
         value = float(text)
     except ValueError:

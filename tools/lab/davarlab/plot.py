@@ -1,5 +1,8 @@
 """Pictures of a comparison: every function draws on axes or on a figure that it is given."""
 
+import io
+from pathlib import Path
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -10,6 +13,8 @@ from matplotlib.colors import LogNorm  # noqa: E402
 from matplotlib.patches import Rectangle  # noqa: E402
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
 from scipy import stats  # noqa: E402
+
+from . import files  # noqa: E402
 
 GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"
 FADED, FULL, MARKED = 2.0, 4.0, 4.0  # |z| at which a cell of the map begins to be coloured, is in full colour, has a dot
@@ -118,7 +123,7 @@ def draw_spectrum(axes, given, better=None, name="model as given"):
 
 
 def draw(comparison, path):
-    """Allan deviation, failure map and residual spectrum in one PNG."""
+    """Allan deviation, failure map and residual spectrum in one picture: PNG, PDF or SVG by the name."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
     draw_deviation(axes[0], comparison, name="model")
     colours = ratio_scale(comparison)
@@ -128,5 +133,7 @@ def draw(comparison, path):
     axes[0].set_title(f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
                       f"p = {comparison.p_value:.2g}")
     axes[1].set_title("pale: within chance; a dot: more than 4 standard deviations")
-    figure.savefig(path, dpi=100)
+    data = io.BytesIO()
+    figure.savefig(data, dpi=100, format=Path(path).suffix[1:].lower())
     plt.close(figure)
+    files.write_whole(path, data.getvalue())

@@ -2,15 +2,18 @@
 
 import gzip
 import io
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from . import files
 from .errors import BadInput
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 MINIMUM_SAMPLES = 1000
+DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
 
 
 @dataclass
@@ -56,7 +59,7 @@ def open_bytes(path):
         return data
     try:
         return gzip.decompress(data)
-    except (OSError, EOFError) as why:
+    except (OSError, EOFError, zlib.error) as why:
         raise BadInput(f"{path}: damaged gzip file ({why})") from None
 
 
@@ -73,6 +76,15 @@ def split_header(text, path):
         elif row:
             return notes, [name.strip() for name in row.split(",")], line, offset
     raise BadInput(f"{path}: no header row and no samples")
+
+
+def check_names(names, where):
+    """Every column has a name of its own."""
+    for name in names:
+        if not name:
+            raise BadInput(f"{where}: a column without a name")
+        if names.count(name) > 1:
+            raise BadInput(f"{where}: column {name} is there twice")
 
 
 def locate_bad_row(text, first_line, names, path):
@@ -107,32 +119,42 @@ def read_numbers(text, line, names, path):
     return table
 
 
+def agreed(rate_hz, stamped_hz, path):
+    """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
+    if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
+        raise BadInput(f"--rate: {rate_hz:g} Hz, but column time_s of {path} says {stamped_hz:.6g} Hz; it decides: leave --rate out, "
+                       "or mend time_s")
+    return rate_hz or stamped_hz
+
+
 def clock(columns, rate_hz, path, line):
     """The rate and the gaps that the time stamps say; the median step is the period."""
     if "time_s" not in columns:
         if not rate_hz:
             raise BadInput(f"{path}: no column time_s and no --rate")
         return rate_hz, np.array([], int)
+    if not len(columns["time_s"]) > 1:
+        raise BadInput(f"{path}: one sample has no rate")
     steps = np.diff(columns["time_s"])
     back = np.flatnonzero(steps < 0)
     if len(back):
         raise BadInput(f"{path}:{line + back[0] + 2}: column time_s: time runs backwards")
     step = np.median(steps)
     mean = (columns["time_s"][-1] - columns["time_s"][0]) / len(steps)
+    if not mean > 0:
+        raise BadInput(f"{path}: column time_s: time stands still")
     jitter = step < 0.5 * mean and np.percentile(steps, 99) < 20 * mean
     if jitter or step <= 0:  # arrival times of a bursty host: the samples are as steady as their count
-        return rate_hz or 1.0 / mean, np.array([], int)
+        return agreed(rate_hz, 1.0 / mean, path), np.array([], int)
     regular = steps[np.abs(steps - step) < 0.5 * step]
-    return rate_hz or 1.0 / regular.mean(), np.flatnonzero(steps > 1.5 * step) + 1
+    return agreed(rate_hz, 1.0 / regular.mean(), path), np.flatnonzero(steps > 1.5 * step) + 1
 
 
 def read(path, rate_hz=None):
     """Reads a CSV or .csv.gz recording. Raises BadInput that names file, line and column."""
     text = open_bytes(path).decode("utf-8", errors="replace")
     notes, names, line, offset = split_header(text, path)
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise BadInput(f"{path}:{line}: column {twice.pop()} is there twice")
+    check_names(names, f"{path}:{line}")
     table = read_numbers(text[offset:], line, names, path)
     if len(table) < MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {len(table)} samples; at least {MINIMUM_SAMPLES} are needed")
@@ -149,10 +171,4 @@ def write(recording, path):
     text.write(",".join(recording.columns) + "\n")
     np.savetxt(text, table, fmt="%.9g", delimiter=",")
     data = text.getvalue().encode()
-    path = Path(path)
-    partial = path.with_name(path.name + ".partial")
-    try:
-        partial.write_bytes(gzip.compress(data, 1) if path.suffix == ".gz" else data)
-        partial.rename(path)
-    except OSError as why:
-        raise BadInput(f"{path}: {why.strerror}") from None
+    files.write_whole(path, gzip.compress(data, 1) if Path(path).suffix == ".gz" else data)

@@ -5,8 +5,9 @@ import numpy as np
 from . import model as models
 from .effects import spectra, table
 from .errors import BadInput
-from .recording import Recording
+from .recording import MINIMUM_SAMPLES, Recording
 
+SAMPLES_MAX = 10 ** 8  # 6 GB
 DEFAULTS = {"duration_s": 7200.0, "seed": 1, "vibration_g": 0.05, "tilt_g": 0.01, "temperature_degC": 3.0}
 
 
@@ -80,18 +81,29 @@ def make(terms, rate_hz, column="gyro_z_dps", **settings):
     return recording
 
 
-def from_scenario(path):
+def defaulted(data, path):
+    """A scenario need not say its column."""
+    return {**data, "sensor": {"column": "gyro_z_dps", **models.table_in(data, "sensor", path)}}
+
+
+def from_scenario(path, progress):
     """SCENARIO.toml: a model file with a further table [simulate] (duration_s, seed, vibration_g, ...)."""
     data = models.load_toml(path)
-    sensor, settings = data.get("sensor", {}), data.get("simulate", {})
+    settings = models.table_in(data, "simulate", path)
     for name, value in settings.items():
         if name not in DEFAULTS:
             raise BadInput(f"{path}: [simulate] has no {name} (it has: {', '.join(DEFAULTS)})")
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or value < 0:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < models.HUGE:
             raise BadInput(f"{path}: [simulate] {name} must be a number, 0 or more")
-    rate = sensor.get("rate_hz")
-    if isinstance(rate, bool) or not isinstance(rate, (int, float)) or rate <= 0:
+    if settings.get("seed", 0) % 1:
+        raise BadInput(f"{path}: [simulate] seed must be a whole number")
+    model = models.of(defaulted(data, path), path)
+    if not model.rate_hz:
         raise BadInput(f"{path}: [sensor] needs rate_hz")
-    if settings.get("duration_s", 7200) * rate < 1000:
-        raise BadInput(f"{path}: [simulate] duration_s: fewer than 1000 samples")
-    return make(models.terms_of(data, path), float(rate), sensor.get("column", "gyro_z_dps"), **settings)
+    samples = settings.get("duration_s", DEFAULTS["duration_s"]) * model.rate_hz
+    if not MINIMUM_SAMPLES <= samples <= SAMPLES_MAX:
+        raise BadInput(f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to {SAMPLES_MAX:g} can be made")
+    if "simulate" not in data:
+        said = ", ".join(f"{name} = {value:g}" for name, value in DEFAULTS.items())
+        progress(f"{path} has no table [simulate]: taken as {said}")
+    return make(model.terms, float(model.rate_hz), model.column, **settings)

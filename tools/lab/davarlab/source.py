@@ -1,6 +1,7 @@
 """Frames from can:IFACE or slcan:PATH[@BAUD], whatever becomes of interface or peer: a loss is counted and waited out."""
 
 import contextlib
+import errno
 import fcntl
 import os
 import re
@@ -21,6 +22,7 @@ RECEIVE_BYTES = 1 << 22  # room in the kernel for a burst
 SIOCGIFFLAGS, IFF_UP = 0x8913, 1
 SO_RCVBUFFORCE = 33  # beyond the usual limit; needs CAP_NET_ADMIN
 FAILURES = (OSError, can.CanError, termios.error)
+PLAIN = {errno.ENOTTY: "not a serial line", errno.ENODEV: "no such interface", errno.EAFNOSUPPORT: "this system has no CAN"}
 FRAME = re.compile(rb"t([0-9A-Fa-f]{3})([0-8])((?:[0-9A-Fa-f]{2})*)")
 
 
@@ -31,6 +33,8 @@ def reason(why):
     number = number or (int(hidden[1]) if hidden else None)
     if not number and isinstance(why, serial.SerialException):
         return "the device is gone"
+    if number in PLAIN:
+        return PLAIN[number]
     return os.strerror(number) if number else str(why) or type(why).__name__
 
 

@@ -1,0 +1,130 @@
+"""People's own effects: a Python file that is not trusted to be right. What is wrong with it is said in one line that names file and
+effect, when it is loaded or when one of its functions is first asked."""
+
+import contextlib
+import sys
+from collections.abc import Iterable
+from dataclasses import replace
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import BadInput
+from . import table
+from .base import Effect, Parameter
+
+
+def executed(path):
+    """The module of a Python file; what it prints goes to standard error."""
+    if not Path(path).is_file():
+        raise BadInput(f"--effects: {path}: no such file")
+    if Path(path).suffix != ".py":
+        raise BadInput(f"--effects: {path}: a Python file (.py) expected")
+    specification = util.spec_from_file_location(Path(path).stem, path)
+    module = util.module_from_spec(specification)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            specification.loader.exec_module(module)
+    except (Exception, SystemExit) as why:  # the person's own code: whatever it raises is a mistake in that file
+        raise BadInput(f"--effects: {path}: {in_one_line(why)}") from None
+    return module
+
+
+def in_one_line(why):
+    return f"{type(why).__name__}: {' '.join(str(why).split())}"
+
+
+def asked(where, function, *arguments):
+    """What a function of the file answers."""
+    try:
+        return function(*arguments)
+    except BadInput as why:
+        raise BadInput(f"{where}: {why}") from None
+    except Exception as why:  # as above
+        raise BadInput(f"{where}: {in_one_line(why)}") from None
+
+
+def numbers(where, value, shape):
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise BadInput(f"{where}: not an array of numbers") from None
+    if found.shape != shape:
+        raise BadInput(f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of {shape[0]} values")
+    if not np.all(np.isfinite(found)):
+        raise BadInput(f"{where}: not finite at index {int(np.argmin(np.isfinite(found)))}")
+    return found
+
+
+def checked_course(where, function):
+    """A regressor, or what simulates: one value per sample of the recording, its first argument."""
+    def course(recording, *arguments):
+        return numbers(where, asked(where, function, recording, *arguments), (recording.samples,))
+    return course
+
+
+def checked_spectrum(where, function):
+    def spectrum(f, rate_hz, shape):
+        found = numbers(where, asked(where, function, f, rate_hz, shape), np.shape(f))
+        if np.any(found < 0) or not np.any(found > 0):
+            raise BadInput(f"{where}: {'negative' if np.any(found < 0) else 'zero'} at {f[int(np.argmin(found))]:.4g} Hz")
+        return found
+    return spectrum
+
+
+def checked_grid(where, parameter, function):
+    """The values of a shape parameter that are worth trying, within its bounds."""
+    def grid(recording):
+        found = asked(where, function, recording)
+        if not isinstance(found, Iterable):
+            raise BadInput(f"{where}: not a list of values")
+        found = list(found)
+        for value in found:
+            if not (value in parameter.values if parameter.values else
+                    isinstance(value, (int, float, np.number)) and parameter.low <= value <= parameter.high):
+                raise BadInput(f"{where}: {value!r} is not a value that {parameter.name} may have")
+        return found
+    return grid
+
+
+def check_form(effect, where):
+    """The fields that the table and the search rely on."""
+    needed = {"mean": effect.regressor, "spectrum": effect.spectrum}
+    if effect.role not in needed or not callable(needed[effect.role]):
+        raise BadInput(f"{where} needs a regressor (role mean) or a spectrum (role spectrum)")
+    if not isinstance(effect.kind, str) or not effect.kind.isidentifier():
+        raise BadInput(f"{where}: its kind must be a word of letters, digits and _")
+    parameters = effect.parameters
+    if not isinstance(parameters, tuple) or not parameters or not all(isinstance(one, Parameter) for one in parameters):
+        raise BadInput(f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)")
+    for one in parameters:
+        if not (one.values or one.low < one.high) or not str(one.name).isidentifier() or one.name == "kind":
+            raise BadInput(f"{where}: parameter {one.name}: a word and bounds low < high expected")
+        if one.name in effect.shape_names and not callable(effect.grid.get(one.name)):
+            raise BadInput(f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try")
+
+
+def checked(effect, path):
+    """The effect with functions that say what is wrong with their answers."""
+    where = f"--effects: {path}: {effect.kind}"
+    check_form(effect, where)
+    by_name = {parameter.name: parameter for parameter in effect.parameters}
+    return replace(
+        effect, regressor=effect.regressor and checked_course(f"{where}: regressor", effect.regressor),
+        simulate=effect.simulate and checked_course(f"{where}: simulate", effect.simulate),
+        spectrum=effect.spectrum and checked_spectrum(f"{where}: spectrum", effect.spectrum),
+        variants={name: checked_course(f"{where}: variant {name}", one) for name, one in effect.variants.items()},
+        grid={name: checked_grid(f"{where}: grid of {name}", by_name[name], one) for name, one in effect.grid.items() if name in by_name})
+
+
+def load(path):
+    """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the effect."""
+    found = {id(value): value for value in vars(executed(path)).values() if isinstance(value, Effect)}
+    own = [effect for effect in found.values() if table.TABLE.get(effect.kind) is not effect]
+    if not own:
+        raise BadInput(f"--effects: {path}: no Effect in it")
+    for effect in own:
+        if effect.kind in table.TABLE:
+            raise BadInput(f"--effects: {path}: kind {effect.kind} is taken")
+        table.TABLE[effect.kind] = checked(effect, path)
