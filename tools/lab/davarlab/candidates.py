@@ -16,7 +16,9 @@ TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.
           "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 0.5, "warm_up": 2.1, "rate_ramp": 0.83, "sinusoid": 3.1,
           "temperature": 1.1, "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
           "vibration_noise": 2.8, "noise_step": 1.1e4}
-HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that
+HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter: as much,
+# since levels are sought in white noise)
+LORENTZIAN = ("telegraph_noise", "gauss_markov")
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
@@ -151,8 +153,8 @@ def noise_step(bench, parts, blocks):
 def with_states(bench, parts, fit, found):
     """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
-    best = max((c.gain for c in found if c.kind not in ("telegraph_noise", "gauss_markov")), default=0.0)
-    if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > HOPELESS * best:
+    best = max((c.gain * (1.0 if c.part.role == "filter" else HOPELESS) for c in found if c.kind not in LORENTZIAN), default=0.0)
+    if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > best:
         decode_states(bench, parts, telegraph)
 
 
