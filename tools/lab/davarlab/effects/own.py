@@ -38,7 +38,8 @@ def in_one_line(why):
 def asked(where, function, *arguments):
     """What a function of the file answers."""
     try:
-        return function(*arguments)
+        with np.errstate(all="ignore"):  # the answer is looked at anyway
+            return function(*arguments)
     except BadInput as why:
         raise BadInput(f"{where}: {why}") from None
     except Exception as why:  # as above
