@@ -13,7 +13,7 @@ COMMAND = ROOT / "tools/davarlab"
 REFUSED = {
     ("live", "lin:0"): "can:IFACE or slcan:PATH expected, found 'lin:0'",
     ("live", "slcan:/nonexistent"): "slcan:/nonexistent: No such file or directory",
-    ("live", "slcan:/dev/null"): "slcan:/dev/null: Inappropriate ioctl for device",
+    ("live", "slcan:/dev/null"): "slcan:/dev/null: not a serial line",
     ("live", "can:nope"): "can:nope: ",
     ("live", "can:vcan0", "--count", "0"): "--count: a whole number above 0 expected, found '0'",
     ("live", "can:vcan0", "--idle", "nan"): "--idle: a number above 0 expected, found 'nan'",

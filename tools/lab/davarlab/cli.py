@@ -37,6 +37,9 @@ def load(options):
     model = models.read(options.model)
     recording = recordings.read(options.recording, options.rate)
     check_fits(model, recording, options)
+    noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
+    if options.command != "fit" and noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
+        raise BadInput(f"{options.model}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
     if len(recording.gaps):
         progress(f"{len(recording.gaps)} gaps: samples are taken as if they followed each other; times of columns are kept")
     return recording, model
@@ -229,7 +232,7 @@ def tell_assumed(effect, assumed):
     if assumed:
         said = ", ".join(f"{name} = {value if isinstance(value, str) else format(value, '.6g')}" for name, value in assumed.items())
         progress(f"{effect.kind}: assumed as a start for fit: {said}"
-                 + (f"; fit seeks {', '.join(shapes)} near it only: give NAME=VALUE, or let improve find it" if shapes else ""))
+                 + (f"; fit moves {', '.join(shapes)} little or not: give NAME=VALUE, or let improve find it" if shapes else ""))
 
 
 def run_effects(options):
@@ -368,10 +371,10 @@ def parser():
 def check_files(options):
     """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
     given = {name: getattr(options, name, None) for name in ("recording", "held_out", "scenario", "log", "output", "report", "model")}
-    read = [given[name] for name in ("recording", "held_out", "scenario", "log") if given[name]] + options.effects
-    if given["report"]:
+    read = [given[name] for name in ("recording", "held_out", "scenario", "log") if given[name] is not None] + options.effects
+    if given["report"] is not None:
         files.check_outputs([given["report"]], [given["model"]])
-    files.check_outputs([given[name] for name in ("output", "report") if given[name]], read)
+    files.check_outputs([given[name] for name in ("output", "report") if given[name] is not None], read)
 
 
 def main(arguments):

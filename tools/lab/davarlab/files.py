@@ -27,12 +27,12 @@ def check_writable(path):
 
 def check_outputs(outputs, inputs):
     """Raises BadInput unless every output could be written and is neither another output nor an input."""
-    seen = {Path(path).resolve(): path for path in inputs}
+    seen = {Path(path).resolve() for path in inputs}
     for path in outputs:
         check_writable(path)
         if Path(path).resolve() in seen:
-            raise BadInput(f"{path}: cannot be written (it is also {seen[Path(path).resolve()]}, which this command reads or writes)")
-        seen[Path(path).resolve()] = path
+            raise BadInput(f"{path}: cannot be written (this command also reads or writes it)")
+        seen.add(Path(path).resolve())
 
 
 def check_ending(path, endings):

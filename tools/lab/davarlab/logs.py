@@ -36,7 +36,7 @@ def factor_of(pair, names):
 
 def imported(path, rate_hz, mapping, scales):
     """A CSV with any separator (comma, semicolon, tab) and any names, as a Recording."""
-    text = recordings.open_bytes(path).decode("utf-8", errors="replace").replace(";", ",").replace("\t", ",")
+    text = recordings.open_text(path).replace(";", ",").replace("\t", ",")
     notes, names, line, offset = recordings.split_header(text, path)
     recordings.check_names(names, f"{path}:{line}")
     names = renamed(names, mapping, path)

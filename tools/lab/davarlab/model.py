@@ -57,8 +57,10 @@ def checked_term(entry, where):
     missing = [name for name, parameter in known.items() if name not in entry and parameter.default is None]
     if missing:
         raise BadInput(f"{where}: {effect.kind} needs {missing[0]}")
-    return Term(effect.kind, {name: checked_value(effect, p, entry[name], where) for name, p in known.items()
-                              if name in entry})
+    values = {name: checked_value(effect, p, entry[name], where) for name, p in known.items() if name in entry}
+    if effect.kind == "noise_step" and values["stop_s"] < values["start_s"]:
+        raise BadInput(f"{where}: noise_step: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}")
+    return Term(effect.kind, values)
 
 
 def load_toml(path):

@@ -13,6 +13,8 @@ from .errors import BadInput
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 MINIMUM_SAMPLES = 1000
+LARGEST = 1e30  # whose square is still a number, and which no sensor says
+SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
 DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
 
 
@@ -47,7 +49,11 @@ class Recording:
         unit = next((unit for unit in TO_DPS if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)")
-        return self.column(name) * TO_DPS[unit]
+        rate = self.column(name) * TO_DPS[unit]
+        spread = float(np.ptp(rate))
+        if spread and not SPREAD_DPS[0] < spread < SPREAD_DPS[1]:
+            raise BadInput(f"{self.name}: column {name}: values {spread:.3g} deg/s apart are no gyro's")
+        return rate
 
 
 def open_bytes(path):
@@ -61,6 +67,13 @@ def open_bytes(path):
         return gzip.decompress(data)
     except (OSError, EOFError, zlib.error) as why:
         raise BadInput(f"{path}: damaged gzip file ({why})") from None
+
+
+def open_text(path):
+    text = open_bytes(path).decode("utf-8", errors="replace")
+    if "\0" in text:
+        raise BadInput(f"{path}: not a text file in UTF-8")
+    return text
 
 
 def split_header(text, path):
@@ -112,10 +125,10 @@ def read_numbers(text, line, names, path):
         locate_bad_row(text, line, names, path)
     if table.shape[1] != len(names):
         locate_bad_row(text, line, names, path)
-    bad = np.argwhere(~np.isfinite(table))
+    bad = np.argwhere(~(np.abs(table) < LARGEST))
     if len(bad):
         rows = [i for i, row in enumerate(io.StringIO(text), line + 1) if row.strip()]
-        raise BadInput(f"{path}:{rows[bad[0][0]]}: column {names[bad[0][1]]}: not a finite number")
+        raise BadInput(f"{path}:{rows[bad[0][0]]}: column {names[bad[0][1]]}: not a finite number below {LARGEST:g}")
     return table
 
 
@@ -152,7 +165,7 @@ def clock(columns, rate_hz, path, line):
 
 def read(path, rate_hz=None):
     """Reads a CSV or .csv.gz recording. Raises BadInput that names file, line and column."""
-    text = open_bytes(path).decode("utf-8", errors="replace")
+    text = open_text(path)
     notes, names, line, offset = split_header(text, path)
     check_names(names, f"{path}:{line}")
     table = read_numbers(text[offset:], line, names, path)

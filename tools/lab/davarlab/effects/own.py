@@ -38,7 +38,8 @@ def in_one_line(why):
 def asked(where, function, *arguments):
     """What a function of the file answers."""
     try:
-        return function(*arguments)
+        with np.errstate(all="ignore"):  # the answer is looked at anyway
+            return function(*arguments)
     except BadInput as why:
         raise BadInput(f"{where}: {why}") from None
     except Exception as why:  # as above
@@ -88,6 +89,10 @@ def checked_grid(where, parameter, function):
     return grid
 
 
+def bounded(parameter):
+    return all(isinstance(end, (int, float)) for end in (parameter.low, parameter.high)) and parameter.low < parameter.high
+
+
 def check_form(effect, where):
     """The fields that the table and the search rely on."""
     needed = {"mean": effect.regressor, "spectrum": effect.spectrum}
@@ -95,11 +100,14 @@ def check_form(effect, where):
         raise BadInput(f"{where} needs a regressor (role mean) or a spectrum (role spectrum)")
     if not isinstance(effect.kind, str) or not effect.kind.isidentifier():
         raise BadInput(f"{where}: its kind must be a word of letters, digits and _")
+    for name, form in (("needs", tuple), ("grid", dict), ("variants", dict)):
+        if not isinstance(getattr(effect, name), form):
+            raise BadInput(f"{where}: {name} must be a {form.__name__}" + (': ("column",)' if form is tuple else ""))
     parameters = effect.parameters
     if not isinstance(parameters, tuple) or not parameters or not all(isinstance(one, Parameter) for one in parameters):
         raise BadInput(f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)")
     for one in parameters:
-        if not (one.values or one.low < one.high) or not str(one.name).isidentifier() or one.name == "kind":
+        if not (one.values or bounded(one)) or not str(one.name).isidentifier() or one.name == "kind":
             raise BadInput(f"{where}: parameter {one.name}: a word and bounds low < high expected")
         if one.name in effect.shape_names and not callable(effect.grid.get(one.name)):
             raise BadInput(f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try")

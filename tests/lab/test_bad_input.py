@@ -1,0 +1,88 @@
+"""tools/davarlab on options, outputs and own effects that cannot be used: one line, exit status 2, nothing left behind."""
+
+import math
+import re
+import textwrap
+import unittest
+
+from test_lab import BASE, ROOT, SENSOR, Folder, run
+
+HEAD = "from davarlab.effects.base import Effect, Parameter\nSIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
+REFUSED = {
+    "diagnose {rec} -m {model} --rate 100": "--rate: 100 Hz, but column time_s",
+    "fit {rec} -m {model} --rate -5": "--rate: a number above 0 expected, found '-5'",
+    "fit {rec} -m {model} --rate nan": "--rate: a number above 0 expected",
+    "import {rec} -o {out} --rename gyro_z_dps=temp_degC": "has a column temp_degC already",
+    "plot {rec} -m {model} -o nodir/x.png": "nodir/x.png: cannot be written",
+    "plot {rec} -m {model} -o {out}.xyz": "the name must end in .png",
+    "improve {rec} -m {model} -o nodir/x": "nodir/x: cannot be written",
+    "fit {rec} -m {model} -o {rec}": "also reads or writes it",
+    "benchmark --only nosuch": "--only: no scenario 'nosuch'",
+    "benchmark --seeds 0": "--seeds: a whole number above 0",
+    "nulls --recordings 0": "--recordings: a whole number above 0",
+    "nulls --recordings 1 --seconds 5": "--seconds: 5; at least 20",
+    "export {model} -o {out}.txt": "the name must end in .h or .csv",
+    "add {model} sinusoid frequency_hz=40 -o {out}": "above half the sample rate of 50 Hz",
+    "add {model} sinusoid amplitude_dps=inf -o {out}": "amplitude_dps must be a finite number",
+    "effects --effects {model}": "a Python file (.py) expected",
+}
+OWN = {
+    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s[1:])": "own: regressor: 1499 instead of 1500 values",
+    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: r.time_s / 0)": "own: regressor: not finite at index 0",
+    "Effect('own', '', SIZE, '', 'mean', '', regressor=lambda r, s: 1 / 0)": "own: regressor: ZeroDivisionError",
+    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: -f)": "own: spectrum: negative",
+    "Effect('own', '', SIZE, '', 'spectrum', '', spectrum=lambda f, r, s: f[1:])": "own: spectrum: ",
+    "Effect('own')": "TypeError",
+}
+
+
+class BadInput(Folder):
+    def setUp(self):
+        super().setUp()
+        rows = "".join(f"{i / 50:.2f},{math.sin(i * i % 997):.4f},{i % 7}\n" for i in range(1500))
+        self.recording, self.out = self.file("r.csv", "time_s,gyro_z_dps,temp_degC\n" + rows), self.work / "out"
+
+    def refused(self, words, *arguments):
+        before = {path: path.read_bytes() for path in self.work.iterdir()}
+        done = run(*arguments)
+        self.assertEqual((2, ""), (done.returncode, done.stdout), done.stderr)
+        said = done.stderr.splitlines()
+        self.assertIn(words, said[-1])
+        self.assertTrue(all(line.startswith("davarlab: ") for line in said), done.stderr)
+        self.assertEqual(before, {path: path.read_bytes() for path in self.work.iterdir()})
+
+    def test_options_and_outputs(self):
+        for command, words in REFUSED.items():
+            with self.subTest(command):
+                self.refused(words, *command.format(rec=self.recording, model=self.model, out=self.out).split())
+
+    def test_own_effects(self):
+        for number, (text, words) in enumerate(OWN.items()):
+            with self.subTest(text):
+                own = self.file(f"own{number}.py", f"{HEAD}OWN = {text}\n")
+                self.refused(words, "diagnose", self.recording, "-m", self.model, "--effects", own)
+
+    def test_a_scenario_is_a_model_and_what_is_assumed_is_said(self):
+        scenario = self.file("s.toml", f"{SENSOR}[simulate]\nduration_s = 30\n{BASE}")
+        self.assertEqual(0, run("fit", self.recording, "-m", scenario).returncode)
+        done = run("add", self.model, "sinusoid", "-o", self.out)
+        self.assertEqual(0, done.returncode)
+        self.assertIn("amplitude_dps = 0.001, frequency_hz = 0.001", done.stderr)
+
+    def test_the_spectrum_of_the_design_is_found(self):
+        text = (ROOT / "tools/lab/DESIGN.md").read_text()
+        block = re.search(r"    # resonance\.py\n(?:(?:    .*)?\n)+", text)[0]
+        own = self.file("resonance.py", textwrap.dedent(block))
+        effect = '[[effect]]\nkind = "resonance"\nstd_dps = 0.03\nfrequency_hz = 7.0\n'
+        recording = self.simulated(effect, seconds=1200, options=("--effects", own))
+        found = self.diagnosed(recording, "--effects", own)
+        self.assertEqual(["resonance"], found["missing"])
+        value = found["candidates"][0]["parameters"]
+        self.assertAlmostEqual(7.0, value["frequency_hz"]["value"], delta=0.1)
+        self.assertAlmostEqual(0.03, value["std_dps"]["value"], delta=0.003)
+        model = self.file("full.toml", SENSOR + BASE + effect)
+        self.assertEqual(0, run("fit", recording, "-m", model, "--effects", own, "--json").returncode)
+
+
+if __name__ == "__main__":
+    unittest.main()
