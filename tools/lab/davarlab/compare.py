@@ -191,9 +191,13 @@ def compare_state(state, recording, model, p_value):
                       residual_spectrum(state), correlations(state, model.column))
 
 
+def cells_as_given(recording, model, fitted):
+    """The cells alone, of the model as given; `fitted`: its effects refitted on the recording."""
+    return cells_of(as_given(fitted, model), strip_shocks(fitted, recording, model))
+
+
 def error_as_given(recording, model, fitted):
-    """The error alone, of the model as given; `fitted`: its effects refitted on the recording."""
-    return error_of(cells_of(as_given(fitted, model), strip_shocks(fitted, recording, model)))
+    return error_of(cells_as_given(recording, model, fitted))
 
 
 def given_p_value(fitted, given):
