@@ -200,12 +200,22 @@ def error_as_given(recording, model, fitted):
     return error_of(cells_as_given(recording, model, fitted))
 
 
+def loss_of(fitted, given):
+    """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many they are."""
+    return (2 * (fitted.fit.log_likelihood - given.fit.log_likelihood), len(fitted.fit.sizes) + len(fitted.fit.coefficients))
+
+
+def sizes_agree(fitted, given):
+    """Were the given parameters fitted on this recording."""
+    loss, free = loss_of(fitted, given)
+    return loss < 0.02 * free
+
+
 def given_p_value(fitted, given):
     """p of the shape of the refitted model, and of the given parameters against the fitted ones (7.2)."""
-    loss = 2 * (fitted.fit.log_likelihood - given.fit.log_likelihood)
-    free = len(fitted.fit.sizes) + len(fitted.fit.coefficients)
-    if loss < 0.02 * free:  # the parameters were fitted on this recording
+    if sizes_agree(fitted, given):
         return fitted.adequacy.p_value
+    loss, free = loss_of(fitted, given)
     p = min(fitted.adequacy.p_value, float(stats.chi2.sf(loss, free)))
     return 1 - (1 - p) ** 2
 

@@ -100,9 +100,9 @@ def step_of(added, result, model, held_out):
     return Step(added, result.effects, result.error, result.error_floor, error, result.p_value, floor)
 
 
-def refitted(recording, model, state, comparison, held_out):
+def refitted(recording, model, state, held_out):
     """The step from the sizes of the file to the best ones; None when those of the file are as good (7.2)."""
-    if comparison.p_value == state.adequacy.p_value:
+    if compare.sizes_agree(state, compare.as_given(state, model)):
         return None
     better, _ = fitted_model(state, model)
     return replace(step_of(None, compare.compare(recording, better, fitted=state), better, held_out),
@@ -142,7 +142,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     """What a diagnosis comes to: errors, parameters, words."""
     comparison = compare.compare(recording, model, progress, found.states[0])
     steps = [step_of(None, comparison, model, held_out)]
-    base = refitted(recording, model, found.states[0], comparison, held_out)
+    base = refitted(recording, model, found.states[0], held_out)
     comparisons = [comparison]
     final, entries = fitted_model(found.states[-1], model)
     for before, state in zip(found.states, found.states[1:]):

@@ -55,7 +55,7 @@ def candidates(found):
     if added:
         lines = ["Added, in this order, fitted beside each other:"]
         lines += [f"  {kind}: {words.strength(kind, fitted[kind])}" for kind in added] + [""]
-    lines.append("Each alone beside the model as given" + (" (a strong one may only imitate what was added, or hide it):" if added else ":"))
+    lines.append("Each alone beside the given effects, refitted" + (" (a strong one may only imitate what was added, or hide it):" if added else ":"))
     first = [c for c in found.candidates if c.kind in added]
     rest = [c for c in found.candidates if c.kind not in added][:max(CANDIDATES_MAX - len(first), 3)]
     lines += [f"{rank}. {c.kind}{' (added)' if c.kind in added else ''}: {c.why}" for rank, c in enumerate(first + rest, 1)]

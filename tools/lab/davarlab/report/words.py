@@ -186,8 +186,8 @@ def verdict_held_out(found):
     if error is None:
         return None
     sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
-    return f"It does not explain the held-out recording: {sizes}." if error > HELD_OUT_CLEARLY * floor else \
-        f"It holds on the held-out recording: {sizes}."
+    return f"The final model does not explain the held-out recording: {sizes}." if error > HELD_OUT_CLEARLY * floor else \
+        f"The final model holds on the held-out recording: {sizes}."
 
 
 def verdict_of_missing(found):
