@@ -10,6 +10,7 @@ import sys
 from . import compare, diagnose, files, improve, model as models, option_types, recording as recordings, simulate
 from .effects import own, table
 from .errors import BadInput
+from .report import terminal, words
 
 DETAIL = 3
 
@@ -69,19 +70,6 @@ def estimates_json(entries):
     return {name: {"value": e.value, "low": e.low, "high": e.high} for name, e in entries.items()}
 
 
-def estimates_text(model, entries):
-    lines = []
-    for term, entry in zip(model.terms, entries):
-        lines.append(term.kind)
-        for parameter in table.find(term.kind).parameters:
-            e = entry.get(parameter.name)
-            if e and not isinstance(e.value, str):
-                lines.append(f"  {parameter.name:<36}{e.value:>12.5g}   95 %: {e.low:.5g} .. {e.high:.5g} {parameter.unit}")
-            elif e:
-                lines.append(f"  {parameter.name:<36}{e.value:>12}")
-    return "\n".join(lines)
-
-
 def fitted_json(model, entries):
     return [{"kind": term.kind, "parameters": estimates_json(entry)} for term, entry in zip(model.terms, entries)]
 
@@ -92,15 +80,6 @@ def comparison_json(c):
             "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
             "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,
                        "model_dps": w.model_dps, "ratio": w.ratio, "z": w.z} for w in c.where]}
-
-
-def comparison_text(c):
-    lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p = {c.p_value:.3g}: "
-             f"{'adequate' if c.adequate else 'not adequate'}", improve.misfit_words(c)]
-    lines += [f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
-              f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)" for w in c.where[:8]]
-    lines += [f"  residual goes with {name}: correlation {r:+.3f}" for name, (r, p) in c.correlations.items() if p < 1e-3]
-    return "\n".join(lines)
 
 
 def run_simulate(options):
@@ -116,7 +95,7 @@ def run_fit(options):
     fitted, entries = improve.fit(recording, model, progress)
     if options.output:
         models.write(fitted, options.output)
-    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output}, estimates_text(fitted, entries))
+    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output}, terminal.estimates(fitted, entries))
     return 0
 
 
@@ -139,28 +118,18 @@ def run_compare(options):
     state = diagnose.judged(diagnose.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
     report(options, recording, model, found, state)
-    emit(options, comparison_json(found), comparison_text(found))
+    emit(options, comparison_json(found), terminal.comparison(found, words.notes(recording, model)))
     return 0 if found.adequate else 1
 
 
 def diagnosis_json(found):
     alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
     return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.diagnosis.added,
-            "steps": [vars(step) for step in found.steps],
+            "steps": [vars(step) for step in found.steps], "refitted": found.refitted and vars(found.refitted), "notes": found.notes,
             "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
             "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
                             "error_held_out_after": c.error_held_out_after,
                             "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}
-
-
-def verdict_text(found):
-    added = found.diagnosis.added
-    if found.verdict == "none":
-        return "Nothing is missing: the model's effects explain this recording."
-    if found.verdict == "unknown":
-        known = f" ({', '.join(added)} would help, not suffice)" if added else ""
-        return f"Nothing I know explains this{known}."
-    return f"Missing: {', '.join(added)}. To confirm: {table.find(found.verdict).confirm}"
 
 
 def run_diagnose(options):
@@ -168,10 +137,7 @@ def run_diagnose(options):
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
     report(options, recording, model, found)
-    lines = [comparison_text(found.comparison), "", verdict_text(found)]
-    lines += [f"This recording cannot tell it from {kind}. {table.find(kind).confirm}" for kind in found.diagnosis.alternatives]
-    lines += [""] + [f"{i}. {c.kind}: {c.why}" for i, c in enumerate(found.candidates[:DETAIL + 2], 1)]
-    emit(options, diagnosis_json(found), "\n".join(lines))
+    emit(options, diagnosis_json(found), terminal.diagnosis(found))
     return 0
 
 
@@ -183,13 +149,9 @@ def run_improve(options):
         models.write(found.model, options.output)
     report(options, recording, model, found)
     steps = [vars(step) for step in found.steps]
-    lines = [f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}"]
-    for s in found.steps:
-        outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
-        lines.append(f"{s.added or '(as given)':<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{s.p_value:>11.3g}")
-    emit(options, {"steps": steps, "verdict": found.verdict, "model": options.output,
-                   "fitted": fitted_json(found.model, found.estimates)},
-         "\n".join([*lines, "", verdict_text(found), "", estimates_text(found.model, found.estimates)]))
+    emit(options, {"steps": steps, "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
+                   "notes": found.notes, "model": options.output, "fitted": fitted_json(found.model, found.estimates)},
+         terminal.improvement(found))
     return 1 if found.verdict == "unknown" else 0
 
 
@@ -208,13 +170,13 @@ def run_add(options):
     model, effect = models.read(options.model), table.find(options.kind)
     values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
     assumed = dict(values)
-    words = [p.name for p in effect.parameters if p.values]
+    named = [p.name for p in effect.parameters if p.values]
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:
             raise BadInput(f"{pair}: {effect.kind} has the parameters {', '.join(values)}")
         try:
-            values[name] = value if name in words else float(value)
+            values[name] = value if name in named else float(value)
         except ValueError:
             raise BadInput(f"{pair}: not a number") from None
         assumed.pop(name, None)
@@ -240,7 +202,7 @@ def run_effects(options):
              "parameters": [{"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in e.parameters]}
             for e in table.TABLE.values()]
     text = "\n".join(f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
-                     + "\n".join(f"  {p['name']} [{p['unit']}]" for p in r["parameters"]) for r in rows)
+                     + "\n".join(f"  {p['name']}" + (f" [{p['unit']}]" if p["unit"] else "") for p in r["parameters"]) for r in rows)
     emit(options, {"effects": rows}, text)
     return 0
 
@@ -360,7 +322,7 @@ def parser():
     top = Parser(prog="davarlab", description="Model against measurement: find the missing effect, add it.")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (_, what, arguments) in COMMANDS.items():
-        command = commands.add_parser(name, help=what, description=what)
+        command = commands.add_parser(name, help=what, description=what.replace("%%", "%"))
         for names, settings in arguments:
             command.add_argument(*names, **settings)
         command.add_argument("--json", action="store_true", help="one JSON object on standard output")

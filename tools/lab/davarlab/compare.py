@@ -191,17 +191,31 @@ def compare_state(state, recording, model, p_value):
                       residual_spectrum(state), correlations(state, model.column))
 
 
+def cells_as_given(recording, model, fitted):
+    """The cells alone, of the model as given; `fitted`: its effects refitted on the recording."""
+    return cells_of(as_given(fitted, model), strip_shocks(fitted, recording, model))
+
+
 def error_as_given(recording, model, fitted):
-    """The error alone, of the model as given; `fitted`: its effects refitted on the recording."""
-    return error_of(cells_of(as_given(fitted, model), strip_shocks(fitted, recording, model)))
+    return error_of(cells_as_given(recording, model, fitted))
+
+
+def loss_of(fitted, given):
+    """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many they are."""
+    return (2 * (fitted.fit.log_likelihood - given.fit.log_likelihood), len(fitted.fit.sizes) + len(fitted.fit.coefficients))
+
+
+def sizes_agree(fitted, given):
+    """Were the given parameters fitted on this recording."""
+    loss, free = loss_of(fitted, given)
+    return loss < 0.02 * free
 
 
 def given_p_value(fitted, given):
     """p of the shape of the refitted model, and of the given parameters against the fitted ones (7.2)."""
-    loss = 2 * (fitted.fit.log_likelihood - given.fit.log_likelihood)
-    free = len(fitted.fit.sizes) + len(fitted.fit.coefficients)
-    if loss < 0.02 * free:  # the parameters were fitted on this recording
+    if sizes_agree(fitted, given):
         return fitted.adequacy.p_value
+    loss, free = loss_of(fitted, given)
     p = min(fitted.adequacy.p_value, float(stats.chi2.sf(loss, free)))
     return 1 - (1 - p) ** 2
 

@@ -1,23 +1,25 @@
 """Fit, and the loop: compare, diagnose, add, refit, with the history of the error (DESIGN 9)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from . import compare, diagnose, estimate
 from .model import Model, Term
 from .parts import as_spectra
+from .report import words
 
 
 @dataclass
 class Step:
-    """The model after `added` joined (None: the model as given)."""
+    """The model after `added` joined (None: the model as given, or refitted); errors beside those that a true model would have."""
     added: str | None
     effects: list
     error: float
     error_floor: float
     error_held_out: float | None
     p_value: float
+    error_floor_held_out: float | None = None
 
 
 @dataclass
@@ -42,6 +44,18 @@ class Improvement:
     estimates: list
     candidates: list = field(default_factory=list)
     comparisons: list = field(default_factory=list)  # one per step
+    refitted: Step | None = None  # the given effects with their sizes fitted; None: those of the file are as good
+    notes: list = field(default_factory=list)  # what is unusual about the recording, in words
+
+    @property
+    def base(self):
+        """The given effects at their best."""
+        return self.refitted or self.steps[0]
+
+    @property
+    def last(self):
+        """The final model."""
+        return self.steps[-1] if len(self.steps) > 1 else self.base
 
 
 def estimates_of(state):
@@ -72,29 +86,27 @@ def fit(recording, model, progress=lambda text: None):
     return fitted_model(state, model)
 
 
-def held_out_error(held_out, model):
-    return compare.error_as_given(held_out, model, diagnose.start(held_out, model)) if held_out is not None else None
+def held_out_errors(held_out, model):
+    """(error, floor) on the held-out recording of the model as it is; None, None without one."""
+    if held_out is None:
+        return None, None
+    cells = compare.cells_as_given(held_out, model, diagnose.start(held_out, model))
+    return compare.error_of(cells), compare.floor_of(cells)
 
 
-def words(candidate, before, after, floor):
-    """Evidence in the words of an engineer."""
-    share = 100 * max(0.0, min(1.0, (before - after) / max(before - floor, 1e-9)))
-    odds = f"chance would do it once in {10 ** min(300, -candidate.log_p / np.log(10)):.2g}" if candidate.log_p < -2.3 else \
-        "no more than chance"
-    return (f"likelihood gain {candidate.gain:.1f} ({odds}); takes {share:.0f} % of what the Allan deviation is off; "
-            f"{candidate.part.effect.physics}")
+def step_of(added, result, model, held_out):
+    """result: the comparison with the model."""
+    error, floor = held_out_errors(held_out, model)
+    return Step(added, result.effects, result.error, result.error_floor, error, result.p_value, floor)
 
 
-def misfit_words(comparison):
-    """The worst stretch of taus of the whole record, in one sentence."""
-    whole = [cell for cell in comparison.cells if cell.start_s == 0 and cell.stop_s >= comparison.samples /
-             comparison.rate_hz * 0.99]
-    off = [cell for cell in whole if abs(cell.z) > 3]
-    if not off:
-        return "over the whole record the Allan deviation agrees with the model at every tau"
-    worst = max(off, key=lambda cell: abs(cell.z))
-    return (f"measured ADEV is {worst.ratio:.2g} times the model at {worst.tau_s:g} s "
-            f"(off between {off[0].tau_s:g} and {off[-1].tau_s:g} s)")
+def refitted(recording, model, state, held_out):
+    """The step from the sizes of the file to the best ones; None when those of the file are as good (7.2)."""
+    if compare.sizes_agree(state, compare.as_given(state, model)):
+        return None
+    better, _ = fitted_model(state, model)
+    return replace(step_of(None, compare.compare(recording, better, fitted=state), better, held_out),
+                   p_value=state.adequacy.p_value)
 
 
 def with_candidate(found, candidate):
@@ -104,8 +116,8 @@ def with_candidate(found, candidate):
     return second if taken else diagnose.joined(first, candidate.part)
 
 
-def described(recording, model, found, comparison, held_out, detail):
-    """The first `detail` candidates with their error after and parameters, the others with their gain."""
+def described(recording, model, found, base, held_out, detail):
+    """The first `detail` candidates with their error after and parameters, the others with their gain. base: the step before them."""
     out = []
     for rank, candidate in enumerate(found.ranking):
         after, outside, parameters = float("nan"), None, {}
@@ -113,11 +125,10 @@ def described(recording, model, found, comparison, held_out, detail):
             state = with_candidate(found, candidate)
             joined, entries = fitted_model(state, model)
             after = compare.error_as_given(recording, joined, state)
-            outside = held_out_error(held_out, joined)
+            outside = held_out_errors(held_out, joined)[0]
             parameters = entries[-1]
         out.append(Candidate(candidate.kind, candidate.gain, float(np.exp(candidate.log_p)), after, outside, parameters,
-                             words(candidate, comparison.error, after if after == after else comparison.error,
-                                   comparison.error_floor)))
+                             words.why(candidate, words.share(after, base))))
     return out
 
 
@@ -130,8 +141,8 @@ def improve(recording, model, held_out=None, progress=lambda text: None, detail=
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
     """What a diagnosis comes to: errors, parameters, words."""
     comparison = compare.compare(recording, model, progress, found.states[0])
-    steps = [Step(None, model.kinds, comparison.error, comparison.error_floor, held_out_error(held_out, model),
-                  comparison.p_value)]
+    steps = [step_of(None, comparison, model, held_out)]
+    base = refitted(recording, model, found.states[0], held_out)
     comparisons = [comparison]
     final, entries = fitted_model(found.states[-1], model)
     for before, state in zip(found.states, found.states[1:]):
@@ -139,7 +150,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
         better, _ = fitted_model(state, model)
         result = compare.compare(recording, better, fitted=state)
         comparisons.append(result)
-        steps.append(Step(state.parts[-1].kind, state.model_kinds, result.error, result.error_floor,
-                          held_out_error(held_out, better), state.adequacy.p_value))
-    shown = described(recording, model, found, comparison, held_out, detail)
-    return Improvement(comparison, found, steps, found.verdict, final, entries, shown, comparisons)
+        steps.append(replace(step_of(state.parts[-1].kind, result, better, held_out), p_value=state.adequacy.p_value))
+    shown = described(recording, model, found, base or steps[0], held_out, detail)
+    return Improvement(comparison, found, steps, found.verdict, final, entries, shown, comparisons, base,
+                       words.notes(recording, model))

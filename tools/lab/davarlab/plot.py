@@ -29,21 +29,21 @@ def whole_record(comparison):
     return [cell for cell in comparison.cells if cell.stop_s - cell.start_s > 0.99 * stop]
 
 
-def draw_model(axes, comparison, colour, name):
+def draw_model(axes, comparison, colour, name, band=None):
     """Model deviation of the whole record with the band that 95 % of recordings would keep to, were it true."""
     cells = whole_record(comparison)
     tau = np.array([cell.tau_s for cell in cells])
     model = np.array([cell.model_dps for cell in cells])
     freedom = np.array([cell.freedom for cell in cells])
     low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
-    axes.fill_between(tau, low, high, color=colour, alpha=0.2, linewidth=0)
+    axes.fill_between(tau, low, high, color=colour, alpha=0.2, linewidth=0, label=band)
     axes.plot(tau, model, color=colour, label=name)
 
 
-def draw_deviation(axes, given, better=None, effects=(), name="model as given"):
+def draw_deviation(axes, given, better=None, effects=(), name="model as given", band=None):
     """Measured and model Allan deviation. better: the comparison with what was added; effects: (name, taus in s,
-    deviations) of single effects."""
-    draw_model(axes, given, GIVEN if better else BETTER, name)
+    deviations) of single effects; band: what the legend calls the band of the given model."""
+    draw_model(axes, given, GIVEN if better else BETTER, name, band)
     if better:
         draw_model(axes, better, BETTER, "model with what was added")
     for (kind, tau, deviation), line in zip(effects, (":", "--", "-.", (0, (1, 3)))):
@@ -125,7 +125,7 @@ def draw_spectrum(axes, given, better=None, name="model as given"):
 def draw(comparison, path):
     """Allan deviation, failure map and residual spectrum in one picture: PNG, PDF or SVG by the name."""
     figure, axes = plt.subplots(3, 1, figsize=(9, 12), layout="constrained")
-    draw_deviation(axes[0], comparison, name="model")
+    draw_deviation(axes[0], comparison, name="model", band="95 % of recordings, were it true")
     colours = ratio_scale(comparison)
     draw_map(axes[1], comparison, colours)
     draw_map_scale(figure, axes[1], colours)

@@ -88,7 +88,7 @@ def candidate_rows(found):
             evidence = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
             shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
                           "evidence": evidence, "effect": table.find(kind),
-                          "after": None if joined else after, "share": share(candidate, found.comparison),
+                          "after": None if joined else after, "share": words.share(candidate.error_after, found.base),
                           "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:
             (imitators if candidate.p_value * count < diagnose.FAMILY_WISE else chance).append(words.name(kind))
@@ -100,13 +100,6 @@ def tested_beside(diagnosis):
     stopped at its longest."""
     last = diagnosis.added[-1]
     return diagnosis.added[:-1] if any(c.kind == last for c in diagnosis.remaining) else diagnosis.added
-
-
-def share(candidate, comparison):
-    """Percent of the avoidable error that this effect alone would take; None when it was not worked out."""
-    if candidate.error_after != candidate.error_after or comparison.error <= comparison.error_floor:
-        return None
-    return 100 * min(1.0, max(0.0, (comparison.error - candidate.error_after) / (comparison.error - comparison.error_floor)))
 
 
 def test_rows(given, better):
@@ -127,6 +120,7 @@ def measured(run, comparison, better, state, model, estimates):
     added = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
     shocks = state.shocks.times if "shocks" in model.kinds else ()
     return {"run": run_facts(run), "gap_note": words.gap_note(run.recording),
+            "notes": words.notes(run.recording, run.model),
             "given_names": [words.name(kind) for kind in run.model.kinds], "comparison": comparison, "better": better,
             "misfit": words.misfit(comparison), "failed": words.failed_tests((better or comparison).tests),
             "where": comparison.where[:WHERE_MAX], "tests": test_rows(comparison, better),

@@ -1,12 +1,21 @@
-"""Sentences and numbers of a report, for a person who never saw the tool."""
+"""Sentences and numbers of a report, on a page or in a terminal, for a person who never saw the tool."""
+
+import re
+
+import numpy as np
 
 from ..adequacy import INDEPENDENT
 from ..compare import SIGNIFICANT
 from ..diagnose import ADEQUATE, FAMILY_WISE
 from ..effects import table
 
+CLEARLY = 1.25  # times its floor, from which an error is more than a true model's
+HELD_OUT_CLEARLY = 1.5  # the same of parameters that were fitted on another recording
+CLIPPED = 1e-3  # of the samples, that must lie on an extreme value
+COARSE_VALUES = 32  # distinct values below which a recording is called coarse
 TINY = 1e-12  # below this a p-value says "never"; its digits are those of an approximation
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 # What each test of adequacy looks at (davarlab.adequacy).
 TESTS = {
     "spectrum": "power of the residual at every frequency",
@@ -98,16 +107,36 @@ def clause(kind):
     return physics[0].lower() + physics[1:]
 
 
+def share(after, base):
+    """Percent of the avoidable error that an effect alone takes from the refitted model `base`; None when `after` was not worked
+    out (NaN), or when there is nothing to take: an error as of a true model."""
+    if after != after or base.error < CLEARLY * base.error_floor:
+        return None
+    return 100 * min(1.0, max(0.0, (base.error - after) / (base.error - base.error_floor)))
+
+
+def why(candidate, taken):
+    """A candidate's evidence in one line. taken: its share() or None."""
+    gain = f"likelihood gain {candidate.gain:.1f}" if candidate.gain >= 0.05 else "no gain in likelihood"
+    power = -candidate.log_p / np.log(10)
+    odds = " (no more than chance)" if power < 1 else f" (chance would do it once in {10 ** power:.2g})" if power <= 300 else \
+        " (chance would do it once in more than 1e300)"
+    part = "" if taken is None else f"; takes {taken:.0f} % of what the Allan deviation is off"
+    return f"{gain}{odds if candidate.gain >= 0.05 else ''}{part}; {candidate.part.effect.physics}"
+
+
 def misfit(comparison):
-    """Where the whole record is off, in one sentence."""
+    """Where the whole record is off, and by how much at most, in one sentence."""
     whole = [cell for cell in comparison.cells if cell.start_s == 0 and
              cell.stop_s >= 0.99 * comparison.samples / comparison.rate_hz]
     off = [cell for cell in whole if abs(cell.z) > SIGNIFICANT]
     if off:
-        worst = max(off, key=lambda cell: abs(cell.z))
+        farthest, surest = max(off, key=lambda cell: abs(np.log(cell.ratio))), max(off, key=lambda cell: abs(cell.z))
         span = f"between {off[0].tau_s:.3g} and {off[-1].tau_s:.3g} s" if len(off) > 1 else f"at {off[0].tau_s:.3g} s only"
-        return (f"Over the whole record the measured Allan deviation is {times(worst.ratio)} at an averaging time "
-                f"of {worst.tau_s:.3g} s; it is off {span}.")
+        least_doubt = "" if surest is farthest else (f"; surest at {surest.tau_s:.3g} s ({times(surest.ratio)}, "
+                                                     f"{surest.z:+.0f} standard deviations)")
+        return (f"Over the whole record the measured Allan deviation is off {span}, farthest "
+                f"at {farthest.tau_s:.3g} s ({times(farthest.ratio)}, {farthest.z:+.0f} standard deviations){least_doubt}.")
     local = max(comparison.cells, key=lambda cell: abs(cell.z))
     if abs(local.z) > SIGNIFICANT:
         return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between "
@@ -134,11 +163,31 @@ def verdict_of_comparison(comparison):
     return "bad", "The model does not explain this recording: measurement and model differ by more than chance can do."
 
 
-def verdict_of_unknown(added, steps):
+def helpful(found):
+    """Does the error fall with what was added."""
+    return found.last.error < found.base.error
+
+
+def verdict_of_unknown(found):
+    added = found.diagnosis.added
     if not added:
         return "Something is missing that this tool does not know: none of its effects explains the misfit."
-    return (f"The model lacks more than this tool knows: {listed(added)} would help (error {steps[0].error:.3f} to "
-            f"{steps[-1].error:.3f}), but what is left is still more than chance.")
+    errors = f"(error {found.base.error:.3f} to {found.last.error:.3f})"
+    if helpful(found):
+        return (f"The model lacks more than this tool knows: {listed(added)} would help {errors}, but what is left is still more "
+                "than chance.")
+    return (f"Something is missing that this tool does not know: with {listed(added)} the recording would be likelier, but its "
+            f"Allan deviation no better explained {errors}.")
+
+
+def verdict_held_out(found):
+    """What a second recording says of the final model: a sentence, or None without one."""
+    error, floor = found.last.error_held_out, found.last.error_floor_held_out
+    if error is None:
+        return None
+    sizes = f"its error there is {error:.3f}, and a true model would give about {floor:.3f}"
+    return f"The final model does not explain the held-out recording: {sizes}." if error > HELD_OUT_CLEARLY * floor else \
+        f"The final model holds on the held-out recording: {sizes}."
 
 
 def verdict_of_missing(found):
@@ -154,9 +203,17 @@ def verdict_of_missing(found):
 
 
 def verdict_of_diagnosis(found):
-    """(tone, sentence) of an improvement."""
+    """(tone, sentences) of an improvement."""
+    tone, sentence = verdict_of_recording(found)
+    outside = verdict_held_out(found)
+    if outside and "does not" in outside:
+        return ("missing" if tone == "good" else tone), f"{sentence} {outside}"
+    return tone, f"{sentence} {outside}" if outside else sentence
+
+
+def verdict_of_recording(found):
     if found.verdict == "unknown":
-        return "bad", verdict_of_unknown(found.diagnosis.added, found.steps)
+        return "bad", verdict_of_unknown(found)
     if found.diagnosis.added:
         return "missing", verdict_of_missing(found)
     if found.comparison.adequate:
@@ -167,13 +224,22 @@ def verdict_of_diagnosis(found):
 
 def improvement(found):
     first, last = found.steps[0], found.steps[-1]
+    refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
     if len(found.steps) == 1:
-        return f"The error is {first.error:.3f}; a true model would give about {first.error_floor:.3f}."
-    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f} to {last.error:.3f}; "
+        return f"The error is {first.error:.3f}{refitted}; a true model would give about {found.last.error_floor:.3f}."
+    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f}{refitted} to {last.error:.3f}; "
                 f"a true model would give about {last.error_floor:.3f}.")
     if last.error_held_out is not None:
         sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
     return sentence
+
+
+def confirmations(found):
+    """How to make sure of each effect that was found, and to tell it from its likes."""
+    added = found.diagnosis.added if found.verdict != "unknown" or helpful(found) else []
+    lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in added]
+    return lines + [f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
+                    f"apart: {table.find(kind).confirm}" for kind in found.diagnosis.alternatives]
 
 
 def what_next(found, run):
@@ -183,10 +249,7 @@ def what_next(found, run):
         lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
                       "says more about an unknown effect than any list. An effect of your own joins the list with",
                       "--effects FILE.py"))
-    lines += [(f"Confirm {name(kind)}: {table.find(kind).confirm}", None) for kind in added]
-    for kind in found.diagnosis.alternatives:
-        lines.append((f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
-                      f"apart: {table.find(kind).confirm}", None))
+    lines += [(sentence, None) for sentence in confirmations(found)]
     if added and run.output:
         lines.append((f"The model with {listed(added)} is in", run.output))
     elif added and found.verdict != "unknown":
@@ -212,3 +275,39 @@ def gap_note(recording):
     return (f"The recording has {len(recording.gaps)} gaps. Samples are taken as if they followed each other, and times "
             "below count samples: do not trust slow terms (bias instability, random walk, drifts) where gaps are a large "
             "part.")
+
+
+def notes(recording, model):
+    """What is unusual about a recording and bears on every verdict."""
+    return [note for note in (amplitude_note(recording.rate_dps(model.column)), *still_notes(recording, model)) if note]
+
+
+def amplitude_note(values):
+    """Samples on the rails, or few distinct values; None when neither is unusual."""
+    levels, counts = np.unique(values, return_counts=True)
+    if len(levels) < 2:
+        return None
+    rails = [count for count, inside in ((counts[0], counts[1]), (counts[-1], counts[-2]))
+             if count > 2 * inside and count > CLIPPED * len(values)]
+    if rails and len(levels) > 3:
+        place = "the two extreme values" if len(rails) == 2 else "one extreme value"
+        return f"{100 * sum(rails) / len(values):.2g} % of the samples lie on {place}: clipped?"
+    if len(levels) < COARSE_VALUES:
+        return f"The samples take only {len(levels)} distinct values: is the resolution too coarse for the noise?"
+    return None
+
+
+def still_notes(recording, model):
+    """Effects that could not be tested because what drives them was recorded but did not move."""
+    for need in dict.fromkeys(need for effect in table.TABLE.values() for need in effect.needs):
+        columns = [name for name in recording.columns if name.startswith(need)]
+        if columns and all(np.ptp(recording.columns[column]) == 0 for column in columns):
+            kinds = [kind for kind, effect in table.TABLE.items() if need in effect.needs and kind not in model.kinds]
+            if kinds:
+                yield f"Could not be tested, as {listed(columns, str)} did not move: {listed(kinds)}."
+
+
+def in_ascii(text):
+    """The same for a terminal of any encoding."""
+    text = re.sub("·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(PLAIN_DIGITS), text)
+    return text.replace("\u00a0", " ").replace("−", "-").replace("–", "-").replace("below 10⁻¹²", "below 1e-12")

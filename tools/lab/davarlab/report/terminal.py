@@ -1,0 +1,81 @@
+"""What commands print: the sentences of words.py, and tables."""
+
+from ..effects import table
+from . import words
+
+WHERE_MAX, CANDIDATES_MAX = 8, 5
+
+
+def p_text(p, sign="= "):
+    return f"<{' ' if sign else ''}{words.TINY:g}" if p < words.TINY else f"{sign}{p:.3g}"
+
+
+def interval(estimate):
+    """Both ends with as many digits as tell them apart."""
+    low, high = next(((a, b) for digits in range(5, 10) for a, b in [(f"{estimate.low:.{digits}g}", f"{estimate.high:.{digits}g}")]
+                      if a != b or digits == 9))
+    return f"95 %: {low} .. {high}"
+
+
+def estimates(model, entries):
+    lines = []
+    for term, entry in zip(model.terms, entries):
+        lines.append(term.kind)
+        for parameter in table.find(term.kind).parameters:
+            e = entry.get(parameter.name)
+            if e and not isinstance(e.value, str):
+                lines.append(f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}".rstrip())
+            elif e:
+                lines.append(f"  {parameter.name:<36}{e.value:>12}")
+    return "\n".join(lines)
+
+
+def comparison(c, notes=()):
+    lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}: "
+             f"{'adequate' if c.adequate else 'not adequate'}", words.in_ascii(words.misfit(c)), *notes]
+    lines += [f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
+              f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)" for w in c.where[:WHERE_MAX]]
+    lines += [f"  residual goes with {name}: correlation {r:+.3f}" for name, (r, p) in c.correlations.items() if p < 1e-3]
+    return "\n".join(lines)
+
+
+def verdict(found):
+    """The verdict, its figures, which check fails, how to confirm."""
+    lines = [words.verdict_of_diagnosis(found)[1], words.improvement(found)]
+    failed = words.failed_tests(found.comparisons[-1].tests)
+    if found.verdict == "unknown" and failed:
+        lines.append(f"What fails: {failed}.")
+    return words.in_ascii("\n".join(lines + words.confirmations(found)))
+
+
+def candidates(found):
+    """What was found, with its size beside the others; then what else was tried, as it did beside the model as given."""
+    added, lines = found.diagnosis.added, []
+    fitted = dict(zip(found.model.kinds, found.estimates))
+    if added:
+        lines = ["Added, in this order, fitted beside each other:"]
+        lines += [f"  {kind}: {words.strength(kind, fitted[kind])}" for kind in added] + [""]
+    lines.append("Each alone beside the given effects, refitted" + (" (a strong one may only imitate what was added, or hide it):" if added else ":"))
+    first = [c for c in found.candidates if c.kind in added]
+    rest = [c for c in found.candidates if c.kind not in added][:max(CANDIDATES_MAX - len(first), 3)]
+    lines += [f"{rank}. {c.kind}{' (added)' if c.kind in added else ''}: {c.why}" for rank, c in enumerate(first + rest, 1)]
+    return words.in_ascii("\n".join(lines))
+
+
+def step(name, s):
+    outside = f"{s.error_held_out:.4f}" if s.error_held_out is not None else "-"
+    return f"{name:<26}{s.error:>9.4f}{s.error_floor:>9.4f}{outside:>10}{p_text(s.p_value, ''):>11}"
+
+
+def steps(found):
+    lines = [f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}", step("(as given)", found.steps[0])]
+    lines += [step("(refitted)", found.refitted)] if found.refitted else []
+    return "\n".join(lines + [step(s.added, s) for s in found.steps[1:]])
+
+
+def diagnosis(found):
+    return "\n\n".join([comparison(found.comparison, found.notes), verdict(found), candidates(found)])
+
+
+def improvement(found):
+    return "\n\n".join(["\n".join([steps(found), *found.notes]), verdict(found), estimates(found.model, found.estimates)])
