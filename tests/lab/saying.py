@@ -1,0 +1,127 @@
+"""What davarlab says of a result, on made-up results. Runs in davarlab's own environment: test_elsewhere.py starts it."""
+
+import unittest
+from types import SimpleNamespace as Made
+
+import numpy as np
+from davarlab.candidates import Candidate
+from davarlab.cli import parser
+from davarlab.compare import Cell
+from davarlab.effects import table
+from davarlab.estimate import Estimate
+from davarlab.improve import Improvement, Step
+from davarlab.model import Model, Term
+from davarlab.parts import Part
+from davarlab.recording import Recording
+from davarlab.report import terminal, words
+
+MODEL = Model(50.0, "gyro_z_dps", [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})])
+
+
+def cell(tau_s, ratio, z):
+    return Cell(tau_s, 0.0, 7200.0, 0.01 * ratio, 0.01, ratio, z, 10.0)
+
+
+def comparison(p, cells=(), tests=None):
+    return Made(cells=list(cells) or [cell(1.0, 1.0, 0.0)], samples=360000, rate_hz=50.0, effects=MODEL.kinds, error=0.13, error_floor=0.03,
+                p_value=p, adequate=p >= 0.01, where=[], correlations={}, tests=tests or {})
+
+
+def step(error, p, added=None, outside=None):
+    return Step(added, MODEL.kinds, error, 0.03, outside, p, outside and 0.03)
+
+
+def result(verdict="none", added=(), steps=(), refitted=None, given=None):
+    given = given or comparison(0.0)
+    found = Made(added=list(added), alternatives=[], ranking=[], remaining=[])
+    estimates = [{p.name: Estimate(1.0, 0.9, 1.1) for p in table.find(kind).parameters if not p.values}
+                 for kind in [*MODEL.kinds, *added]]
+    model = Model(50.0, MODEL.column, MODEL.terms + [Term(kind, {}) for kind in added])
+    return Improvement(given, found, list(steps) or [step(0.13, 0.0)], verdict, model, estimates, [], [given], refitted)
+
+
+class Verdicts(unittest.TestCase):
+    def test_sizes_that_are_off_are_said_and_shown(self):
+        found = result(refitted=step(0.031, 0.2))
+        self.assertIn("the sizes in the model file are off", terminal.verdict(found))
+        self.assertNotIn("Nothing is missing", terminal.verdict(found))
+        self.assertRegex(terminal.steps(found), r"\(refitted\) +0\.0310 .* 0\.2$")
+
+    def test_every_effect_that_was_found_is_to_be_confirmed(self):
+        said = terminal.verdict(result("warm_up", ("telegraph_noise", "warm_up"), [step(0.13, 0.0), step(0.1, 0.0), step(0.03, 0.3)]))
+        for kind in ("telegraph_noise", "warm_up"):
+            self.assertIn(table.find(kind).confirm, said)
+
+    def test_what_makes_the_error_worse_does_not_help(self):
+        for after, helps in ((0.1786, False), (0.05, True)):
+            said = terminal.verdict(result("unknown", ("warm_up",), [step(0.1382, 0.0), step(after, 0.0, "warm_up")]))
+            self.assertEqual("would help" in said, helps, said)
+            self.assertEqual("Confirm warm-up" in said, helps, said)
+
+    def test_the_check_that_fails_is_named(self):
+        said = terminal.verdict(result("unknown", given=comparison(0.0, tests={"amplitudes": 1e-9, "line": 0.5})))
+        self.assertIn("What fails: tails too heavy or too light (kurtosis).", said)
+
+    def test_a_held_out_recording_that_is_not_explained_is_said(self):
+        for error, sentence in ((0.2, "does not explain the held-out recording"), (0.033, "holds on the held-out recording")):
+            found = result(steps=[step(0.03, 0.5, outside=error)], given=comparison(0.5))
+            self.assertIn(sentence, terminal.verdict(found))
+            self.assertEqual(words.verdict_of_diagnosis(found)[0], "good" if error < 0.1 else "missing")
+
+
+class Sentences(unittest.TestCase):
+    def test_the_misfit_names_the_farthest_and_the_surest(self):
+        said = words.misfit(comparison(0.0, [cell(0.08, 1.01, 3.5), cell(1.28, 1.2, 26.0), cell(655.0, 3.8, 10.3)]))
+        self.assertIn("off between 1.28 and 655 s, farthest at 655 s (3.8 times the model's, +10", said)
+        self.assertIn("surest at 1.28 s (1.2 times", said)
+        self.assertNotIn("surest", words.misfit(comparison(0.0, [cell(655.0, 3.8, 10.3)])))
+
+    def test_a_candidate_is_credited_with_what_it_takes_from_the_refit(self):
+        self.assertIsNone(words.share(float("nan"), step(0.13, 0.0)))
+        self.assertIsNone(words.share(0.02, step(0.031, 0.2)))
+        self.assertAlmostEqual(words.share(0.13, step(0.13, 0.0)), 0)
+        self.assertAlmostEqual(words.share(0.08, step(0.13, 0.0)), 50)
+
+    def test_gains_and_odds_are_written_as_they_are_meant(self):
+        def said(gain, log_p):
+            return words.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
+        for gain in (-604.1, -0.04):
+            self.assertTrue(said(gain, 0.0).startswith("no gain in likelihood; "))
+        self.assertIn("more than 1e300", said(4000.0, -4000.0))
+        self.assertIn("once in 1e+10)", said(25.0, -10 * np.log(10)))
+        self.assertNotIn("%", said(25.0, -20.0))
+
+    def test_an_interval_shows_its_ends(self):
+        self.assertEqual(terminal.interval(Estimate(0.35, 0.3499996, 0.3500004)), "95 %: 0.3499996 .. 0.3500004")
+        self.assertEqual((terminal.p_text(0.0), terminal.p_text(0.25)), ("< 1e-12", "= 0.25"))
+
+    def test_a_terminal_of_any_encoding_can_show_it(self):
+        said = words.in_ascii(f"{words.number(-1.5e-7)} {words.chance(0.0)}, 95\u00a0%")
+        self.assertEqual(said, "-1.50e-7 below 1e-12, 95 %")
+
+    def test_help_shows_one_percent_sign(self):
+        fit = next(a for a in parser()._actions if a.dest == "command").choices["fit"]
+        self.assertIn("95 % intervals", fit.format_help())
+
+
+class Notes(unittest.TestCase):
+    def setUp(self):
+        self.noise = 0.4 + 0.035 * np.random.default_rng(3).normal(size=50000)
+
+    def test_rails_and_counts_are_noticed(self):
+        self.assertIsNone(words.amplitude_note(self.noise))
+        self.assertIsNone(words.amplitude_note(np.round(self.noise / 0.002) * 0.002))
+        clipped = np.clip(self.noise, 0.36, 0.44)
+        self.assertRegex(words.amplitude_note(clipped), "^2[45] % of the samples lie on the two extreme values: clipped")
+        self.assertIn("on one extreme value", words.amplitude_note(np.minimum(self.noise, 0.44)))
+        self.assertIn("only 5 distinct", words.amplitude_note(np.clip(np.round((self.noise - 0.4) / 0.04), -2, 2) * 0.04))
+
+    def test_a_column_that_does_not_move_is_named(self):
+        for moving in (False, True):
+            temperature = 25 + moving * np.arange(50000) / 5e4
+            notes = words.notes(Recording({"gyro_z_dps": self.noise, "temp_degC": temperature}, 50.0), MODEL)
+            self.assertEqual([note for note in notes if "temp_degC did not move: temperature and" in note] == [], moving)
+
+
+if __name__ == "__main__":
+    unittest.main()
