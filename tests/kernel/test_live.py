@@ -150,9 +150,9 @@ class Live(KernelCase):
 
     def test_a_source_that_cannot_be_opened_is_named(self):
         self.vcan(up=False)
-        for where, why in {"can:vcan9": "No such device", "can:vcan0": "Network is down", "can:": "expected, found 'can:'",
-                           "slcan:/dev/ttyUSB7": "No such file or directory", "slcan:/dev/null": "Inappropriate ioctl",
-                           "lin:1": "can:IFACE or slcan:PATH"}.items():
+        for where, why in {"can:vcan9": "can:vcan9: no such interface", "can:vcan0": "Network is down",
+                           "can:": "expected, found 'can:'", "slcan:/dev/ttyUSB7": "No such file or directory",
+                           "slcan:/dev/null": "slcan:/dev/null: not a serial line", "lin:1": "can:IFACE or slcan:PATH"}.items():
             with self.assertRaisesRegex(errors.BadInput, why):
                 source.Source(where, wire.Faults(), print)
 
