@@ -2,6 +2,7 @@
 #include "davar/confidence.h"
 #include "davar/fit.h"
 #include "fit_mixture.h"
+#include "fit_plan.h"
 #include "noise.h"
 #include "unity.h"
 
@@ -453,7 +454,7 @@ static double covariance(int m_i, int m_j)
 /* The weight of one Allan variance in a linear functional of the fit: the answer to y = 1 there and 0 elsewhere. */
 static double weight_of(int kind, int t)
 {
-    return (double)plan.functional[kind][t];
+    return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
 }
 
 static void test_standard_errors_meet_the_full_covariance(void)
@@ -470,7 +471,8 @@ static void test_standard_errors_meet_the_full_covariance(void)
                 variance += weight_of(k, i) * weight_of(k, j) * covariance((int)m[i], (int)m[j]);
             }
         }
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), (double)plan.sigma[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
+                                  (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE);
     }
 }
 
@@ -518,7 +520,8 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
     TEST_ASSERT_DOUBLE_WITHIN(0.002, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const double sigma = (double)plan.sigma[k] * (double)plan.unit[k] * model.a[1];
+        const double share = (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE * (double)plan.scale[k];
+        const double sigma = share * (double)plan.unit[k] * model.a[1];
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
     }
 }
