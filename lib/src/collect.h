@@ -97,8 +97,8 @@ static void evaluate_taus(const davar_fit_plan_t *plan, const readings_t *readin
         davar_adev_t *const tau = &result->tau[t];
         tau->adev = (double)NAN;
         if (tau->differences > 0U) {
-            const double avar = davar_divide(sum_to_double(readings->sum[t]), plan->divisor[t]);
-            tau->adev = unit_per_count * davar_root(avar);
+            const double sum = sum_to_double(readings->sum[t]);
+            tau->adev = unit_per_count * davar_root_of_quotient(sum, plan->divisor[t], plan->reciprocal[t]);
         }
     }
 }

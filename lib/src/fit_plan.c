@@ -243,6 +243,7 @@ static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, flo
     }
     const double m = (double)result->tau[t].m;
     plan->divisor[t] = 2.0 * m * m * (double)result->tau[t].differences;
+    plan->reciprocal[t] = davar_reciprocal(plan->divisor[t]);
 }
 
 static void plan_white(davar_fit_plan_t *plan, float variance)

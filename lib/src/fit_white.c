@@ -10,15 +10,15 @@
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
 
-/* y has 28 bits, so that 32 products with a functional of 29 bits fit 63. */
+/* y has 28 bits, so that 32 products with a functional of 29 bits fit 62, and 32 of those make a share. */
 #define Y_SPARE 4U
+#define SUM_SPARE 30U
 
 #define FRACTION_32 4294967296.0 /* 1.0 as 0.32 */
-
+#define ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
 #define SHARE_ONE (UINT32_C(1) << DAVAR_FIT_SHARE_BITS)
-#define ONE (UINT32_C(1) << 30U)             /* 1.0 as 2.30 */
-#define DEVIATION_MOST (UINT32_C(1) << 29U)  /* of an Allan variance from white noise: 512 standard errors */
-#define AMPLITUDE_LEAST (UINT64_C(1) << 23U) /* of white noise, so that shares have as many bits as they need */
+#define SHARE_MOST (SHARE_ONE << 4U)         /* of an Allan variance: 16 times what white noise has */
+#define AMPLITUDE_LEAST (UINT64_C(1) << 23U) /* of white noise, for a root and a reciprocal */
 
 /* --- the data ---------------------------------------------------------------------------------------------------- */
 
@@ -31,31 +31,33 @@ static scaled_t mantissa_of_y(scaled_t adev, float m)
     return y;
 }
 
-/* Brings every y to one exponent, the largest, which is returned; a smaller one loses what lies below its last bit. */
-static int32_t align(uint32_t y[], const int32_t exponent[], int count)
+/* Brings every y to one exponent; a smaller one loses what lies below its last bit. */
+static void align(uint32_t y[], const int32_t exponent[], int count, int32_t largest)
 {
-    int32_t largest = INT32_MIN;
     for (int t = 0; t < count; t++) {
-        largest = ((y[t] != 0U) && (exponent[t] > largest)) ? exponent[t] : largest;
+        const uint32_t shift = (uint32_t)(largest - exponent[t]);
+        y[t] = (shift > 31U) ? 0U : (y[t] >> shift);
     }
-    for (int t = 0; t < count; t++) {
-        const uint32_t shift = ((uint32_t)largest - (uint32_t)exponent[t]) + Y_SPARE;
-        y[t] = ((y[t] == 0U) || (shift > 31U)) ? 0U : (y[t] >> shift);
-    }
-    return largest + (int32_t)Y_SPARE;
 }
 
-/* Returns the exponent of y; INT32_MIN or a little more: all are 0. */
-static int32_t read_data(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+/* False: all are 0. */
+static bool read_data(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     int32_t exponent[DAVAR_TAUS_MAX];
+    int32_t largest = INT32_MIN;
+    uint32_t any = 0U;
     for (int t = 0; t < plan->count; t++) {
-        white->adev[t] = scaled_of_double(result->tau[t].adev);
-        const scaled_t y = mantissa_of_y(white->adev[t], plan->m[t]);
+        const scaled_t adev = scaled_of_double(result->tau[t].adev);
+        const scaled_t y = mantissa_of_y(adev, plan->m[t]);
+        white->adev[t] = adev;
         white->y[t] = y.mantissa;
         exponent[t] = y.exponent;
+        largest = (y.exponent > largest) ? y.exponent : largest;
+        any |= y.mantissa;
     }
-    return align(white->y, exponent, plan->count);
+    white->exponent = largest + (int32_t)Y_SPARE;
+    align(white->y, exponent, plan->count, white->exponent);
+    return any != 0U;
 }
 
 /* --- the fit ----------------------------------------------------------------------------------------------------- */
@@ -70,23 +72,23 @@ static uint64_t amplitude(const davar_fit_plan_t *plan, const uint32_t y[], int 
     return ((int64_t)sum > 0) ? sum : 0U;
 }
 
-static void fit_amplitude(const davar_fit_plan_t *plan, int32_t exponent, davar_white_t *white)
+/* N^2, and its reciprocal for shares, in which N^2 is taken as at least 2^-7 of the largest y: less is not all there is. */
+static void fit_amplitude(const davar_fit_plan_t *plan, davar_white_t *white)
 {
     const uint64_t found = amplitude(plan, white->y, WHITE);
     const uint64_t sum = (found > AMPLITUDE_LEAST) ? found : AMPLITUDE_LEAST;
     const uint32_t zeros = davar_leading_zeros(sum);
+    const uint32_t spare = 63U - SUM_SPARE - DAVAR_FIT_SHARE_BITS;
     white->square.mantissa = (uint32_t)((sum << zeros) >> 32U);
-    white->square.exponent = exponent + 32 - (int32_t)(zeros + DAVAR_FIT_FUNCTIONAL_BITS);
-    white->inverse = davar_reciprocal_of_mantissa(white->square.mantissa);
-    white->shift = 40U - zeros;
+    white->square.exponent = white->exponent + 32 - (int32_t)(zeros + DAVAR_FIT_FUNCTIONAL_BITS);
+    const uint32_t inverse = davar_reciprocal_of_mantissa(white->square.mantissa);
+    white->inverse = (zeros < spare) ? (inverse >> (spare - zeros)) : inverse;
 }
 
-/* sum / N^2 (both with a functional in them) in the fixed point of shares, at most 256 of them: with sum and N^2 shifted until
- * N^2 has 24 bits, the product with the reciprocal of N^2. */
+/* A sum with a functional in it, over N^2, in the fixed point of shares. */
 static uint32_t share_of(const davar_white_t *white, uint64_t sum)
 {
-    const uint64_t shifted = sum >> white->shift;
-    return scaled_high((shifted < UINT32_MAX) ? (uint32_t)shifted : UINT32_MAX, white->inverse);
+    return scaled_high((uint32_t)(sum >> SUM_SPARE), white->inverse);
 }
 
 /* The terms beside white noise, and which of them are significant (5.7). */
@@ -101,13 +103,13 @@ static void fit_shares(const davar_fit_plan_t *plan, davar_white_t *white)
     }
 }
 
-/* |y / N^2 - 1| in standard errors, in the fixed point of root_edf. */
+/* |y / N^2 - 1| in standard errors, as 19.13. */
 static uint32_t deviation(const davar_white_t *white, uint32_t y, uint32_t root_edf)
 {
-    const uint32_t ratio = share_of(white, (uint64_t)y << DAVAR_FIT_FUNCTIONAL_BITS);
+    const uint32_t share = share_of(white, (uint64_t)y << DAVAR_FIT_FUNCTIONAL_BITS);
+    const uint32_t ratio = (share < SHARE_MOST) ? share : SHARE_MOST;
     const uint32_t excess = (ratio > SHARE_ONE) ? (ratio - SHARE_ONE) : (SHARE_ONE - ratio);
-    const uint64_t errors = davar_multiply_u32(excess, root_edf) >> DAVAR_FIT_SHARE_BITS;
-    return (errors < DEVIATION_MOST) ? (uint32_t)errors : DEVIATION_MOST;
+    return (uint32_t)(davar_multiply_u32(excess, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
 }
 
 static bool explains(const davar_fit_plan_t *plan, const davar_white_t *white)
@@ -122,11 +124,10 @@ static bool explains(const davar_fit_plan_t *plan, const davar_white_t *white)
 
 bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
-    const int32_t exponent = read_data(plan, result, white);
-    if (exponent < (INT32_MIN / 2)) {
+    if (!read_data(plan, result, white)) {
         return false;
     }
-    fit_amplitude(plan, exponent, white);
+    fit_amplitude(plan, white);
     fit_shares(plan, white);
     white->explains = (white->suspects == 0U) && explains(plan, white);
     return true;

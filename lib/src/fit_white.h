@@ -8,10 +8,10 @@
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     scaled_t adev[DAVAR_TAUS_MAX];
-    uint32_t y[DAVAR_TAUS_MAX]; /* adev^2 m, in units of a power of two near the largest */
-    scaled_t square;            /* N^2 of a sample */
-    uint32_t inverse;           /* 1 / N^2 in the units of y, as 0.32 ... */
-    uint32_t shift;             /* ... times 2^shift, see share_of() */
+    uint32_t y[DAVAR_TAUS_MAX]; /* adev^2 m, times 2^-exponent */
+    int32_t exponent;
+    scaled_t square;  /* N^2 of a sample */
+    uint32_t inverse; /* its reciprocal, as share_of() needs it */
     uint32_t
         share[DAVAR_COEFFICIENT_COUNT]; /* amplitude of one more term over N^2, in plan->scale; 0: none, or negative */
     unsigned suspects;                  /* bit k: term k is significant (5.7) */

@@ -78,6 +78,15 @@ static uint64_t root_of_mantissa_64(uint64_t m)
     return root;
 }
 
+/* Of a mantissa with its top bit set, and an exponent as a double has it. */
+static double root_of(uint64_t mantissa, uint32_t exponent)
+{
+    const bool odd = ((exponent & 1U) != 0U); /* less the bias: even */
+    const uint64_t root = root_of_mantissa_64(odd ? (mantissa >> 1U) : mantissa);
+    const uint64_t half = (uint64_t)halve_exponent(exponent, 0x3FFU) << FRACTION_BITS;
+    return davar_double_of_bits(half | (root & FRACTION));
+}
+
 double davar_root_by_integers(double value)
 {
     uint64_t bits = davar_bits_of_double(value);
@@ -91,11 +100,7 @@ double davar_root_by_integers(double value)
         bits <<= zeros;
         exponent = 1U - zeros;
     }
-    const uint64_t mantissa = bits | (UINT64_C(1) << 63U);
-    const bool odd = ((exponent & 1U) != 0U); /* less the bias: even */
-    const uint64_t root = root_of_mantissa_64(odd ? (mantissa >> 1U) : mantissa);
-    const uint64_t half = (uint64_t)halve_exponent(exponent, 0x3FFU) << FRACTION_BITS;
-    return davar_double_of_bits(half | (root & FRACTION));
+    return root_of(bits | (UINT64_C(1) << 63U), exponent);
 }
 
 float davar_rootf_by_integers(float value)
@@ -121,10 +126,11 @@ float davar_rootf_by_integers(float value)
  * Of b in [1, 2) a line gives x = 1 / b within 1/17, and Newton's iteration x <- x (2 - b x) turns a relative error e into
  * e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the two's complement of b x. */
 
-/* The line is 24/17 - 8/17 b, modulo 1. */
+/* The line is 24/17 - 8/17 b, modulo 1; 8/17 is 0x78787878 / 2^32, but a compiler takes that for an invitation to shift and
+ * add, which is dearer than a product. */
 uint32_t davar_reciprocal_of_mantissa(uint32_t b)
 {
-    uint32_t x = UINT32_C(1768515945) - (top_32(b, UINT32_C(2021161080)) << 1U);
+    uint32_t x = UINT32_C(1768515945) - (top_32(b, UINT32_C(0x7878A3D5)) << 1U);
     for (unsigned i = 0U; i < 3U; i++) {
         x = top_32(x, 0U - top_32(b, x)) << 1U;
     }
@@ -138,16 +144,22 @@ static uint64_t reciprocal_of(uint64_t b)
     return top_64(wide, 0U - top_64(b, wide)) << 1U;
 }
 
-/* Two mantissas of 53 bits, b <= a < 2 b: their quotient, 2^52 .. 2^53, rounded. It is never half way between two. */
-static uint64_t quotient_of_mantissas(uint64_t a, uint64_t b)
+/* Two mantissas of 53 bits, b <= a < 2 b, and 1 / b: their quotient, 2^52 .. 2^53 - 1, rounded. It is never half way between
+ * two. */
+static uint64_t quotient_of_mantissas(uint64_t a, uint64_t b, uint64_t reciprocal)
 {
-    uint64_t quotient = (top_64(a << 10U, reciprocal_of(b << 11U)) - 4U) >> 10U; /* the whole part, or one less */
-    uint64_t rest = (a << FRACTION_BITS) - (quotient * b);                       /* modulo 2^64 */
+    uint64_t quotient = (top_64(a << 10U, reciprocal) - 4U) >> 10U; /* the whole part, or one less */
+    uint64_t rest = (a << FRACTION_BITS) - (quotient * b);          /* modulo 2^64 */
     if (rest >= b) {
         quotient++;
         rest -= b;
     }
     return quotient + (((2U * rest) > b) ? 1U : 0U);
+}
+
+static inline uint64_t mantissa_of(uint64_t bits)
+{
+    return (bits & FRACTION) | HIDDEN;
 }
 
 static inline uint32_t exponent_of(uint64_t bits)
@@ -164,8 +176,8 @@ double davar_divide_by_integers(double dividend, double divisor)
 {
     const uint64_t bits = davar_bits_of_double(dividend);
     const uint64_t by = davar_bits_of_double(divisor);
-    const uint64_t b = (by & FRACTION) | HIDDEN;
-    uint64_t a = (bits & FRACTION) | HIDDEN;
+    const uint64_t b = mantissa_of(by);
+    uint64_t a = mantissa_of(bits);
     uint32_t exponent = exponent_of(bits) - exponent_of(by) + 1022U;
     if (a < b) {
         a <<= 1U;
@@ -176,5 +188,28 @@ double davar_divide_by_integers(double dividend, double divisor)
         return dividend / divisor; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
     }
     const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
-    return davar_double_of_bits(sign | (((uint64_t)exponent << FRACTION_BITS) + quotient_of_mantissas(a, b)));
+    return davar_double_of_bits(
+        sign | (((uint64_t)exponent << FRACTION_BITS) + quotient_of_mantissas(a, b, reciprocal_of(b << 11U))));
+}
+
+uint64_t davar_reciprocal_by_integers(double value)
+{
+    return reciprocal_of(mantissa_of(davar_bits_of_double(value)) << 11U);
+}
+
+double davar_root_of_quotient_by_integers(double dividend, double divisor, uint64_t reciprocal)
+{
+    const uint64_t bits = davar_bits_of_double(dividend);
+    const uint64_t by = davar_bits_of_double(divisor);
+    const uint64_t b = mantissa_of(by);
+    uint64_t a = mantissa_of(bits);
+    uint32_t exponent = (uint32_t)(bits >> FRACTION_BITS) - (uint32_t)(by >> FRACTION_BITS) + 1023U;
+    if (bits == 0U) {
+        return 0.0;
+    }
+    if (a < b) {
+        a <<= 1U;
+        exponent--;
+    }
+    return root_of(quotient_of_mantissas(a, b, reciprocal) << 11U, exponent);
 }

@@ -14,6 +14,11 @@ float davar_rootf_by_integers(float value);
 
 double davar_divide_by_integers(double dividend, double divisor);
 
+/* The root of a quotient whose divisor is known beforehand; both rounded. Normal numbers, dividend 0 too, whose quotient is
+ * normal. */
+uint64_t davar_reciprocal_by_integers(double value);
+double davar_root_of_quotient_by_integers(double dividend, double divisor, uint64_t reciprocal);
+
 /* Their steps of 32 bits. Of m in [1, 4), as 2.30 with 24 bits, the root as 9.23, correctly rounded. Of b in [1, 2), as 1.31,
  * 1 / b as 0.32 within 3 units. */
 uint32_t davar_root_of_mantissa(uint32_t m);
@@ -34,6 +39,27 @@ static inline float davar_rootf(float value)
     return davar_rootf_by_integers(value);
 #else
     return sqrtf(value);
+#endif
+}
+
+/* For davar_root_of_quotient(). */
+static inline uint64_t davar_reciprocal(double divisor)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_reciprocal_by_integers(divisor);
+#else
+    (void)divisor;
+    return 0U;
+#endif
+}
+
+static inline double davar_root_of_quotient(double dividend, double divisor, uint64_t reciprocal)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_root_of_quotient_by_integers(dividend, divisor, reciprocal);
+#else
+    (void)reciprocal;
+    return sqrt(dividend / divisor);
 #endif
 }
 

@@ -7,7 +7,7 @@
 
 #define SCALED_TOP (UINT32_C(1) << 31U)
 
-/* mantissa * 2^exponent; the top bit of the mantissa is set, or it is 0. */
+/* mantissa * 2^exponent; the top bit of the mantissa is set, or it is 0 and the exponent below that of any double. */
 typedef struct {
     uint32_t mantissa;
     int32_t exponent;
@@ -44,17 +44,15 @@ static inline scaled_t scaled_of_u32(uint32_t value, int32_t exponent)
     return scaled;
 }
 
+/* 0 when it is too small for a normal double, infinity when too large. */
 static inline double scaled_to_double(scaled_t scaled)
 {
     const int32_t exponent = scaled.exponent + (1023 + 31);
-    if ((scaled.mantissa == 0U) || (exponent <= 0)) {
-        return 0.0;
+    if ((uint32_t)(exponent - 1) >= 0x7FEU) {
+        return (exponent <= 0) ? 0.0 : (double)INFINITY;
     }
-    if (exponent >= 0x7FF) {
-        return (double)INFINITY;
-    }
-    return davar_double_of_bits(((uint64_t)(uint32_t)exponent << 52U) +
-                                ((uint64_t)(scaled.mantissa - SCALED_TOP) << 21U));
+    const uint32_t upper = ((uint32_t)exponent << 20U) + ((scaled.mantissa << 1U) >> 12U);
+    return davar_double_of_bits(((uint64_t)upper << 32U) | (scaled.mantissa << 21U));
 }
 
 static inline scaled_t scaled_times(scaled_t a, scaled_t b)

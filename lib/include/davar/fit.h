@@ -25,6 +25,7 @@ typedef struct davar_plan {
     uint64_t misfit_limit;
     uint32_t window; /* window length without gaps or mirror images that the rest is made for (5.5); 0: none */
     double divisor[DAVAR_TAUS_MAX]; /* 2 m^2 n (1.1) */
+    uint64_t reciprocal[DAVAR_TAUS_MAX];
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
