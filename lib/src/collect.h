@@ -98,7 +98,8 @@ static void evaluate_taus(const davar_fit_plan_t *plan, const readings_t *readin
         tau->adev = (double)NAN;
         if (tau->differences > 0U) {
             const double sum = sum_to_double(readings->sum[t]);
-            tau->adev = unit_per_count * davar_root_of_quotient(sum, plan->divisor[t], plan->reciprocal[t]);
+            const double deviation = davar_root_of_quotient(sum, plan->divisor[t], plan->reciprocal[t]);
+            tau->adev = davar_multiply(unit_per_count, deviation);
         }
     }
 }

@@ -111,7 +111,7 @@ uint32_t davar_chi_square_low(uint32_t s)
     const uint32_t root = upper_root(s); /* 1 .. 1.72 */
     const uint32_t square = scaled_high(root, root);
     const uint32_t cube = scaled_high(square, root); /* 6.26 */
-    const uint32_t zeros = davar_leading_zeros(cube) - 32U;
+    const uint32_t zeros = davar_leading_zeros_32(cube);
     return davar_reciprocal_of_mantissa(cube << zeros) >> (7U - zeros);
 }
 

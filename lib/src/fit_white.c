@@ -157,7 +157,7 @@ static uint32_t taken(float centre, uint32_t share)
 /* value / under as 2.30, for value < under / 2. */
 static uint32_t quotient(uint32_t value, uint32_t under)
 {
-    const uint32_t zeros = davar_leading_zeros(under) - 32U;
+    const uint32_t zeros = davar_leading_zeros_32(under);
     return scaled_high(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
 }
 

@@ -1,4 +1,4 @@
-/* davar - roots and quotients in integers. Fixed point: "a.b" has a bits in front of the point and b behind it. */
+/* davar - roots, quotients and products in integers. Fixed point: "a.b" has a bits in front of the point and b behind it. */
 #include "real.h"
 
 #define FRACTION_BITS 52U
@@ -13,6 +13,12 @@ static inline uint32_t top_32(uint32_t a, uint32_t b)
 static inline uint64_t top_64(uint64_t a, uint64_t b)
 {
     return davar_multiply_u64(a, b).high;
+}
+
+/* Of 96 bits. */
+static inline uint64_t top_64_of_96(uint64_t a, uint32_t b)
+{
+    return davar_multiply_u32((uint32_t)(a >> 32U), b) + top_32((uint32_t)a, b);
 }
 
 /* --- roots -------------------------------------------------------------------------------------------------------
@@ -69,9 +75,9 @@ uint32_t davar_root_of_mantissa(uint32_t m)
 static uint64_t root_of_mantissa_64(uint64_t m)
 {
     const estimate_t estimate = estimate_of((uint32_t)(m >> 32U));
-    const uint64_t reciprocal = (uint64_t)(top_32(estimate.reciprocal, correction(estimate)) << 1U) << 32U;
-    const uint64_t s = top_64(m, reciprocal);
-    const uint64_t u = ((uint64_t)THREE << 32U) - top_64(s, reciprocal);
+    const uint32_t reciprocal = top_32(estimate.reciprocal, correction(estimate)) << 1U;
+    const uint64_t s = top_64_of_96(m, reciprocal);
+    const uint64_t u = ((uint64_t)THREE << 32U) - top_64_of_96(s, reciprocal);
     uint64_t root = (top_64(s, u) - 2U) >> 9U; /* 12.52, from 3.61 */
     const uint64_t short_of = (m << 42U) - (root * root);
     root += (root - short_of) >> 63U;
@@ -140,8 +146,8 @@ uint32_t davar_reciprocal_of_mantissa(uint32_t b)
 /* b as 1.63; 1 / b as 0.64 within 2^-60. */
 static uint64_t reciprocal_of(uint64_t b)
 {
-    const uint64_t wide = (uint64_t)davar_reciprocal_of_mantissa((uint32_t)(b >> 32U)) << 32U;
-    return top_64(wide, 0U - top_64(b, wide)) << 1U;
+    const uint32_t x = davar_reciprocal_of_mantissa((uint32_t)(b >> 32U));
+    return top_64_of_96(0U - top_64_of_96(b, x), x) << 1U;
 }
 
 /* Two mantissas of 53 bits, b <= a < 2 b, and 1 / b: their quotient, 2^52 .. 2^53 - 1, rounded. It is never half way between
@@ -212,4 +218,28 @@ double davar_root_of_quotient_by_integers(double dividend, double divisor, uint6
         exponent--;
     }
     return root_of(quotient_of_mantissas(a, b, reciprocal) << 11U, exponent);
+}
+
+/* --- products ------------------------------------------------------------------------------------------------------ */
+
+double davar_multiply_by_integers(double a, double b)
+{
+    const uint64_t bits = davar_bits_of_double(a);
+    const uint64_t by = davar_bits_of_double(b);
+    uint32_t exponent = exponent_of(bits) + exponent_of(by) - 1022U;
+    if (!is_normal(exponent_of(bits)) || !is_normal(exponent_of(by)) || !is_normal(exponent) ||
+        !is_normal(exponent - 1U)) {
+        return a * b;
+    }
+    const davar_u128_t product = davar_multiply_u64(mantissa_of(bits) << 11U, mantissa_of(by) << 11U);
+    uint64_t mantissa = product.high;
+    uint64_t rest = product.low;
+    if ((mantissa >> 63U) == 0U) {
+        mantissa = (mantissa << 1U) | (rest >> 63U);
+        rest <<= 1U;
+        exponent--;
+    }
+    const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
+    const double size = davar_double_of_mantissa(mantissa | ((rest != 0U) ? 1U : 0U), exponent);
+    return davar_double_of_bits(sign | davar_bits_of_double(size));
 }

@@ -1,4 +1,4 @@
-/* davar - roots and quotients, correctly rounded as IEEE 754 has them, so the same bits on every target. A core whose
+/* davar - roots, quotients and products, correctly rounded as IEEE 754 has them, so the same bits on every target. A core whose
  * floating-point unit has the instruction uses it; on the others they are taken in integers, much faster than by the
  * compilers' libraries, which go digit by digit. */
 #ifndef DAVAR_SRC_REAL_H
@@ -13,6 +13,7 @@ double davar_root_by_integers(double value);
 float davar_rootf_by_integers(float value);
 
 double davar_divide_by_integers(double dividend, double divisor);
+double davar_multiply_by_integers(double a, double b);
 
 /* The root of a quotient whose divisor is known beforehand; both rounded. Normal numbers, dividend 0 too, whose quotient is
  * normal. */
@@ -69,6 +70,16 @@ static inline double davar_divide(double a, double b)
     return davar_divide_by_integers(a, b);
 #else
     return a / b;
+#endif
+}
+
+/* The compiler's library for Thumb-2 is fast. */
+static inline double davar_multiply(double a, double b)
+{
+#if defined(DAVAR_SOFT_DOUBLE) && !defined(__thumb2__)
+    return davar_multiply_by_integers(a, b);
+#else
+    return a * b;
 #endif
 }
 

@@ -39,7 +39,7 @@ static inline scaled_t scaled_of_float(float value)
 /* value * 2^exponent, not 0. */
 static inline scaled_t scaled_of_u32(uint32_t value, int32_t exponent)
 {
-    const uint32_t zeros = davar_leading_zeros(value) - 32U;
+    const uint32_t zeros = davar_leading_zeros_32(value);
     const scaled_t scaled = {value << zeros, exponent - (int32_t)zeros};
     return scaled;
 }
