@@ -88,7 +88,8 @@ static void plan_regression(davar_fit_plan_t *plan, int term)
         functional[t] = gain * (double)plan->weight[t] * (shape(plan, term, t) - centre);
     }
     store_functional(plan, term, functional);
-    plan->centre[term] = (float)centre * plan->scale[term];
+    const float per_share = (float)centre * plan->scale[term];
+    plan->centre[term] = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
 }
 
 /* Variance of an amplitude under white noise, N = 1, folded so that a window length costs one product per cluster size:

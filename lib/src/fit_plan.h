@@ -16,6 +16,9 @@
 /* Sigma is taken as at most 64 shares. */
 #define DAVAR_FIT_SIGMA_MOST 67108864.0F
 
+/* A centre is taken as at most 2^20: then the smallest share leaves nothing of white noise. */
+#define DAVAR_FIT_CENTRE_MOST 1048576.0F
+
 /* One-sided 95 % point of a Gaussian. */
 #define DAVAR_FIT_BOUND 1.645
 

@@ -144,14 +144,13 @@ static scaled_t white_bound(const davar_fit_plan_t *plan, uint32_t share, int te
     return scaled_times(root, scaled_of_float(plan->room[term]));
 }
 
-/* centre * share as 2.30; at most 1. */
+/* centre * share as 2.30; at most 1. A centre is 2^-30 to 2^20 shares. */
 static uint32_t taken(float centre, uint32_t share)
 {
     const scaled_t per_share = scaled_of_float(centre);
-    const uint64_t product = davar_multiply_u32(per_share.mantissa, share);
-    const int32_t shift = (int32_t)DAVAR_FIT_SHARE_BITS - 30 - per_share.exponent;
-    const uint64_t most = (shift < 64) ? ((shift > 0) ? (product >> (uint32_t)shift) : ONE) : 0U;
-    return (most < ONE) ? (uint32_t)most : ONE;
+    const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - per_share.exponent);
+    const uint64_t product = davar_multiply_u32(per_share.mantissa, share) >> shift;
+    return (product < ONE) ? (uint32_t)product : ONE;
 }
 
 /* value / under as 2.30, for value < under / 2. */
