@@ -1,6 +1,8 @@
 /* davar - every reason to refuse a configuration, one small test each. */
 #include "config.h"
 
+#include "machine.h"
+
 const davar_config_t davar_default_config = {
     .mode = DAVAR_MODE_CENTRED,
     .policy = DAVAR_POLICY_OR,
@@ -134,7 +136,7 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
-davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
+DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
 {
     if ((config == NULL) || (config->taus == NULL)) {
         return DAVAR_ERR_NULL;

@@ -38,7 +38,7 @@ static double avar_of(const davar_mixture_t *model, double m)
     return (a[4] * m + a[3]) * m + a[2] + (a[0] * inverse + a[1]) * inverse;
 }
 
-double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
+DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
 {
     const double m = (double)tau->m;
     const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
@@ -55,7 +55,7 @@ double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-double davar_mixture_room(const davar_mixture_t *model, int term)
+DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 {
     const int strongest = (term <= WHITE) ? 0 : model->count - 1;
     const double m = (double)model->data->tau[strongest].m;
@@ -340,7 +340,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
     return true;
 }
 
-void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
+DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
     model->terms = davar_term_bit(WHITE);
     model->a[WHITE] = white;

@@ -2,6 +2,7 @@
  * Hazard: positions wrap modulo 2^32, so only distances are compared, never positions. */
 #include "gaps.h"
 
+#include "machine.h"
 #include "window.h"
 
 /* Boundaries with their images, ascending:
@@ -70,7 +71,7 @@ void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window)
     }
 }
 
-bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
+DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t boundary = window->received;
     if ((boundary == 0U) && (window->at_start || window->filling)) {
@@ -88,7 +89,7 @@ bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
     return true;
 }
 
-void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end)
+DAVAR_RARE void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end)
 {
     if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == end)) {
         gaps->count--;

@@ -13,7 +13,7 @@ typedef struct {
 } residues_t;
 
 /* Adds the first position >= at_least of the residue of `position`, unless that residue is there already. */
-static void residues_add(residues_t *residues, int64_t position, int64_t at_least, uint32_t stride)
+DAVAR_RARE static void residues_add(residues_t *residues, int64_t position, int64_t at_least, uint32_t stride)
 {
     int64_t offset = (position - at_least) % (int64_t)stride;
     if (offset < 0) {
@@ -35,7 +35,7 @@ static bool adaptive(const davar_config_t *config)
 }
 
 /* Centred, first epoch K - 1: edges at half a window from it. Trailing: the head is at multiples of K. */
-static residues_t residues_of_tail(const davar_config_t *config)
+DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
 {
     residues_t residues = {{0}, 0U};
     const int64_t longest = config->window_max;
@@ -57,7 +57,7 @@ static residues_t residues_of_tail(const davar_config_t *config)
 }
 
 /* The leading edge less `lag` samples: 0 for the head, the short segment for the middle. */
-static residues_t residues_of_head(const davar_config_t *config, int64_t lag)
+DAVAR_RARE static residues_t residues_of_head(const davar_config_t *config, int64_t lag)
 {
     residues_t residues = {{0}, 0U};
     if (config->mode == DAVAR_MODE_CENTRED) {
@@ -128,7 +128,7 @@ static void track_record_zero(track_t *track, uint32_t stride, const allan_t *al
     }
 }
 
-static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t stride, const allan_t *allan)
+DAVAR_RARE static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t stride, const allan_t *allan)
 {
     for (uint8_t i = 0U; i < residues->count; i++) {
         track_start(&tracks[i], residues->first[i], stride, allan);
@@ -137,7 +137,7 @@ static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t s
 }
 
 /* All tracks back to the start of a record. */
-static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t *allan)
+DAVAR_RARE static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t *allan)
 {
     const residues_t tail = residues_of_tail(config);
     const residues_t head = residues_of_head(config, 0);
@@ -149,7 +149,7 @@ static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t
     grid_schedule(grid, 0U);
 }
 
-static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t slots, uint32_t sums)
+DAVAR_RARE static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t slots, uint32_t sums)
 {
     for (uint8_t i = 0U; i < count; i++) {
         tracks[i].slots = slots;
@@ -158,7 +158,7 @@ static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, u
     }
 }
 
-static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t taus)
+DAVAR_RARE static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t taus)
 {
     for (uint8_t i = 0U; i < count; i++) {
         tracks[i].sum_due = davar_arena_take(arena, taus, sizeof(uint32_t));
@@ -167,7 +167,7 @@ static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t cou
 }
 
 /* Lays the tracks out in the caller's memory (or only counts, when the arena has none). */
-static void grid_carve(davar_arena_t *arena, grid_t *grid, const davar_config_t *config)
+DAVAR_RARE static void grid_carve(davar_arena_t *arena, grid_t *grid, const davar_config_t *config)
 {
     const uint32_t reach = head_reach(config);
     grid->tail_count = residues_of_tail(config).count;

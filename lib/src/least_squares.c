@@ -8,7 +8,7 @@
 /* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
 #define PIVOT_MIN 1e-10
 
-void davar_normal_add(davar_normal_t *normal, double m, double avar, double weight_per_m2)
+DAVAR_RARE void davar_normal_add(davar_normal_t *normal, double m, double avar, double weight_per_m2)
 {
     double power = weight_per_m2 / (m * m);
     double product = weight_per_m2 * avar;
@@ -22,7 +22,7 @@ void davar_normal_add(davar_normal_t *normal, double m, double avar, double weig
     }
 }
 
-void davar_normal_scale(davar_normal_t *normal)
+DAVAR_RARE void davar_normal_scale(davar_normal_t *normal)
 {
     for (int k = 0; k < TERMS; k++) {
         normal->scale[k] = 1.0 / davar_root(normal->moment[k + k]);
@@ -68,7 +68,7 @@ static void eliminate(davar_inverse_t *a, int pivot)
 }
 
 /* Gauss-Jordan; a positive definite matrix needs no exchange of rows. */
-bool davar_invert(const davar_normal_t *normal, unsigned terms, davar_inverse_t *inverse)
+DAVAR_RARE bool davar_invert(const davar_normal_t *normal, unsigned terms, davar_inverse_t *inverse)
 {
     select_terms(normal, terms, inverse);
     for (int i = 0; i < inverse->size; i++) {
@@ -80,7 +80,7 @@ bool davar_invert(const davar_normal_t *normal, unsigned terms, davar_inverse_t 
     return true;
 }
 
-double davar_solution(const davar_normal_t *normal, const davar_inverse_t *inverse, int i)
+DAVAR_RARE double davar_solution(const davar_normal_t *normal, const davar_inverse_t *inverse, int i)
 {
     double sum = 0.0;
     for (int j = 0; j < inverse->size; j++) {
@@ -89,8 +89,8 @@ double davar_solution(const davar_normal_t *normal, const davar_inverse_t *inver
     return sum * normal->scale[inverse->term[i]];
 }
 
-double davar_solution_variance(const davar_normal_t *normal, const davar_inverse_t *inverse,
-                               const davar_matrix_t *scatter, int i)
+DAVAR_RARE double davar_solution_variance(const davar_normal_t *normal, const davar_inverse_t *inverse,
+                                          const davar_matrix_t *scatter, int i)
 {
     const double scale = normal->scale[inverse->term[i]];
     double sum = 0.0;
@@ -124,7 +124,7 @@ static int solve(const davar_normal_t *normal, const davar_inverse_t *inverse, d
 }
 
 /* One term alone is positive: this ends. */
-unsigned davar_solve_non_negative(const davar_normal_t *normal, unsigned terms, double a[])
+DAVAR_RARE unsigned davar_solve_non_negative(const davar_normal_t *normal, unsigned terms, double a[])
 {
     davar_inverse_t inverse;
     while (davar_invert(normal, terms, &inverse)) {

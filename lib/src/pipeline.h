@@ -26,7 +26,7 @@ static uint32_t ring_capacity(const davar_config_t *config)
     return ((whole_window && (config->window_max > span)) ? config->window_max : span) + block;
 }
 
-static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
+DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
 {
     davar_arena_t arena = {memory, 0U};
     (void)davar_arena_take(&arena, 1U, sizeof(stages_t));
@@ -45,7 +45,7 @@ static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *conf
     return arena.used;
 }
 
-static size_t pipeline_memory_size(const davar_config_t *config)
+DAVAR_RARE static size_t pipeline_memory_size(const davar_config_t *config)
 {
     stages_t stages;
     davar_t davar;
@@ -101,7 +101,7 @@ static void start_window(davar_window_t *window, const davar_config_t *config, u
     *window = start;
 }
 
-static void start(davar_t *davar, uint64_t origin, uint32_t skip)
+DAVAR_RARE static void start(davar_t *davar, uint64_t origin, uint32_t skip)
 {
     const davar_config_t *const config = davar->config;
     stages_t *const stages = davar->stages;
@@ -116,7 +116,7 @@ static void start(davar_t *davar, uint64_t origin, uint32_t skip)
     }
 }
 
-static void pipeline_start(davar_t *davar, void *memory)
+DAVAR_RARE static void pipeline_start(davar_t *davar, void *memory)
 {
     davar->stages = memory;
     memset(memory, 0, carve(davar->stages, davar, davar->config, memory));
@@ -320,7 +320,7 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
 }
 
 /* The memory has been read back: every pointer in it is set anew, the rest stands. */
-static void pipeline_resume(davar_t *davar)
+DAVAR_RARE static void pipeline_resume(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     (void)carve(stages, davar, davar->config, stages);
@@ -332,7 +332,7 @@ static void pipeline_resume(davar_t *davar)
 /* --- weather ----------------------------------------------------------------------------------------------------- */
 
 /* Throws the window away and starts again at the next boundary of the grid of epochs. */
-static void pipeline_restart(davar_t *davar)
+DAVAR_RARE static void pipeline_restart(davar_t *davar)
 {
     const uint64_t stride = davar->config->stride;
     const uint64_t now = window_now(&davar->window) - davar->window.skip;
@@ -349,7 +349,7 @@ static bool between_windows(const davar_t *davar)
     return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
 }
 
-static void pipeline_gap(davar_t *davar)
+DAVAR_RARE static void pipeline_gap(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
@@ -376,7 +376,7 @@ static void pipeline_gap(davar_t *davar)
 
 /* --- the end of a record ----------------------------------------------------------------------------------------- */
 
-static void finish(stages_t *stages, davar_t *davar)
+DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t head = (stages->grid == NULL) ? window_head(window) : window->received;
@@ -389,7 +389,7 @@ static void finish(stages_t *stages, davar_t *davar)
 }
 
 /* Pushes the mirror image of the record until an epoch is complete. False: none is left. */
-static bool pipeline_flush(davar_t *davar)
+DAVAR_RARE static bool pipeline_flush(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
