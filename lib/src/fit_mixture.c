@@ -193,7 +193,8 @@ static void lower(double *least, double value)
 static double lower_limit(double a, double variance)
 {
     const double s = davar_root(0.5 * variance) / a;
-    return a * (double)davar_chi_square_low((s < 1.0) ? (float)s : 1.0F);
+    const double one = (double)NOISE_ONE;
+    return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
 }
 
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */

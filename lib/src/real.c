@@ -57,7 +57,7 @@ static inline uint32_t halve_exponent(uint32_t exponent, uint32_t bias)
     return (exponent + bias) >> 1U;
 }
 
-static uint32_t root_of_mantissa_32(uint32_t m)
+uint32_t davar_root_of_mantissa(uint32_t m)
 {
     const estimate_t estimate = estimate_of(m);
     uint32_t root = (top_32(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
@@ -113,7 +113,7 @@ float davar_rootf_by_integers(float value)
     }
     const uint32_t mantissa = bits | (UINT32_C(1) << 31U);
     const bool odd = ((exponent & 1U) != 0U);
-    const uint32_t root = root_of_mantissa_32(odd ? (mantissa >> 1U) : mantissa);
+    const uint32_t root = davar_root_of_mantissa(odd ? (mantissa >> 1U) : mantissa);
     return davar_float_of_bits((halve_exponent(exponent, 0x7FU) << 23U) | (root & ((UINT32_C(1) << 23U) - 1U)));
 }
 
@@ -121,15 +121,20 @@ float davar_rootf_by_integers(float value)
  * Of b in [1, 2) a line gives x = 1 / b within 1/17, and Newton's iteration x <- x (2 - b x) turns a relative error e into
  * e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the two's complement of b x. */
 
-/* b as 1.63; 1 / b as 0.64 within 2^-60. The line is 24/17 - 8/17 b, modulo 1. */
+/* The line is 24/17 - 8/17 b, modulo 1. */
+uint32_t davar_reciprocal_of_mantissa(uint32_t b)
+{
+    uint32_t x = UINT32_C(1768515945) - (top_32(b, UINT32_C(2021161080)) << 1U);
+    for (unsigned i = 0U; i < 3U; i++) {
+        x = top_32(x, 0U - top_32(b, x)) << 1U;
+    }
+    return x;
+}
+
+/* b as 1.63; 1 / b as 0.64 within 2^-60. */
 static uint64_t reciprocal_of(uint64_t b)
 {
-    const uint32_t top = (uint32_t)(b >> 32U);
-    uint32_t x = UINT32_C(1768515945) - (top_32(top, UINT32_C(2021161080)) << 1U);
-    for (unsigned i = 0U; i < 3U; i++) {
-        x = top_32(x, 0U - top_32(top, x)) << 1U;
-    }
-    const uint64_t wide = (uint64_t)x << 32U;
+    const uint64_t wide = (uint64_t)davar_reciprocal_of_mantissa((uint32_t)(b >> 32U)) << 32U;
     return top_64(wide, 0U - top_64(b, wide)) << 1U;
 }
 

@@ -14,6 +14,11 @@ float davar_rootf_by_integers(float value);
 
 double davar_divide_by_integers(double dividend, double divisor);
 
+/* Their steps of 32 bits. Of m in [1, 4), as 2.30 with 24 bits, the root as 9.23, correctly rounded. Of b in [1, 2), as 1.31,
+ * 1 / b as 0.32 within 3 units. */
+uint32_t davar_root_of_mantissa(uint32_t m);
+uint32_t davar_reciprocal_of_mantissa(uint32_t b);
+
 static inline double davar_root(double value)
 {
 #ifdef DAVAR_SOFT_DOUBLE

@@ -1,5 +1,6 @@
 /* davar tests - the plan of a fit: a memo that changes no result, whose standard errors are those of brute force. */
 #include "fit_fixture.h"
+#include "fit_plan.h"
 
 /* ---- the plan is a memo ---- */
 
@@ -71,7 +72,7 @@ static double covariance(int m_i, int m_j)
 /* The weight of one Allan variance in a linear functional of the fit: the answer to y = 1 there and 0 elsewhere. */
 static double weight_of(int kind, int t)
 {
-    return (double)plan.functional[kind][t];
+    return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
 }
 
 static void test_standard_errors_meet_the_full_covariance(void)
@@ -88,7 +89,8 @@ static void test_standard_errors_meet_the_full_covariance(void)
                 variance += weight_of(k, i) * weight_of(k, j) * covariance((int)m[i], (int)m[j]);
             }
         }
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), (double)plan.sigma[k]);
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
+                                  (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE);
     }
 }
 
