@@ -10,6 +10,7 @@
 #include "sequence.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* --- init -------------------------------------------------------------------------------------------------------- */
 
@@ -34,8 +35,11 @@ DAVAR_RARE static davar_status_t init(davar_t *davar, const davar_config_t *conf
     if (((uintptr_t)memory % 8U) != 0U) {
         return DAVAR_ERR_MEMORY_ALIGN;
     }
-    const davar_t fresh = {.config = config, .number = number, .stages = memory, .is_float = is_float};
-    *davar = fresh;
+    memset(davar, 0, sizeof *davar);
+    davar->config = config;
+    davar->number = number;
+    davar->stages = memory;
+    davar->is_float = is_float;
     davar->counts_per_unit = is_float ? (float)(1.0 / door_quantum(config->full_scale)) : 0.0F;
     number->start(davar, memory);
     if (config->fit_plan != NULL) {

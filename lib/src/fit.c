@@ -104,7 +104,7 @@ static void write_nothing(davar_result_t *result)
 
 /* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
  * nothing. */
-static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
+DAVAR_RARE static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         result->tau[t].edf = plan->edf[t];
@@ -114,8 +114,8 @@ static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
     write_nothing(result);
 }
 
-static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double rate_hz,
-                        davar_result_t *result)
+DAVAR_RARE static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double rate_hz,
+                                   davar_result_t *result)
 {
     davar_mixture_t model = {
         .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = (double)plan->misfit_spread};

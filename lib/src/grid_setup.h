@@ -6,22 +6,23 @@
 #include "grid.h"
 
 /* Edge positions are K apart; window_max and window_min (and the start, while a trailing window fills) may put them on
- * different residues modulo K. Signed: a centred window starts in the mirrored past. */
+ * different residues modulo K. Signed: a centred window starts in the mirrored past. Within 32 bits: windows and strides are at
+ * most 2^24. */
 typedef struct {
-    int64_t first[TRACKS_MAX];
+    int32_t first[TRACKS_MAX];
     uint8_t count;
 } residues_t;
 
 /* Adds the first position >= at_least of the residue of `position`, unless that residue is there already. */
-DAVAR_RARE static void residues_add(residues_t *residues, int64_t position, int64_t at_least, uint32_t stride)
+DAVAR_RARE static void residues_add(residues_t *residues, int32_t position, int32_t at_least, uint32_t stride)
 {
-    int64_t offset = (position - at_least) % (int64_t)stride;
+    int32_t offset = (position - at_least) % (int32_t)stride;
     if (offset < 0) {
-        offset += (int64_t)stride;
+        offset += (int32_t)stride;
     }
-    const int64_t first = at_least + offset;
+    const int32_t first = at_least + offset;
     for (uint8_t i = 0U; i < residues->count; i++) {
-        if (((residues->first[i] - first) % (int64_t)stride) == 0) {
+        if (((residues->first[i] - first) % (int32_t)stride) == 0) {
             return;
         }
     }
@@ -38,10 +39,10 @@ static bool adaptive(const davar_config_t *config)
 DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
 {
     residues_t residues = {{0}, 0U};
-    const int64_t longest = config->window_max;
-    const int64_t shortest = config->window_min;
+    const int32_t longest = (int32_t)config->window_max;
+    const int32_t shortest = (int32_t)config->window_min;
     if (config->mode == DAVAR_MODE_CENTRED) {
-        const int64_t epoch = (int64_t)config->stride - 1;
+        const int32_t epoch = (int32_t)config->stride - 1;
         residues_add(&residues, epoch - (longest / 2), epoch - (longest / 2), config->stride);
         if (adaptive(config)) {
             residues_add(&residues, epoch - (shortest / 2), epoch - (longest / 2), config->stride);
@@ -57,15 +58,15 @@ DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
 }
 
 /* The leading edge less `lag` samples: 0 for the head, the short segment for the middle. */
-DAVAR_RARE static residues_t residues_of_head(const davar_config_t *config, int64_t lag)
+DAVAR_RARE static residues_t residues_of_head(const davar_config_t *config, int32_t lag)
 {
     residues_t residues = {{0}, 0U};
     if (config->mode == DAVAR_MODE_CENTRED) {
-        const int64_t epoch = (int64_t)config->stride - 1;
-        const int64_t first = epoch + ((int64_t)config->window_max / 2) - lag;
+        const int32_t epoch = (int32_t)config->stride - 1;
+        const int32_t first = epoch + ((int32_t)config->window_max / 2) - lag;
         residues_add(&residues, first, first, config->stride);
         if (adaptive(config)) {
-            residues_add(&residues, epoch + ((int64_t)config->window_min / 2) - lag, first, config->stride);
+            residues_add(&residues, epoch + ((int32_t)config->window_min / 2) - lag, first, config->stride);
         }
         return residues;
     }
@@ -87,24 +88,24 @@ static uint32_t head_reach(const davar_config_t *config)
 }
 
 /* Starts the records of one track at its first position; those in front of the start come from their mirror images. */
-static void track_start(track_t *track, int64_t first, uint32_t stride, const allan_t *allan)
+static void track_start(track_t *track, int32_t first, uint32_t stride, const allan_t *allan)
 {
     track->mirrored_left = 0U;
     track->slot = 0U;
     track->due = (uint32_t)first;
     if (first < 0) {
-        const uint32_t before = (uint32_t)((-first + (int64_t)stride - 1) / (int64_t)stride);
+        const uint32_t before = (uint32_t)((-first + (int32_t)stride - 1) / (int32_t)stride);
         track->slot = before % track->slots;
-        track->due = (uint32_t)(first + ((int64_t)before * (int64_t)stride));
+        track->due = (uint32_t)(first + ((int32_t)before * (int32_t)stride));
         track->mirrored_left = before;
         track->mirrored_due = stride - track->due;
         track->mirrored_slot = slot_before(track, track->slot);
     }
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
-        const int64_t m = allan->m[t];
-        const int64_t begin = (first < -m) ? -m : first;
-        const int64_t steps = ((begin - first) + (int64_t)stride - 1) / (int64_t)stride;
-        track->sum_due[t] = (uint32_t)(first + (steps * (int64_t)stride) + (2 * m) - 1);
+        const int32_t m = (int32_t)allan->m[t];
+        const int32_t begin = (first < -m) ? -m : first;
+        const int32_t steps = ((begin - first) + (int32_t)stride - 1) / (int32_t)stride;
+        track->sum_due[t] = (uint32_t)(first + (steps * (int32_t)stride) + (2 * m) - 1);
         track->sum_slot[t] = (uint32_t)steps % track->slots;
     }
 }
@@ -141,7 +142,7 @@ DAVAR_RARE static void grid_start(grid_t *grid, const davar_config_t *config, co
 {
     const residues_t tail = residues_of_tail(config);
     const residues_t head = residues_of_head(config, 0);
-    const residues_t middle = residues_of_head(config, config->segment);
+    const residues_t middle = residues_of_head(config, (int32_t)config->segment);
     tracks_start(grid->tail, &tail, config->stride, allan);
     tracks_start(grid->head, &head, config->stride, allan);
     tracks_start(grid->middle, &middle, config->stride, allan);
@@ -172,7 +173,7 @@ DAVAR_RARE static void grid_carve(davar_arena_t *arena, grid_t *grid, const dava
     const uint32_t reach = head_reach(config);
     grid->tail_count = residues_of_tail(config).count;
     grid->head_count = residues_of_head(config, 0).count;
-    grid->middle_count = residues_of_head(config, config->segment).count;
+    grid->middle_count = residues_of_head(config, (int32_t)config->segment).count;
     tracks_carve(arena, grid->tail, grid->tail_count, slots_for(config->window_max, config->stride), config->tau_count);
     tracks_carve(arena, grid->head, grid->head_count, slots_for(reach, config->stride), config->tau_count);
     tracks_carve(arena, grid->middle, grid->middle_count, slots_for(reach + config->segment, config->stride), 0U);

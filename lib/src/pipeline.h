@@ -86,6 +86,13 @@ static void start_moments(moments_t *moments)
     moments->tail = zero;
 }
 
+/* Samples up to the first epoch of a record. */
+static uint32_t first_wait(const davar_config_t *config)
+{
+    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    return centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride;
+}
+
 static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
@@ -94,14 +101,14 @@ static void start_window(davar_window_t *window, const davar_config_t *config, u
         .origin = origin,
         .skip = skip,
         .next_length = longest ? config->window_max : config->stride,
-        .wait = centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride,
+        .wait = first_wait(config),
         .filling = !centred,
         .at_start = centred,
     };
     *window = start;
 }
 
-DAVAR_RARE static void start(davar_t *davar, uint64_t origin, uint32_t skip)
+DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t skip)
 {
     const davar_config_t *const config = davar->config;
     stages_t *const stages = davar->stages;
@@ -122,7 +129,7 @@ DAVAR_RARE static void pipeline_start(davar_t *davar, void *memory)
     memset(memory, 0, carve(davar->stages, davar, davar->config, memory));
     (void)carve(davar->stages, davar, davar->config, memory);
     start_samples(davar->stages, davar->config, davar->is_float);
-    start(davar, 0U, 0U);
+    start_stages(davar, 0U, 0U);
 }
 
 /* --- a sample in ------------------------------------------------------------------------------------------------- */
@@ -331,15 +338,23 @@ DAVAR_RARE static void pipeline_resume(davar_t *davar)
 
 /* --- weather ----------------------------------------------------------------------------------------------------- */
 
+/* Samples to the next boundary of the grid of epochs: the wait for an epoch falls by one with each sample, and by whole
+ * strides from epoch to epoch. */
+static uint32_t to_boundary(const davar_t *davar)
+{
+    const uint32_t stride = davar->config->stride;
+    const uint32_t since = (first_wait(davar->config) - davar->window.wait) % stride;
+    return (since == 0U) ? davar->window.skip : (stride - since);
+}
+
 /* Throws the window away and starts again at the next boundary of the grid of epochs. */
 DAVAR_RARE static void pipeline_restart(davar_t *davar)
 {
-    const uint64_t stride = davar->config->stride;
+    const uint32_t skipped = to_boundary(davar);
     const uint64_t now = window_now(&davar->window) - davar->window.skip;
-    const uint64_t skipped = (stride - (now % stride)) % stride;
     davar_count(&davar->health.restarts);
     davar->ready = false;
-    start(davar, now + skipped, (uint32_t)skipped);
+    start_stages(davar, now + skipped, skipped);
 }
 
 /* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */

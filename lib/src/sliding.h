@@ -41,7 +41,7 @@ static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_
     }
 }
 
-static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     if (davar->config->segment != 0U) {
         sliding_add(&stages->moments.tail, stages, index);
@@ -193,7 +193,8 @@ static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_
 /* --- the mirrored start ------------------------------------------------------------------------------------------ */
 
 /* By symmetry the sums in front of -p are the negatives of those in front of p (2.8). */
-DAVAR_RARE static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index, uint32_t position)
+DAVAR_RARE static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index,
+                                            uint32_t position)
 {
     static const powers_t no_powers = {0};
     moments_t *const moments = &stages->moments;
