@@ -327,11 +327,4 @@ static sum_t records_sum(const records_t *records, uint32_t t)
     return sum_between(records->head_sums[t], (records->tail_sums == NULL) ? zero : records->tail_sums[t]);
 }
 
-/* Power sums from the trailing edge to `later`. */
-static void records_powers(powers_t *powers, const records_t *records, const powers_t *later)
-{
-    static const powers_t no_powers = {0};
-    powers_between(powers, later, (records->tail_powers == NULL) ? &no_powers : records->tail_powers);
-}
-
 #endif
