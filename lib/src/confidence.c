@@ -7,7 +7,7 @@
 
 #include <assert.h>
 
-static double at_least(double floor, double value)
+DAVAR_APART static double at_least(double floor, double value)
 {
     return (value > floor) ? value : floor;
 }
@@ -18,7 +18,7 @@ static double edf_quantization(double m, double n)
     return 36.0 * n * n / (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
 }
 
-DAVAR_RARE double davar_noise_white_weight(double m)
+DAVAR_APART DAVAR_RARE double davar_noise_white_weight(double m)
 {
     return 12.0 * m / (8.0 * m * m + 10.0);
 }

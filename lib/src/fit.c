@@ -12,7 +12,7 @@
 #define WHITE DAVAR_ANGLE_RANDOM_WALK
 
 /* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-static void square_units(double rate_hz, double unit[])
+DAVAR_APART static void square_units(double rate_hz, double unit[])
 {
     const double tau0_s = 1.0 / rate_hz;
     unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
@@ -95,7 +95,7 @@ static void write_unusable(davar_result_t *result, int from)
     }
 }
 
-static void write_nothing(davar_result_t *result)
+DAVAR_APART static void write_nothing(davar_result_t *result)
 {
     for (int k = 0; k < TERMS; k++) {
         write_absent(&result->coefficient[k], (double)INFINITY);

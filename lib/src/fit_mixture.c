@@ -21,7 +21,7 @@ static double square(double x)
 }
 
 /* x[k] = m^(k - 2) */
-static void shapes(double m, double x[])
+DAVAR_APART static void shapes(double m, double x[])
 {
     const double inverse = 1.0 / m;
     x[DAVAR_QUANTIZATION] = inverse * inverse;
@@ -122,7 +122,7 @@ static void add_symmetric(davar_matrix_t *h, const double x[], const double y[])
 }
 
 /* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without the logarithm. */
-static double loss(double ratio)
+DAVAR_APART static double loss(double ratio)
 {
     return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
@@ -190,7 +190,7 @@ static void lower(double *least, double value)
     *least = (value < *least) ? value : *least;
 }
 
-static double lower_limit(double a, double variance)
+DAVAR_APART static double lower_limit(double a, double variance)
 {
     const double s = davar_root(0.5 * variance) / a;
     const double one = (double)NOISE_ONE;

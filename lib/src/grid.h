@@ -48,7 +48,7 @@ static uint32_t slot_before(const track_t *track, uint32_t slot)
 
 /* A position -received in the mirrored start: running sums there are the negatives of those here (2.8). Spans that
  * straddle the start are recorded as they come, so only those wholly in front of it (received > m) are taken here. */
-static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
+DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
 {
     const allan_t *const allan = &stages->allan;
     static const powers_t no_powers = {0};
