@@ -72,18 +72,7 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     allan->mirrored = centred;
     allan->run_doubles = centred;
     allan->warming = centred && (config->stride == 1U);
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        const tau_t zero = {0};
-        allan->tau[t] = zero;
-    }
-}
-
-static void start_moments(moments_t *moments)
-{
-    const powers_t zero = {0};
-    moments->head = zero;
-    moments->middle = zero;
-    moments->tail = zero;
+    memset(allan->tau, 0, allan->count * sizeof *allan->tau);
 }
 
 /* Samples up to the first epoch of a record. */
@@ -116,7 +105,7 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     stages->steady = STEADY_NOT;
     stages->ring.next = 0U;
     start_allan(&stages->allan, config);
-    start_moments(&stages->moments);
+    memset(&stages->moments, 0, sizeof stages->moments);
     start_window(&davar->window, config, origin, skip);
     if (stages->grid != NULL) {
         grid_start(stages->grid, config, &stages->allan);
