@@ -29,7 +29,7 @@ static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_
     powers_add(powers, stages->ring.sample[index]);
 }
 
-static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     const uint32_t segment = davar->config->segment;
     if (segment == 0U) {
@@ -41,7 +41,7 @@ static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_
     }
 }
 
-DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+DAVAR_APART DAVAR_RARE static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     if (davar->config->segment != 0U) {
         sliding_add(&stages->moments.tail, stages, index);
