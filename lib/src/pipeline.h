@@ -333,17 +333,17 @@ static uint32_t to_boundary(const davar_t *davar)
 {
     const uint32_t stride = davar->config->stride;
     const uint32_t since = (first_wait(davar->config) - davar->window.wait) % stride;
-    return (since == 0U) ? davar->window.skip : (stride - since);
+    return (since == 0U) ? 0U : (stride - since);
 }
 
-/* Throws the window away and starts again at the next boundary of the grid of epochs. */
+/* Throws the window away and starts again at the next boundary of the grid of epochs. Never while samples in front of one are
+ * left out: a gap there is no boundary between samples. */
 DAVAR_RARE static void pipeline_restart(davar_t *davar)
 {
     const uint32_t skipped = to_boundary(davar);
-    const uint64_t now = window_now(&davar->window) - davar->window.skip;
     davar_count(&davar->health.restarts);
     davar->ready = false;
-    start_stages(davar, now + skipped, skipped);
+    start_stages(davar, window_now(&davar->window) + skipped, skipped);
 }
 
 /* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */
