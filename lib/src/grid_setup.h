@@ -13,16 +13,19 @@ typedef struct {
     uint8_t count;
 } residues_t;
 
+/* How far `value` is above a multiple of the stride. Without a signed division, which a small core would call for. */
+static uint32_t above_multiple(int32_t value, uint32_t stride)
+{
+    const uint32_t rest = ((value < 0) ? (0U - (uint32_t)value) : (uint32_t)value) % stride;
+    return ((value < 0) && (rest > 0U)) ? (stride - rest) : rest;
+}
+
 /* Adds the first position >= at_least of the residue of `position`, unless that residue is there already. */
 DAVAR_RARE static void residues_add(residues_t *residues, int32_t position, int32_t at_least, uint32_t stride)
 {
-    int32_t offset = (position - at_least) % (int32_t)stride;
-    if (offset < 0) {
-        offset += (int32_t)stride;
-    }
-    const int32_t first = at_least + offset;
+    const int32_t first = at_least + (int32_t)above_multiple(position - at_least, stride);
     for (uint8_t i = 0U; i < residues->count; i++) {
-        if (((residues->first[i] - first) % (int32_t)stride) == 0) {
+        if (above_multiple(residues->first[i] - first, stride) == 0U) {
             return;
         }
     }
@@ -87,6 +90,12 @@ static uint32_t head_reach(const davar_config_t *config)
     return lags ? ((config->window_max - config->window_min) / 2U) : 0U;
 }
 
+/* Strides that cover a distance, which is not negative. */
+static uint32_t strides_over(int32_t distance, uint32_t stride)
+{
+    return ((uint32_t)distance + stride - 1U) / stride;
+}
+
 /* Starts the records of one track at its first position; those in front of the start come from their mirror images. */
 static void track_start(track_t *track, int32_t first, uint32_t stride, const allan_t *allan)
 {
@@ -94,9 +103,9 @@ static void track_start(track_t *track, int32_t first, uint32_t stride, const al
     track->slot = 0U;
     track->due = (uint32_t)first;
     if (first < 0) {
-        const uint32_t before = (uint32_t)((-first + (int32_t)stride - 1) / (int32_t)stride);
+        const uint32_t before = strides_over(-first, stride);
         track->slot = before % track->slots;
-        track->due = (uint32_t)(first + ((int32_t)before * (int32_t)stride));
+        track->due = (uint32_t)first + (before * stride);
         track->mirrored_left = before;
         track->mirrored_due = stride - track->due;
         track->mirrored_slot = slot_before(track, track->slot);
@@ -104,9 +113,9 @@ static void track_start(track_t *track, int32_t first, uint32_t stride, const al
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
         const int32_t m = (int32_t)allan->m[t];
         const int32_t begin = (first < -m) ? -m : first;
-        const int32_t steps = ((begin - first) + (int32_t)stride - 1) / (int32_t)stride;
-        track->sum_due[t] = (uint32_t)(first + (steps * (int32_t)stride) + (2 * m) - 1);
-        track->sum_slot[t] = (uint32_t)steps % track->slots;
+        const uint32_t steps = strides_over(begin - first, stride);
+        track->sum_due[t] = (uint32_t)first + (steps * stride) + (2U * allan->m[t]) - 1U;
+        track->sum_slot[t] = steps % track->slots;
     }
 }
 

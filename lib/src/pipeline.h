@@ -58,7 +58,7 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
 {
     const uint32_t given = (config->sample_bits == 0U) ? NUMBER_SAMPLE_BITS_DEFAULT : config->sample_bits;
     const uint32_t bits = is_float ? NUMBER_SAMPLE_BITS_MAX : given;
-    stages->highest = (sample_t)((INT64_C(1) << (bits - 1U)) - 1);
+    stages->highest = (sample_t)((UINT32_C(1) << (bits - 1U)) - 1U);
 }
 
 static void start_allan(allan_t *allan, const davar_config_t *config)
