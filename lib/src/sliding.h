@@ -41,7 +41,7 @@ DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *dav
     }
 }
 
-DAVAR_APART DAVAR_RARE static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     if (davar->config->segment != 0U) {
         sliding_add(&stages->moments.tail, stages, index);
