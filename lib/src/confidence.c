@@ -7,7 +7,7 @@
 
 #include <assert.h>
 
-static double at_least(double floor, double value)
+DAVAR_APART static double at_least(double floor, double value)
 {
     return (value > floor) ? value : floor;
 }
@@ -18,7 +18,7 @@ static double edf_quantization(double m, double n)
     return 36.0 * n * n / (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
 }
 
-double davar_noise_white_weight(double m)
+DAVAR_APART DAVAR_RARE double davar_noise_white_weight(double m)
 {
     return 12.0 * m / (8.0 * m * m + 10.0);
 }
@@ -29,7 +29,7 @@ static double edf_bias_instability(double m, double n)
     return 1.167 * (n / m + 0.5) * (cube / (cube + 1.0 / 3.0));
 }
 
-double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences)
+DAVAR_RARE double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences)
 {
     double edf;
     switch (noise) {
@@ -52,14 +52,14 @@ double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differen
     return at_least(1.0, edf);
 }
 
-double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
+DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
 {
     assert((m >= 1U) && (window / 2U >= m));
     return davar_noise_edf(noise, (double)m, (double)window - 2.0 * (double)m + 1.0);
 }
 
 /* Three jumps +1 -2 +1 of the long kernel, each met by the triangle of the short one; neighbours overlap below 2:1. */
-double davar_noise_white_overlap(double m_short, double m_long)
+DAVAR_RARE double davar_noise_white_overlap(double m_short, double m_long)
 {
     const double shared = at_least(0.0, 2.0 * m_short - m_long);
     return 4.0 * m_short * m_short * m_short + 2.0 * m_short - (4.0 / 3.0) * shared * (shared * shared - 1.0);
@@ -72,7 +72,7 @@ static double correlation_white(double m_short, double m_long)
     return davar_noise_white_overlap(m_short, m_long) / (davar_root(a) * davar_root(b));
 }
 
-double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long)
+DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long)
 {
     const double q = m_long / m_short;
     switch (noise) {

@@ -12,7 +12,7 @@
 #define WHITE DAVAR_ANGLE_RANDOM_WALK
 
 /* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-static void square_units(double rate_hz, double unit[])
+DAVAR_APART static void square_units(double rate_hz, double unit[])
 {
     const double tau0_s = 1.0 / rate_hz;
     unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
@@ -95,7 +95,7 @@ static void write_unusable(davar_result_t *result, int from)
     }
 }
 
-static void write_nothing(davar_result_t *result)
+DAVAR_APART static void write_nothing(davar_result_t *result)
 {
     for (int k = 0; k < TERMS; k++) {
         write_absent(&result->coefficient[k], (double)INFINITY);
@@ -104,7 +104,7 @@ static void write_nothing(davar_result_t *result)
 
 /* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
  * nothing. */
-static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
+DAVAR_RARE static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         result->tau[t].edf = plan->edf[t];
@@ -114,8 +114,8 @@ static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
     write_nothing(result);
 }
 
-static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double rate_hz,
-                        davar_result_t *result)
+DAVAR_RARE static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double rate_hz,
+                                   davar_result_t *result)
 {
     davar_mixture_t model = {
         .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = (double)plan->misfit_spread};

@@ -162,7 +162,7 @@ static void plan_units(davar_fit_plan_t *plan)
     plan->unit[DAVAR_RATE_RAMP] = inverse * inverse * inverse;
 }
 
-void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
+DAVAR_RARE void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
 {
     assert(count >= 1U);
     plan->count = count;
@@ -280,7 +280,7 @@ static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
     }
 }
 
-static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+DAVAR_RARE static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
     uint32_t m[DAVAR_TAUS_MAX] = {0};
     for (int t = 0; t < count; t++) {

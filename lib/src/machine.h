@@ -13,6 +13,14 @@
 #define DAVAR_APART
 #endif
 
+/* Runs at the start, at an event, or for few results: made for size, whatever a user's flags say, and laid out apart from what
+ * runs at every sample. What only such functions call follows their example by itself. */
+#ifdef __GNUC__
+#define DAVAR_RARE __attribute__((cold))
+#else
+#define DAVAR_RARE
+#endif
+
 /* What the floating-point unit leaves to software. */
 #if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
 #define DAVAR_SOFT_FLOAT
