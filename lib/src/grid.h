@@ -18,6 +18,7 @@ DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sampl
 {
     difference_t head = tau->head;
     sum_t sum = tau->sum;
+    DAVAR_UNROLLED
     for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++) {
         head += *newest - (2 * (difference_t)*middle) + *oldest;
         sum_add_square(&sum, head);
@@ -26,9 +27,36 @@ DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sampl
     tau->sum = sum;
 }
 
+/* ... of two, the second twice the first: what is oldest to the first is in the middle of the second. */
+DAVAR_APART static void grid_run_two(tau_t tau[2], const sample_t *newest, const sample_t *middle,
+                                     const sample_t *oldest, const sample_t *eldest, uint32_t n)
+{
+    difference_t head = tau[0].head;
+    difference_t wider = tau[1].head;
+    sum_t sum = tau[0].sum;
+    sum_t wider_sum = tau[1].sum;
+    DAVAR_UNROLLED
+    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++, eldest++) {
+        const difference_t shared = *oldest;
+        head += *newest - (2 * (difference_t)*middle) + shared;
+        wider += *newest - (2 * shared) + *eldest;
+        sum_add_square(&sum, head);
+        sum_add_square(&wider_sum, wider);
+    }
+    tau[0].head = head;
+    tau[1].head = wider;
+    tau[0].sum = sum;
+    tau[1].sum = wider_sum;
+}
+
 static uint32_t smaller(uint32_t a, uint32_t b)
 {
     return (a < b) ? a : b;
+}
+
+static uint32_t larger(uint32_t a, uint32_t b)
+{
+    return (a > b) ? a : b;
 }
 
 static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, uint32_t slot)
@@ -76,8 +104,11 @@ static void track_record_powers(track_t *track, const stages_t *stages, uint32_t
     track->slot = slot_after(track, track->slot);
 }
 
-static void tracks_record_sum(grid_t *grid, const allan_t *allan, uint32_t t, uint32_t received, uint32_t stride)
+/* One cluster size's sum, where it is due at a trailing edge; returns the samples to where it is due next. */
+DAVAR_APART static uint32_t tracks_record_sum(grid_t *grid, const allan_t *allan, uint32_t t, uint32_t received,
+                                              uint32_t stride)
 {
+    uint32_t wait = UINT32_MAX;
     for (uint8_t i = 0U; i < grid->tail_count; i++) {
         track_t *const track = &grid->tail[i];
         if (track->sum_due[t] == received) {
@@ -85,14 +116,15 @@ static void tracks_record_sum(grid_t *grid, const allan_t *allan, uint32_t t, ui
             track->sum_due[t] += stride;
             track->sum_slot[t] = slot_after(track, track->sum_slot[t]);
         }
+        wait = smaller(wait, track->sum_due[t] - received);
     }
+    return wait;
 }
 
-/* Samples from `received` to the next record of one cluster size's sum at a trailing edge, at most `most`. */
-static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t received, uint32_t most)
+static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t received)
 {
-    uint32_t wait = most;
-    for (uint8_t i = 0U; i < grid->tail_count; i++) {
+    uint32_t wait = grid->tail[0].sum_due[t] - received;
+    for (uint8_t i = 1U; i < grid->tail_count; i++) {
         wait = smaller(wait, grid->tail[i].sum_due[t] - received);
     }
     return wait;
@@ -128,7 +160,7 @@ static void grid_schedule_sums(grid_t *grid, const allan_t *allan, uint32_t rece
 {
     uint32_t wait = UINT32_MAX;
     for (uint32_t t = 0U; t < allan->count; t++) {
-        wait = tracks_sum_wait(grid, t, received, wait);
+        wait = smaller(wait, tracks_sum_wait(grid, t, received));
     }
     grid->sum_next = received + wait;
 }
@@ -159,31 +191,89 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
 
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
-/* One cluster size, from record to record of its sum. */
-static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uint32_t index, uint32_t count)
+/* One cluster size, or two of which the second is twice the first. */
+typedef struct {
+    tau_t *tau;
+    uint32_t t;
+    bool two;
+    uint32_t wait[2]; /* samples to the next record of each one's sum */
+} group_t;
+
+/* ... at lags of 0, m, 2 m and, for two, 4 m. */
+typedef struct {
+    const sample_t *newest;
+    const sample_t *middle;
+    const sample_t *oldest;
+    const sample_t *eldest;
+} taps_t;
+
+/* Where no tap comes to the end of the ring: from record to record, the first sample at `position`. */
+static inline void grid_run_straight(stages_t *stages, uint32_t stride, group_t *group, taps_t taps, uint32_t position,
+                                     uint32_t end)
 {
-    const ring_t *const ring = &stages->ring;
-    const uint32_t m = stages->allan.m[t];
-    const uint32_t end = davar->window.received + count;
-    uint32_t newest = index;
-    uint32_t middle = ring_before(ring, newest, m);
-    uint32_t oldest = ring_before(ring, middle, m);
-    uint32_t left = count;
-    uint32_t to_record = tracks_sum_wait(stages->grid, t, end - left, left);
-    while (left > 0U) {
-        uint32_t n = smaller(to_record, ring_stretch(ring, newest));
-        n = smaller(n, smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest)));
-        grid_run(&stages->allan.tau[t], &ring->sample[newest], &ring->sample[middle], &ring->sample[oldest], n);
-        newest = ring_behind(ring, newest, n);
-        middle = ring_behind(ring, middle, n);
-        oldest = ring_behind(ring, oldest, n);
-        left -= n;
-        to_record -= n;
-        if (to_record == 0U) {
-            tracks_record_sum(stages->grid, &stages->allan, t, end - left, davar->config->stride);
-            to_record = tracks_sum_wait(stages->grid, t, end - left, left);
+    while (position != end) {
+        const uint32_t n = smaller(end - position, smaller(group->wait[0], group->wait[1]));
+        if (group->two) {
+            grid_run_two(group->tau, taps.newest, taps.middle, taps.oldest, taps.eldest, n);
+        } else {
+            grid_run(group->tau, taps.newest, taps.middle, taps.oldest, n);
+        }
+        position += n;
+        taps.newest += n;
+        taps.middle += n;
+        taps.oldest += n;
+        taps.eldest += n;
+        group->wait[0] -= n;
+        group->wait[1] -= n;
+        if (group->wait[0] == 0U) {
+            group->wait[0] = tracks_record_sum(stages->grid, &stages->allan, group->t, position, stride);
+        }
+        if (group->wait[1] == 0U) {
+            group->wait[1] = tracks_record_sum(stages->grid, &stages->allan, group->t + 1U, position, stride);
         }
     }
+}
+
+/* From one end of the ring to the next. */
+static inline void grid_run_group(stages_t *stages, const davar_t *davar, group_t *group, uint32_t index,
+                                  uint32_t count)
+{
+    const ring_t *const ring = &stages->ring;
+    const sample_t *const x = ring->sample;
+    const uint32_t m = stages->allan.m[group->t];
+    uint32_t position = davar->window.received;
+    const uint32_t end = position + count;
+    while (position != end) {
+        const uint32_t middle = ring_before(ring, index, m);
+        const uint32_t oldest = ring_before(ring, middle, m);
+        const uint32_t eldest = group->two ? ring_before(ring, oldest, 2U * m) : oldest;
+        const uint32_t last = larger(larger(index, middle), larger(oldest, eldest));
+        const uint32_t n = smaller(end - position, ring_stretch(ring, last));
+        const taps_t taps = {&x[index], &x[middle], &x[oldest], &x[eldest]};
+        grid_run_straight(stages, davar->config->stride, group, taps, position, position + n);
+        index = ring_behind(ring, index, n);
+        position += n;
+    }
+}
+
+/* Cluster size after cluster size, two at a time where they share taps. */
+static void grid_run_taus(stages_t *stages, const davar_t *davar, uint32_t index, uint32_t count)
+{
+    const allan_t *const allan = &stages->allan;
+    const uint32_t received = davar->window.received;
+    uint32_t wait = UINT32_MAX;
+    for (uint32_t t = 0U; t < allan->count;) {
+        const bool another = DAVAR_MANY_REGISTERS && ((t + 1U) < allan->count);
+        group_t group = {&allan->tau[t], t, another && (allan->m[t + 1U] == (2U * allan->m[t])), {0U, UINT32_MAX}};
+        group.wait[0] = tracks_sum_wait(stages->grid, t, received);
+        if (group.two) {
+            group.wait[1] = tracks_sum_wait(stages->grid, t + 1U, received);
+        }
+        grid_run_group(stages, davar, &group, index, count);
+        wait = smaller(wait, smaller(group.wait[0], group.wait[1]));
+        t += group.two ? 2U : 1U;
+    }
+    stages->grid->sum_next = received + count + wait;
 }
 
 static void grid_run_moments(stages_t *stages, uint32_t index, uint32_t count)
@@ -214,7 +304,7 @@ static uint32_t grid_block(const stages_t *stages, const davar_window_t *window,
     return smaller(most, smaller(room, stages->grid->next - window->received));
 }
 
-/* No gap near, no span in front of the start: cluster size after cluster size. */
+/* No gap near, no span in front of the start. */
 static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
 {
     const uint32_t index = ring_index(&stages->ring, count);
@@ -222,12 +312,7 @@ static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t coun
     if (quiet && (count == 1U)) {
         allan_lead(&stages->allan, allan_leading(&stages->ring, index));
     } else {
-        for (uint32_t t = 0U; t < stages->allan.count; t++) {
-            grid_run_tau(stages, davar, t, index, count);
-        }
-    }
-    if (!quiet) {
-        grid_schedule_sums(stages->grid, &stages->allan, davar->window.received + count);
+        grid_run_taus(stages, davar, index, count);
     }
     if (davar->config->segment != 0U) {
         grid_run_moments(stages, index, count);
@@ -248,7 +333,7 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         if (allan->run >= (2U * allan->m[t])) {
             sum_add_square(&tau->sum, tau->head);
         }
-        tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
+        (void)tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
     }
     grid_schedule_sums(stages->grid, allan, position + 1U);
     if (davar->config->segment != 0U) {

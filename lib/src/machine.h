@@ -13,6 +13,20 @@
 #define DAVAR_APART
 #endif
 
+/* In front of a loop over samples: on a core whose loads do not move their pointers on, every turn pays for that. */
+#ifdef __riscv
+#define DAVAR_UNROLLED _Pragma("GCC unroll 4")
+#else
+#define DAVAR_UNROLLED
+#endif
+
+/* Enough registers for a loop over two cluster sizes. */
+#ifdef __ARM_ARCH_6M__
+#define DAVAR_MANY_REGISTERS false
+#else
+#define DAVAR_MANY_REGISTERS true
+#endif
+
 /* What the floating-point unit leaves to software. */
 #if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
 #define DAVAR_SOFT_FLOAT
