@@ -16,10 +16,18 @@
 DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sample_t *middle, const sample_t *oldest,
                                  uint32_t n)
 {
+    const sample_t *const end = newest + n;
+    const sample_t *const by_four = newest + (n & ~3U);
     difference_t head = tau->head;
     sum_t sum = tau->sum;
-    DAVAR_UNROLLED
-    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++) {
+    for (; newest != by_four; newest += 4, middle += 4, oldest += 4) {
+        const difference_t first = head + newest[0] - (2 * (difference_t)middle[0]) + oldest[0];
+        const difference_t second = first + newest[1] - (2 * (difference_t)middle[1]) + oldest[1];
+        const difference_t third = second + newest[2] - (2 * (difference_t)middle[2]) + oldest[2];
+        head = third + newest[3] - (2 * (difference_t)middle[3]) + oldest[3];
+        sum_add_squares(&sum, first, second, third, head);
+    }
+    for (; newest != end; newest++, middle++, oldest++) {
         head += *newest - (2 * (difference_t)*middle) + *oldest;
         sum_add_square(&sum, head);
     }

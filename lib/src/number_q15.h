@@ -30,6 +30,11 @@ static inline void sum_add_square(sum_t *sum, difference_t difference)
     *sum += davar_square_i32(difference);
 }
 
+static inline void sum_add_squares(sum_t *sum, difference_t a, difference_t b, difference_t c, difference_t d)
+{
+    *sum += davar_squares_i32(a, b, c, d);
+}
+
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)
 {
     *sum -= davar_square_i32(difference);
@@ -68,30 +73,32 @@ static inline void powers_add(powers_t *powers, sample_t sample)
     powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
 }
 
-/* Samples that follow one another in memory: sums that stay in registers, as many at a time as 64 bits hold of x^4. */
+#define POWERS_RUN 15 /* values of x^4 <= 2^60 that 64 bits hold the sum of */
+
+/* Samples that follow one another in memory: sums that stay in registers, only x^4 carries now and then. */
 static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t count)
 {
-    const sample_t *const end = sample + count;
-    while (sample != end) {
-        const sample_t *const stop = ((end - sample) > 8) ? (sample + 8) : end;
-        int32_t first = 0;
-        uint64_t second = 0U;
-        uint64_t third = 0U;
+    uint32_t first = powers->first;
+    uint64_t second = powers->second;
+    uint64_t third = powers->third;
+    for (const sample_t *const end = sample + count; sample != end;) {
+        const sample_t *const stop = ((end - sample) > POWERS_RUN) ? (sample + POWERS_RUN) : end;
         uint64_t fourth = 0U;
+        DAVAR_UNROLLED
         for (; sample != stop; sample++) {
             const int32_t value = *sample;
             const int32_t square = value * value;
-            first += value;
-            second += (uint64_t)square;
+            first += (uint32_t)value;
+            second += davar_square_i16(*sample);
             third += davar_multiply_by_i16(square, *sample);
             fourth += davar_square_i32(square);
         }
-        powers->first += (uint32_t)first;
-        powers->second += second;
-        powers->third += third;
         powers->fourth_low += fourth;
         powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
     }
+    powers->first = first;
+    powers->second = second;
+    powers->third = third;
 }
 
 /* Field by field: a struct this large would be copied by a library call on some targets. */
@@ -114,22 +121,23 @@ static inline void powers_between(powers_t *between, const powers_t *later, cons
     between->fourth_high = later->fourth_high - earlier->fourth_high - borrow;
 }
 
-/* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
+/* n^2 s^2 and n^4 m4 of n samples: exact (3.3). With n <= 2^16 and |x| <= 2^15 all of |P1| <= 2^31, n P2 <= 2^62,
+ * |P3| <= 2^61 and n P4 <= 2^92 hold, so the first of the two and 3 P1^2 fit 64 bits; so does 4 P3, except when every
+ * sample is the lowest, and then there is no variance that the other could be set against. */
 static void powers_central(const powers_t *powers, uint32_t n, davar_central_t *central)
 {
     const int32_t first = (int32_t)powers->first;
-    const uint64_t square = davar_multiply_i32(first, first);
+    const uint32_t size = (first < 0) ? (0U - powers->first) : powers->first;
+    const uint64_t square = davar_multiply_u32(size, size);
+    const uint64_t second = davar_scale_u64(powers->second, n) - square;
+    const uint64_t cube = (first < 0) ? (0U - powers->third) : powers->third;
     const davar_u128_t raw = {powers->fourth_low, powers->fourth_high};
-    const uint64_t four_first = (uint64_t)(int64_t)first << 2U;
-    const uint64_t six_second = (powers->second << 2U) + (powers->second << 1U);
-    davar_u128_t fourth = davar_u128_scale(raw, n);
-    fourth = davar_u128_subtract(fourth, davar_multiply_i64((int64_t)four_first, (int64_t)powers->third));
-    fourth = davar_u128_add(davar_u128_scale(fourth, n), davar_multiply_u64(square, six_second));
-    fourth = davar_u128_subtract(davar_u128_scale(fourth, n), davar_multiply_u64(square, square + (square << 1U)));
-    const davar_u128_t second = {davar_multiply_u64(powers->second, n).low - square, 0U};
-    davar_magnitude(&central->second, &second, 0);
-    const davar_u128_t last = {fourth.low, fourth.high}; /* not `fourth` itself, which should stay in registers */
-    davar_magnitude(&central->fourth, &last, 0);
+    const davar_u128_t cubes = davar_u128_scale(davar_u128_of_i64((int64_t)(cube << 2U)), size);
+    davar_u128_t fourth = davar_u128_subtract(davar_u128_scale(raw, n), cubes);
+    fourth = davar_u128_scale(davar_u128_scale(fourth, n), n);
+    fourth = davar_u128_add(fourth, davar_multiply_u64(square + (square << 1U), (second << 1U) + square));
+    davar_magnitude_u64(&central->second, second);
+    davar_magnitude(&central->fourth, fourth.low, fourth.high, 0);
 }
 
 #endif

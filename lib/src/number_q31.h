@@ -30,6 +30,14 @@ static inline void sum_add_square(sum_t *sum, difference_t difference)
     *sum = davar_u128_add(*sum, davar_multiply_i64(difference, difference));
 }
 
+static inline void sum_add_squares(sum_t *sum, difference_t a, difference_t b, difference_t c, difference_t d)
+{
+    sum_add_square(sum, a);
+    sum_add_square(sum, b);
+    sum_add_square(sum, c);
+    sum_add_square(sum, d);
+}
+
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)
 {
     *sum = davar_u128_subtract(*sum, davar_multiply_i64(difference, difference));

@@ -16,12 +16,17 @@ static davar_magnitude_t magnitude(uint64_t mantissa, int32_t exponent)
     return result;
 }
 
-void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32_t exponent)
+void davar_magnitude_u64(davar_magnitude_t *result, uint64_t value)
 {
-    const bool wide = (value->high != 0U);
-    const davar_magnitude_t top = magnitude(wide ? value->high : value->low, wide ? (exponent + 64) : exponent);
+    *result = magnitude(value, 0);
+}
+
+void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int32_t exponent)
+{
+    const bool wide = (high != 0U);
+    const davar_magnitude_t top = magnitude(wide ? high : low, wide ? (exponent + 64) : exponent);
     const uint32_t zeros = (uint32_t)(exponent + 64 - top.exponent);
-    result->mantissa = top.mantissa | ((wide && (zeros > 0U)) ? (value->low >> (64U - zeros)) : 0U);
+    result->mantissa = top.mantissa | ((wide && (zeros > 0U)) ? (low >> (64U - zeros)) : 0U);
     result->exponent = top.exponent;
 }
 
