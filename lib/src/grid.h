@@ -119,12 +119,15 @@ DAVAR_APART static uint32_t tracks_record_sum(grid_t *grid, const allan_t *allan
     uint32_t wait = UINT32_MAX;
     for (uint8_t i = 0U; i < grid->tail_count; i++) {
         track_t *const track = &grid->tail[i];
-        if (track->sum_due[t] == received) {
-            grid_record_sum(track, allan, t, track->sum_slot[t]);
-            track->sum_due[t] += stride;
-            track->sum_slot[t] = slot_after(track, track->sum_slot[t]);
+        uint32_t due = track->sum_due[t];
+        if (due == received) {
+            const uint32_t slot = track->sum_slot[t];
+            track->sum_slot[t] = slot_after(track, slot);
+            due += stride;
+            track->sum_due[t] = due;
+            grid_record_sum(track, allan, t, slot);
         }
-        wait = smaller(wait, track->sum_due[t] - received);
+        wait = smaller(wait, due - received);
     }
     return wait;
 }

@@ -84,41 +84,49 @@ static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 }
 
 /* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
-static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_central_t *first)
+static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_magnitude_t *whole_squared,
+                            const davar_central_t *first)
 {
     davar_magnitude_t y;
-    multiply(&y, &whole->second, &whole->second);
-    multiply(&y, &y, &first->fourth);
+    multiply(&y, whole_squared, &first->fourth);
     multiply(&ratio->under, &first->second, &first->second);
     multiply(&ratio->under, &ratio->under, &whole->fourth);
     ratio->over = distance(&ratio->under, &y);
 }
 
+/* over - bound under, its sign; all 64 bits of the mantissas are asked. */
+static int compare_exactly(const ratio_t *ratio, const davar_magnitude_t *bound)
+{
+    davar_magnitude_t product;
+    multiply(&product, bound, &ratio->under);
+    return (greater(&ratio->over, &product) ? 1 : 0) - (greater(&product, &ratio->over) ? 1 : 0);
+}
+
+/* ... which the exponents and the upper 32 bits nearly always tell: with the lower ones unknown, the product of the
+ * mantissas u and b is from u b to u b + u + b in units of 2^64. */
+static int compare(const ratio_t *ratio, const double *limit)
+{
+    const davar_magnitude_t bound = magnitude_of_double(limit);
+    if ((ratio->over.mantissa == 0U) || (bound.mantissa == 0U)) {
+        return ((ratio->over.mantissa != 0U) ? 1 : 0) - ((bound.mantissa != 0U) ? 1 : 0);
+    }
+    const int32_t ahead = ratio->over.exponent - ratio->under.exponent - bound.exponent - 64;
+    if ((ahead > 0) || (ahead < -1)) { /* two top bits multiply to at least 2^126 */
+        return (ahead > 0) ? 1 : -1;
+    }
+    const uint32_t u = (uint32_t)(ratio->under.mantissa >> 32U);
+    const uint32_t b = (uint32_t)(bound.mantissa >> 32U);
+    const uint64_t least = davar_multiply_u32(u, b);
+    const uint64_t over = (ahead < 0) ? (ratio->over.mantissa >> 1U) : ratio->over.mantissa;
+    if (over < least) {
+        return -1;
+    }
+    return (over > (least + u + b)) ? 1 : compare_exactly(ratio, &bound);
+}
+
 static bool is_outside(const ratio_t *ratio, const double *low, const double *high)
 {
-    davar_magnitude_t bound = magnitude_of_double(high);
-    multiply(&bound, &bound, &ratio->under);
-    if (greater(&ratio->over, &bound)) {
-        return true;
-    }
-    bound = magnitude_of_double(low);
-    multiply(&bound, &bound, &ratio->under);
-    return greater(&bound, &ratio->over);
-}
-
-static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
-{
-    ratio_t ratio;
-    kurtosis_of(&ratio, whole);
-    return is_outside(&ratio, &config->kurtosis_low, &config->kurtosis_high);
-}
-
-static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
-                                 const davar_central_t *first)
-{
-    ratio_t ratio;
-    contribution_of(&ratio, whole, first);
-    return is_outside(&ratio, &config->contribution_low, &config->contribution_high);
+    return (compare(ratio, high) > 0) || (compare(ratio, low) < 0);
 }
 
 bool davar_stationarity_unstable(const davar_config_t *config, const davar_central_t *whole,
@@ -127,12 +135,19 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
     if (whole->second.mantissa == 0U) {
         return false;
     }
-    const bool by_kurtosis = kurtosis_outside(config, whole);
+    ratio_t kurtosis;
+    kurtosis_of(&kurtosis, whole);
+    const bool by_kurtosis = is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
     const bool is_enough = (config->policy == DAVAR_POLICY_AND) ? !by_kurtosis : by_kurtosis;
     if (is_enough || (config->policy == DAVAR_POLICY_KURTOSIS)) {
         return by_kurtosis;
     }
-    return (first->second.mantissa != 0U) && contribution_outside(config, whole, first);
+    if (first->second.mantissa == 0U) {
+        return false;
+    }
+    ratio_t contribution;
+    contribution_of(&contribution, whole, &kurtosis.under, first);
+    return is_outside(&contribution, &config->contribution_low, &config->contribution_high);
 }
 
 /* The mantissa as a double in [1, 2), cut to its 53 bits. */
@@ -168,6 +183,8 @@ double davar_stationarity_contribution(const davar_central_t *whole, const davar
         return (double)NAN;
     }
     ratio_t ratio;
-    contribution_of(&ratio, whole, first);
+    davar_magnitude_t squared;
+    multiply(&squared, &whole->second, &whole->second);
+    contribution_of(&ratio, whole, &squared, first);
     return quotient(&ratio);
 }
