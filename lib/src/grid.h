@@ -12,14 +12,29 @@
 #include "law.h"
 #include "stages.h"
 
-/* The leading edge of one cluster size takes in n samples that follow one another in memory, as do their taps. */
-DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sample_t *middle, const sample_t *oldest,
-                                 uint32_t n)
+/* One cluster size, or two of which the second is twice the first, and the taps of both: 0, m, 2 m and 4 m samples back. */
+typedef struct {
+    tau_t *tau;
+    const sample_t *newest;
+    const sample_t *middle;
+    const sample_t *oldest;
+    const sample_t *eldest; /* of two only */
+    uint32_t wait[2];       /* samples to the next record of each one's sum at a trailing edge */
+    uint32_t t;
+    bool two;
+} group_t;
+
+/* The leading edge of one cluster size takes in n samples that follow one another in memory, as do their taps, the first
+ * `from` samples behind where the group stands. */
+DAVAR_APART static void grid_run(const group_t *group, uint32_t from, uint32_t n)
 {
+    const sample_t *newest = group->newest + from;
+    const sample_t *middle = group->middle + from;
+    const sample_t *oldest = group->oldest + from;
     const sample_t *const end = newest + n;
     const sample_t *const by_four = newest + (n & ~3U);
-    difference_t head = tau->head;
-    sum_t sum = tau->sum;
+    difference_t head = group->tau->head;
+    sum_t sum = group->tau->sum;
     for (; newest != by_four; newest += 4, middle += 4, oldest += 4) {
         const difference_t first = head + newest[0] - (2 * (difference_t)middle[0]) + oldest[0];
         const difference_t second = first + newest[1] - (2 * (difference_t)middle[1]) + oldest[1];
@@ -31,14 +46,18 @@ DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sampl
         head += *newest - (2 * (difference_t)*middle) + *oldest;
         sum_add_square(&sum, head);
     }
-    tau->head = head;
-    tau->sum = sum;
+    group->tau->head = head;
+    group->tau->sum = sum;
 }
 
-/* ... of two, the second twice the first: what is oldest to the first is in the middle of the second. */
-DAVAR_APART static void grid_run_two(tau_t tau[2], const sample_t *newest, const sample_t *middle,
-                                     const sample_t *oldest, const sample_t *eldest, uint32_t n)
+/* ... of two: what is oldest to the first is in the middle of the second. */
+DAVAR_APART static void grid_run_two(const group_t *group, uint32_t from, uint32_t n)
 {
+    tau_t *const tau = group->tau;
+    const sample_t *newest = group->newest + from;
+    const sample_t *middle = group->middle + from;
+    const sample_t *oldest = group->oldest + from;
+    const sample_t *eldest = group->eldest + from;
     difference_t head = tau[0].head;
     difference_t wider = tau[1].head;
     sum_t sum = tau[0].sum;
@@ -113,9 +132,9 @@ static void track_record_powers(track_t *track, const stages_t *stages, uint32_t
 }
 
 /* One cluster size's sum, where it is due at a trailing edge; returns the samples to where it is due next. */
-DAVAR_APART static uint32_t tracks_record_sum(grid_t *grid, const allan_t *allan, uint32_t t, uint32_t received,
-                                              uint32_t stride)
+DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint32_t received, uint32_t stride)
 {
+    grid_t *const grid = stages->grid;
     uint32_t wait = UINT32_MAX;
     for (uint8_t i = 0U; i < grid->tail_count; i++) {
         track_t *const track = &grid->tail[i];
@@ -125,7 +144,7 @@ DAVAR_APART static uint32_t tracks_record_sum(grid_t *grid, const allan_t *allan
             track->sum_slot[t] = slot_after(track, slot);
             due += stride;
             track->sum_due[t] = due;
-            grid_record_sum(track, allan, t, slot);
+            grid_record_sum(track, &stages->allan, t, slot);
         }
         wait = smaller(wait, due - received);
     }
@@ -202,45 +221,25 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
 
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
-/* One cluster size, or two of which the second is twice the first. */
-typedef struct {
-    tau_t *tau;
-    uint32_t t;
-    bool two;
-    uint32_t wait[2]; /* samples to the next record of each one's sum */
-} group_t;
-
-/* ... at lags of 0, m, 2 m and, for two, 4 m. */
-typedef struct {
-    const sample_t *newest;
-    const sample_t *middle;
-    const sample_t *oldest;
-    const sample_t *eldest;
-} taps_t;
-
-/* Where no tap comes to the end of the ring: from record to record, the first sample at `position`. */
-static inline void grid_run_straight(stages_t *stages, uint32_t stride, group_t *group, taps_t taps, uint32_t position,
-                                     uint32_t end)
+/* `count` samples, the first at `position`, none of whose taps comes to the end of the ring: from record to record. */
+DAVAR_APART static void grid_run_straight(stages_t *stages, group_t *group, uint32_t position, uint32_t count,
+                                          uint32_t stride)
 {
-    while (position != end) {
-        const uint32_t n = smaller(end - position, smaller(group->wait[0], group->wait[1]));
+    for (uint32_t done = 0U; done != count;) {
+        const uint32_t n = smaller(count - done, smaller(group->wait[0], group->wait[1]));
         if (group->two) {
-            grid_run_two(group->tau, taps.newest, taps.middle, taps.oldest, taps.eldest, n);
+            grid_run_two(group, done, n);
         } else {
-            grid_run(group->tau, taps.newest, taps.middle, taps.oldest, n);
+            grid_run(group, done, n);
         }
-        position += n;
-        taps.newest += n;
-        taps.middle += n;
-        taps.oldest += n;
-        taps.eldest += n;
+        done += n;
         group->wait[0] -= n;
         group->wait[1] -= n;
         if (group->wait[0] == 0U) {
-            group->wait[0] = tracks_record_sum(stages->grid, &stages->allan, group->t, position, stride);
+            group->wait[0] = tracks_record_sum(stages, group->t, position + done, stride);
         }
         if (group->wait[1] == 0U) {
-            group->wait[1] = tracks_record_sum(stages->grid, &stages->allan, group->t + 1U, position, stride);
+            group->wait[1] = tracks_record_sum(stages, group->t + 1U, position + done, stride);
         }
     }
 }
@@ -250,7 +249,6 @@ static inline void grid_run_group(stages_t *stages, const davar_t *davar, group_
                                   uint32_t count)
 {
     const ring_t *const ring = &stages->ring;
-    const sample_t *const x = ring->sample;
     const uint32_t m = stages->allan.m[group->t];
     uint32_t position = davar->window.received;
     const uint32_t end = position + count;
@@ -260,8 +258,11 @@ static inline void grid_run_group(stages_t *stages, const davar_t *davar, group_
         const uint32_t eldest = group->two ? ring_before(ring, oldest, 2U * m) : oldest;
         const uint32_t last = larger(larger(index, middle), larger(oldest, eldest));
         const uint32_t n = smaller(end - position, ring_stretch(ring, last));
-        const taps_t taps = {&x[index], &x[middle], &x[oldest], &x[eldest]};
-        grid_run_straight(stages, davar->config->stride, group, taps, position, position + n);
+        group->newest = &ring->sample[index];
+        group->middle = &ring->sample[middle];
+        group->oldest = &ring->sample[oldest];
+        group->eldest = &ring->sample[eldest];
+        grid_run_straight(stages, group, position, n, davar->config->stride);
         index = ring_behind(ring, index, n);
         position += n;
     }
@@ -273,16 +274,16 @@ static void grid_run_taus(stages_t *stages, const davar_t *davar, uint32_t index
     const allan_t *const allan = &stages->allan;
     const uint32_t received = davar->window.received;
     uint32_t wait = UINT32_MAX;
-    for (uint32_t t = 0U; t < allan->count;) {
+    group_t group;
+    for (uint32_t t = 0U; t < allan->count; t += group.two ? 2U : 1U) {
         const bool another = DAVAR_MANY_REGISTERS && ((t + 1U) < allan->count);
-        group_t group = {&allan->tau[t], t, another && (allan->m[t + 1U] == (2U * allan->m[t])), {0U, UINT32_MAX}};
+        group.tau = &allan->tau[t];
+        group.t = t;
+        group.two = another && (allan->m[t + 1U] == (2U * allan->m[t]));
         group.wait[0] = tracks_sum_wait(stages->grid, t, received);
-        if (group.two) {
-            group.wait[1] = tracks_sum_wait(stages->grid, t + 1U, received);
-        }
+        group.wait[1] = group.two ? tracks_sum_wait(stages->grid, t + 1U, received) : UINT32_MAX;
         grid_run_group(stages, davar, &group, index, count);
         wait = smaller(wait, smaller(group.wait[0], group.wait[1]));
-        t += group.two ? 2U : 1U;
     }
     stages->grid->sum_next = received + count + wait;
 }
@@ -344,7 +345,7 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         if (allan->run >= (2U * allan->m[t])) {
             sum_add_square(&tau->sum, tau->head);
         }
-        (void)tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
+        (void)tracks_record_sum(stages, t, position + 1U, davar->config->stride);
     }
     grid_schedule_sums(stages->grid, allan, position + 1U);
     if (davar->config->segment != 0U) {
