@@ -28,26 +28,8 @@ typedef struct {
  * `from` samples behind where the group stands. */
 DAVAR_APART static void grid_run(const group_t *group, uint32_t from, uint32_t n)
 {
-    const sample_t *newest = group->newest + from;
-    const sample_t *middle = group->middle + from;
-    const sample_t *oldest = group->oldest + from;
-    const sample_t *const end = newest + n;
-    const sample_t *const by_four = newest + (n & ~3U);
-    difference_t head = group->tau->head;
-    sum_t sum = group->tau->sum;
-    for (; newest != by_four; newest += 4, middle += 4, oldest += 4) {
-        const difference_t first = head + newest[0] - (2 * (difference_t)middle[0]) + oldest[0];
-        const difference_t second = first + newest[1] - (2 * (difference_t)middle[1]) + oldest[1];
-        const difference_t third = second + newest[2] - (2 * (difference_t)middle[2]) + oldest[2];
-        head = third + newest[3] - (2 * (difference_t)middle[3]) + oldest[3];
-        sum_add_squares(&sum, first, second, third, head);
-    }
-    for (; newest != end; newest++, middle++, oldest++) {
-        head += *newest - (2 * (difference_t)*middle) + *oldest;
-        sum_add_square(&sum, head);
-    }
-    group->tau->head = head;
-    group->tau->sum = sum;
+    tau_t *const tau = group->tau;
+    tau->head = sum_add_run(&tau->sum, tau->head, group->newest + from, group->middle + from, group->oldest + from, n);
 }
 
 /* ... of two: what is oldest to the first is in the middle of the second. */

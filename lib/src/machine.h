@@ -125,25 +125,6 @@ static inline uint32_t davar_size_i32(int32_t a)
     return (uint32_t)a ^ ((a < 0) ? UINT32_MAX : 0U);
 }
 
-/* The sum of four squares by 16-bit parts: below 2^15 - 1 each (and so 2^32 together), 32 bits will do. */
-static inline uint64_t davar_squares_i32_by_parts(int32_t a, int32_t b, int32_t c, int32_t d)
-{
-    if ((davar_size_i32(a) | davar_size_i32(b) | davar_size_i32(c) | davar_size_i32(d)) < 0x7FFFU) {
-        return (uint32_t)(a * a) + (uint32_t)(b * b) + (uint32_t)(c * c) + (uint32_t)(d * d);
-    }
-    return davar_square_i32_by_parts(a) + davar_square_i32_by_parts(b) + davar_square_i32_by_parts(c) +
-           davar_square_i32_by_parts(d);
-}
-
-static inline uint64_t davar_squares_i32(int32_t a, int32_t b, int32_t c, int32_t d)
-{
-#ifdef __ARM_ARCH_6M__
-    return davar_squares_i32_by_parts(a, b, c, d);
-#else
-    return davar_square_i32(a) + davar_square_i32(b) + davar_square_i32(c) + davar_square_i32(d);
-#endif
-}
-
 /* At most 2^30: a product of 32 bits, or the first half of one that adds to 64 at once. */
 static inline uint64_t davar_square_i16(int16_t a)
 {
@@ -209,13 +190,15 @@ static inline davar_u128_t davar_u128_subtract_by_parts(davar_u128_t a, davar_u1
     return difference;
 }
 
-/* Leading zeros of a value that is not 0, by halving. */
+/* Leading zeros of a value that is not 0, by halving; 32 bits of it, which a small core shifts at once. */
 static inline uint32_t davar_leading_zeros_by_halving(uint64_t value)
 {
-    uint32_t zeros = 0U;
-    for (uint32_t step = 32U; step > 0U; step >>= 1U) {
-        if ((value >> (64U - step)) == 0U) {
-            value <<= step;
+    const uint32_t upper = (uint32_t)(value >> 32U);
+    uint32_t half = (upper != 0U) ? upper : (uint32_t)value;
+    uint32_t zeros = (upper != 0U) ? 0U : 32U;
+    for (uint32_t step = 16U; step > 0U; step >>= 1U) {
+        if ((half >> (32U - step)) == 0U) {
+            half <<= step;
             zeros += step;
         }
     }

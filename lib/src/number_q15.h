@@ -30,9 +30,66 @@ static inline void sum_add_square(sum_t *sum, difference_t difference)
     *sum += davar_square_i32(difference);
 }
 
-static inline void sum_add_squares(sum_t *sum, difference_t a, difference_t b, difference_t c, difference_t d)
+/* D runs on over n samples that follow one another in memory, as do their taps (2.1), and every D^2 is added; returns D. */
+static inline difference_t sum_add_run_at_once(sum_t *sum, difference_t head, const sample_t *newest,
+                                               const sample_t *middle, const sample_t *oldest, uint32_t n)
 {
-    *sum += davar_squares_i32(a, b, c, d);
+    sum_t total = *sum;
+    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++) {
+        head += *newest - (2 * (difference_t)*middle) + *oldest;
+        sum_add_square(&total, head);
+    }
+    *sum = total;
+    return head;
+}
+
+#define SMALL_RUN 15U /* squares of D below 2^14 that 32 bits hold the sum of */
+
+/* The same, in 32 bits: a loop that fits the low registers of a Cortex-M0. False, and nothing done: some D is too large. */
+DAVAR_APART static bool sum_add_small_run(sum_t *sum, difference_t *head, const sample_t *newest,
+                                          const sample_t *middle, const sample_t *oldest, uint32_t n)
+{
+    difference_t difference = *head;
+    uint32_t squares = 0U;
+    uint32_t sizes = 0U;
+    for (uint32_t i = 0U; i < n; i++) {
+        difference += newest[i] - (2 * (difference_t)middle[i]) + oldest[i];
+        sizes |= davar_size_i32(difference);
+        squares += (uint32_t)difference * (uint32_t)difference;
+    }
+    if (sizes >= (1U << 14U)) {
+        return false;
+    }
+    *sum += squares;
+    *head = difference;
+    return true;
+}
+
+/* The same, a few samples at a time, most of which are small. */
+static inline difference_t sum_add_run_by_parts(sum_t *sum, difference_t head, const sample_t *newest,
+                                                const sample_t *middle, const sample_t *oldest, uint32_t n)
+{
+    while (n > 0U) {
+        const uint32_t few = (n < SMALL_RUN) ? n : SMALL_RUN;
+        if (!sum_add_small_run(sum, &head, newest, middle, oldest, few)) {
+            head = sum_add_run_at_once(sum, head, newest, middle, oldest, few);
+        }
+        newest += few;
+        middle += few;
+        oldest += few;
+        n -= few;
+    }
+    return head;
+}
+
+static inline difference_t sum_add_run(sum_t *sum, difference_t head, const sample_t *newest, const sample_t *middle,
+                                       const sample_t *oldest, uint32_t n)
+{
+#ifdef __ARM_ARCH_6M__
+    return sum_add_run_by_parts(sum, head, newest, middle, oldest, n);
+#else
+    return sum_add_run_at_once(sum, head, newest, middle, oldest, n);
+#endif
 }
 
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)

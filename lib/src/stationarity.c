@@ -34,12 +34,12 @@ void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
     const uint64_t bits = davar_bits_of_double(*value);
-    const uint64_t fraction = bits & ((UINT64_C(1) << 52U) - 1U);
-    const int32_t exponent = (int32_t)((bits >> 52U) & 0x7FFU);
+    const int32_t exponent = (int32_t)(uint32_t)(bits >> 52U);
     if (exponent == 0) {
-        return magnitude(fraction, -1074);
+        return magnitude(bits, -1074);
     }
-    return magnitude(fraction | (UINT64_C(1) << 52U), exponent - 1075);
+    const davar_magnitude_t normal = {(UINT64_C(1) << 63U) | (bits << 11U), exponent - 1086};
+    return normal;
 }
 
 /* The product may be one of its factors. */

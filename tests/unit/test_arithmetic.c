@@ -215,25 +215,6 @@ static void test_small_factors_and_squares_agree_however_they_are_made(void)
                              davar_multiply_by_i16_by_parts(INT32_MAX, INT16_MIN));
 }
 
-/* On both sides of what 32 bits hold. */
-static void test_sums_of_four_squares_agree_however_they_are_made(void)
-{
-    static const int32_t edges[] = {0, 1, -1, 0x7FFE, -0x7FFF, 0x7FFF, -0x8000, 0x8000, 0xFFFF, -0xFFFF, 0x10000, -0x10000};
-    random_t random = random_seeded(6U);
-    for (unsigned i = 0U; i < 20000U; i++) {
-        int32_t value[4];
-        uint64_t expected = 0U;
-        for (unsigned k = 0U; k < 4U; k++) {
-            const uint64_t bits = any(&random);
-            const int32_t edge = edges[(bits >> 8U) % (sizeof edges / sizeof edges[0])];
-            value[k] = ((bits & 1U) == 0U) ? edge : ((int32_t)(uint32_t)(bits >> 32U) >> (i % 20U));
-            expected += (uint64_t)((int64_t)value[k] * value[k]);
-        }
-        TEST_ASSERT_EQUAL_UINT64(expected, davar_squares_i32_by_parts(value[0], value[1], value[2], value[3]));
-        TEST_ASSERT_EQUAL_UINT64(expected, davar_squares_i32(value[0], value[1], value[2], value[3]));
-    }
-}
-
 /* The 64 leading bits, wherever the leading bit stands. */
 static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
 {
@@ -259,7 +240,6 @@ int main(void)
     RUN_TEST(test_sums_of_128_bits_agree_however_they_are_made);
     RUN_TEST(test_products_of_32_bits_agree_however_they_are_made);
     RUN_TEST(test_small_factors_and_squares_agree_however_they_are_made);
-    RUN_TEST(test_sums_of_four_squares_agree_however_they_are_made);
     RUN_TEST(test_leading_zeros_agree);
     RUN_TEST(test_wide_integers_obey_the_laws_of_a_ring);
     RUN_TEST(test_signed_values_widen_and_multiply);
