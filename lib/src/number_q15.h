@@ -6,6 +6,8 @@
 #include "machine.h"
 #include "stationarity.h"
 
+#include <stddef.h>
+
 #define NUMBER(name) davar_q15_##name
 #define NUMBER_SAMPLE_BITS_DEFAULT 16U
 #define NUMBER_SAMPLE_BITS_MAX 16U
@@ -130,16 +132,22 @@ static inline void powers_add(powers_t *powers, sample_t sample)
     powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
 }
 
-#define POWERS_RUN 15 /* values of x^4 <= 2^60 that 64 bits hold the sum of */
+static inline void powers_add_fourth(powers_t *powers, uint64_t fourth)
+{
+    powers->fourth_low += fourth;
+    powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
+}
+
+#define POWERS_RUN 15U /* values of x^4 <= 2^60 that 64 bits hold the sum of */
 
 /* Samples that follow one another in memory: sums that stay in registers, only x^4 carries now and then. */
-static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t count)
+static inline void powers_add_run_at_once(powers_t *powers, const sample_t *sample, uint32_t count)
 {
     uint32_t first = powers->first;
     uint64_t second = powers->second;
     uint64_t third = powers->third;
     for (const sample_t *const end = sample + count; sample != end;) {
-        const sample_t *const stop = ((end - sample) > POWERS_RUN) ? (sample + POWERS_RUN) : end;
+        const sample_t *const stop = ((end - sample) > (ptrdiff_t)POWERS_RUN) ? (sample + POWERS_RUN) : end;
         uint64_t fourth = 0U;
         DAVAR_UNROLLED
         for (; sample != stop; sample++) {
@@ -150,12 +158,66 @@ static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t co
             third += davar_multiply_by_i16(square, *sample);
             fourth += davar_square_i32(square);
         }
-        powers->fourth_low += fourth;
-        powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
+        powers_add_fourth(powers, fourth);
     }
     powers->first = first;
     powers->second = second;
     powers->third = third;
+}
+
+/* At most POWERS_RUN samples below 2^13, in 32 bits: with x^2 = 2^13 a + b all sums of x a, x b, a^2, a b and b^2 fit. False,
+ * and nothing done: some sample is too large. */
+DAVAR_APART static bool powers_add_small_run(powers_t *powers, const sample_t *sample, uint32_t count)
+{
+    uint32_t first = 0U;
+    uint32_t second = 0U;
+    uint32_t third[2] = {0U, 0U};
+    uint32_t fourth[3] = {0U, 0U, 0U};
+    uint32_t sizes = 0U;
+    for (const sample_t *const end = sample + count; sample != end; sample++) {
+        const uint32_t value = (uint32_t)*sample;
+        const uint32_t square = value * value;
+        const uint32_t a = square >> 13U;
+        const uint32_t b = square & 0x1FFFU;
+        sizes |= davar_size_i32(*sample);
+        first += value;
+        second += square;
+        third[0] += value * a;
+        third[1] += value * b;
+        fourth[0] += a * a;
+        fourth[1] += a * b;
+        fourth[2] += b * b;
+    }
+    if (sizes >= (1U << 13U)) {
+        return false;
+    }
+    powers->first += first;
+    powers->second += second;
+    powers->third += ((uint64_t)(int64_t)(int32_t)third[0] << 13U) + (uint64_t)(int64_t)(int32_t)third[1];
+    powers_add_fourth(powers, ((uint64_t)fourth[0] << 26U) + ((uint64_t)fourth[1] << 14U) + fourth[2]);
+    return true;
+}
+
+/* The same as at once, a few samples at a time, most of which are small. */
+static inline void powers_add_run_by_parts(powers_t *powers, const sample_t *sample, uint32_t count)
+{
+    while (count > 0U) {
+        const uint32_t few = (count < POWERS_RUN) ? count : POWERS_RUN;
+        if (!powers_add_small_run(powers, sample, few)) {
+            powers_add_run_at_once(powers, sample, few);
+        }
+        sample += few;
+        count -= few;
+    }
+}
+
+static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t count)
+{
+#ifdef __ARM_ARCH_6M__
+    powers_add_run_by_parts(powers, sample, count);
+#else
+    powers_add_run_at_once(powers, sample, count);
+#endif
 }
 
 /* Field by field: a struct this large would be copied by a library call on some targets. */
