@@ -133,6 +133,16 @@ DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint
     return wait;
 }
 
+/* Every cluster size's, and when the next one is due. */
+static void grid_record_sums(stages_t *stages, uint32_t received, uint32_t stride)
+{
+    uint32_t wait = UINT32_MAX;
+    for (uint32_t t = 0U; t < stages->allan.count; t++) {
+        wait = smaller(wait, tracks_record_sum(stages, t, received, stride));
+    }
+    stages->grid->sum_next = received + wait;
+}
+
 static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t received)
 {
     uint32_t wait = grid->tail[0].sum_due[t] - received;
@@ -302,11 +312,14 @@ static uint32_t grid_block(const stages_t *stages, const davar_window_t *window,
 static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
 {
     const uint32_t index = ring_index(&stages->ring, count);
-    const bool quiet = (stages->grid->sum_next - davar->window.received) > count;
-    if (quiet && (count == 1U)) {
-        allan_lead(&stages->allan, allan_leading(&stages->ring, index));
-    } else {
+    const uint32_t received = davar->window.received + count;
+    if (count > 1U) {
         grid_run_taus(stages, davar, index, count);
+    } else {
+        allan_lead(&stages->allan, allan_leading(&stages->ring, index));
+        if (stages->grid->sum_next == received) {
+            grid_record_sums(stages, received, davar->config->stride);
+        }
     }
     if (davar->config->segment != 0U) {
         grid_run_moments(stages, index, count);
@@ -327,9 +340,8 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         if (allan->run >= (2U * allan->m[t])) {
             sum_add_square(&tau->sum, tau->head);
         }
-        (void)tracks_record_sum(stages, t, position + 1U, davar->config->stride);
     }
-    grid_schedule_sums(stages->grid, allan, position + 1U);
+    grid_record_sums(stages, position + 1U, davar->config->stride);
     if (davar->config->segment != 0U) {
         grid_run_moments(stages, index, 1U);
     }

@@ -99,15 +99,17 @@ static inline uint64_t davar_multiply_i32(int32_t a, int32_t b)
 static inline uint64_t davar_square_i32_by_parts(int32_t a)
 {
     const uint32_t bits = (uint32_t)a;
-    if ((bits + 0xFFFFU) < 0x1FFFFU) { /* |a| < 2^16 */
-        return bits * bits;
+    const uint32_t square = bits * bits; /* modulo 2^32 */
+    if ((bits + 0xFFFFU) < 0x1FFFFU) {   /* |a| < 2^16 */
+        return square;
     }
     const uint32_t magnitude = (a < 0) ? (0U - bits) : bits;
     const uint32_t low = magnitude & 0xFFFFU;
     const uint32_t high = magnitude >> 16U;
+    const uint32_t bottom = low * low;
     const uint32_t mixed = high * low;
     const uint32_t top = high * high;
-    return (low * low) + ((uint64_t)mixed << 17U) + ((uint64_t)top << 32U);
+    return bottom + ((uint64_t)mixed << 17U) + ((uint64_t)top << 32U);
 }
 
 static inline uint64_t davar_square_i32(int32_t a)

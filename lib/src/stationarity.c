@@ -51,15 +51,13 @@ static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a, con
     product->mantissa = high << shift;
 }
 
+/* Of magnitudes that are not 0. */
 static bool greater(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
-    if ((a->mantissa == 0U) || (b->mantissa == 0U) || (a->exponent == b->exponent)) {
-        return a->mantissa > b->mantissa;
-    }
-    return a->exponent > b->exponent;
+    return (a->exponent == b->exponent) ? (a->mantissa > b->mantissa) : (a->exponent > b->exponent);
 }
 
-/* |a - b| of magnitudes that differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
+/* |a - b| of magnitudes that are not 0 and differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
  * below the larger one's mantissa. */
 static davar_magnitude_t distance(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
