@@ -73,6 +73,15 @@ static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, ui
     sum_copy(&track->sums[(slot * allan->count) + t], &allan->tau[t].sum);
 }
 
+static void grid_record_all_sums(track_t *track, const allan_t *allan, uint32_t slot)
+{
+    const tau_t *const end = allan->tau + allan->count;
+    sum_t *to = &track->sums[slot * allan->count];
+    for (const tau_t *tau = allan->tau; tau != end; tau++, to++) {
+        sum_copy(to, &tau->sum);
+    }
+}
+
 static uint32_t slot_after(const track_t *track, uint32_t slot)
 {
     return ((slot + 1U) == track->slots) ? 0U : (slot + 1U);
@@ -105,9 +114,7 @@ static void track_record_powers(track_t *track, const stages_t *stages, uint32_t
 {
     powers_copy(&track->powers[track->slot], &stages->moments.head);
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
-        for (uint32_t t = 0U; t < stages->allan.count; t++) {
-            grid_record_sum(track, &stages->allan, t, track->slot);
-        }
+        grid_record_all_sums(track, &stages->allan, track->slot);
     }
     track->due += stride;
     track->slot = slot_after(track, track->slot);
