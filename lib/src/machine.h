@@ -14,8 +14,8 @@
 #endif
 
 /* In front of a loop over samples: on a core whose loads do not move their pointers on, every turn pays for that. */
-#ifdef __riscv
-#define DAVAR_UNROLLED _Pragma("GCC unroll 4")
+#if defined(__riscv) && defined(__GNUC__)
+#define DAVAR_UNROLLED _Pragma("GCC unroll 2")
 #else
 #define DAVAR_UNROLLED
 #endif

@@ -249,6 +249,7 @@ static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples,
     while (samples != end) {
         sample_t *to = &ring->sample[ring->next];
         const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring, ring->next));
+        DAVAR_UNROLLED
         for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
             *to = limited(highest, davar, *samples);
         }
