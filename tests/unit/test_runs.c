@@ -26,7 +26,11 @@ static void fill(random_t *random, sample_t sample[LONGEST])
     const unsigned bits = 2U + (unsigned)(random_next(random) % 15U);
     const bool with_edges = (random_next(random) % 2U) == 0U;
     for (unsigned i = 0U; i < LONGEST; i++) {
-        sample[i] = with_edges ? any_sample(random, bits) : (sample_t)(random_next(random) % (1U << (bits - 1U)));
+        if (with_edges) {
+            sample[i] = any_sample(random, bits);
+        } else {
+            sample[i] = (sample_t)(random_next(random) % (1U << (bits - 1U)));
+        }
     }
 }
 
