@@ -76,7 +76,7 @@ static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, ui
 static void grid_record_all_sums(track_t *track, const allan_t *allan, uint32_t slot)
 {
     const tau_t *const end = allan->tau + allan->count;
-    sum_t *to = &track->sums[slot * allan->count];
+    sum_t *to = &track->sums[(size_t)slot * allan->count];
     for (const tau_t *tau = allan->tau; tau != end; tau++, to++) {
         sum_copy(to, &tau->sum);
     }
