@@ -4,7 +4,7 @@
 #define DAVAR_SRC_COLLECT_H
 
 #include "fit_plan.h"
-#include "grid.h"
+#include "grid_window.h"
 #include "real.h"
 #include "sequence.h"
 

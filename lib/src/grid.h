@@ -12,18 +12,50 @@
 #include "law.h"
 #include "stages.h"
 
-/* The leading edge of one cluster size takes in n samples that follow one another in memory, as do their taps. */
-DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sample_t *middle, const sample_t *oldest,
-                                 uint32_t n)
+/* One cluster size, or two of which the second is twice the first, and the taps of both: 0, m, 2 m and 4 m samples back. */
+typedef struct {
+    tau_t *tau;
+    const sample_t *newest;
+    const sample_t *middle;
+    const sample_t *oldest;
+    const sample_t *eldest; /* of two only */
+    uint32_t wait[2];       /* samples to the next record of each one's sum at a trailing edge */
+    uint32_t t;
+    bool two;
+} group_t;
+
+/* The leading edge of one cluster size takes in n samples that follow one another in memory, as do their taps, the first
+ * `from` samples behind where the group stands. */
+DAVAR_APART static void grid_run(const group_t *group, uint32_t from, uint32_t n)
 {
-    difference_t head = tau->head;
-    sum_t sum = tau->sum;
-    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++) {
-        head += *newest - (2 * (difference_t)*middle) + *oldest;
+    tau_t *const tau = group->tau;
+    tau->head = sum_add_run(&tau->sum, tau->head, group->newest + from, group->middle + from, group->oldest + from, n);
+}
+
+/* ... of two: what is oldest to the first is in the middle of the second. */
+DAVAR_APART static void grid_run_two(const group_t *group, uint32_t from, uint32_t n)
+{
+    tau_t *const tau = group->tau;
+    const sample_t *newest = group->newest + from;
+    const sample_t *middle = group->middle + from;
+    const sample_t *oldest = group->oldest + from;
+    const sample_t *eldest = group->eldest + from;
+    difference_t head = tau[0].head;
+    difference_t wider = tau[1].head;
+    sum_t sum = tau[0].sum;
+    sum_t wider_sum = tau[1].sum;
+    DAVAR_UNROLLED
+    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++, eldest++) {
+        const difference_t shared = *oldest;
+        head += *newest - (2 * (difference_t)*middle) + shared;
+        wider += *newest - (2 * shared) + *eldest;
         sum_add_square(&sum, head);
+        sum_add_square(&wider_sum, wider);
     }
-    tau->head = head;
-    tau->sum = sum;
+    tau[0].head = head;
+    tau[1].head = wider;
+    tau[0].sum = sum;
+    tau[1].sum = wider_sum;
 }
 
 static uint32_t smaller(uint32_t a, uint32_t b)
@@ -31,9 +63,23 @@ static uint32_t smaller(uint32_t a, uint32_t b)
     return (a < b) ? a : b;
 }
 
+static uint32_t larger(uint32_t a, uint32_t b)
+{
+    return (a > b) ? a : b;
+}
+
 static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, uint32_t slot)
 {
     sum_copy(&track->sums[(slot * allan->count) + t], &allan->tau[t].sum);
+}
+
+static void grid_record_all_sums(track_t *track, const allan_t *allan, uint32_t slot)
+{
+    const tau_t *const end = allan->tau + allan->count;
+    sum_t *to = &track->sums[(size_t)slot * allan->count];
+    for (const tau_t *tau = allan->tau; tau != end; tau++, to++) {
+        sum_copy(to, &tau->sum);
+    }
 }
 
 static uint32_t slot_after(const track_t *track, uint32_t slot)
@@ -68,31 +114,46 @@ static void track_record_powers(track_t *track, const stages_t *stages, uint32_t
 {
     powers_copy(&track->powers[track->slot], &stages->moments.head);
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
-        for (uint32_t t = 0U; t < stages->allan.count; t++) {
-            grid_record_sum(track, &stages->allan, t, track->slot);
-        }
+        grid_record_all_sums(track, &stages->allan, track->slot);
     }
     track->due += stride;
     track->slot = slot_after(track, track->slot);
 }
 
-static void tracks_record_sum(grid_t *grid, const allan_t *allan, uint32_t t, uint32_t received, uint32_t stride)
+/* One cluster size's sum, where it is due at a trailing edge; returns the samples to where it is due next. */
+DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint32_t received, uint32_t stride)
 {
+    grid_t *const grid = stages->grid;
+    uint32_t wait = UINT32_MAX;
     for (uint8_t i = 0U; i < grid->tail_count; i++) {
         track_t *const track = &grid->tail[i];
-        if (track->sum_due[t] == received) {
-            grid_record_sum(track, allan, t, track->sum_slot[t]);
-            track->sum_due[t] += stride;
-            track->sum_slot[t] = slot_after(track, track->sum_slot[t]);
+        uint32_t due = track->sum_due[t];
+        if (due == received) {
+            const uint32_t slot = track->sum_slot[t];
+            track->sum_slot[t] = slot_after(track, slot);
+            due += stride;
+            track->sum_due[t] = due;
+            grid_record_sum(track, &stages->allan, t, slot);
         }
+        wait = smaller(wait, due - received);
     }
+    return wait;
 }
 
-/* Samples from `received` to the next record of one cluster size's sum at a trailing edge, at most `most`. */
-static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t received, uint32_t most)
+/* Every cluster size's, and when the next one is due. */
+static void grid_record_sums(stages_t *stages, uint32_t received, uint32_t stride)
 {
-    uint32_t wait = most;
-    for (uint8_t i = 0U; i < grid->tail_count; i++) {
+    uint32_t wait = UINT32_MAX;
+    for (uint32_t t = 0U; t < stages->allan.count; t++) {
+        wait = smaller(wait, tracks_record_sum(stages, t, received, stride));
+    }
+    stages->grid->sum_next = received + wait;
+}
+
+static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t received)
+{
+    uint32_t wait = grid->tail[0].sum_due[t] - received;
+    for (uint8_t i = 1U; i < grid->tail_count; i++) {
         wait = smaller(wait, grid->tail[i].sum_due[t] - received);
     }
     return wait;
@@ -128,7 +189,7 @@ static void grid_schedule_sums(grid_t *grid, const allan_t *allan, uint32_t rece
 {
     uint32_t wait = UINT32_MAX;
     for (uint32_t t = 0U; t < allan->count; t++) {
-        wait = tracks_sum_wait(grid, t, received, wait);
+        wait = smaller(wait, tracks_sum_wait(grid, t, received));
     }
     grid->sum_next = received + wait;
 }
@@ -159,31 +220,71 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
 
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
-/* One cluster size, from record to record of its sum. */
-static void grid_run_tau(stages_t *stages, const davar_t *davar, uint32_t t, uint32_t index, uint32_t count)
+/* `count` samples, the first at `position`, none of whose taps comes to the end of the ring: from record to record. */
+DAVAR_APART static void grid_run_straight(stages_t *stages, group_t *group, uint32_t position, uint32_t count,
+                                          uint32_t stride)
 {
-    const ring_t *const ring = &stages->ring;
-    const uint32_t m = stages->allan.m[t];
-    const uint32_t end = davar->window.received + count;
-    uint32_t newest = index;
-    uint32_t middle = ring_before(ring, newest, m);
-    uint32_t oldest = ring_before(ring, middle, m);
-    uint32_t left = count;
-    uint32_t to_record = tracks_sum_wait(stages->grid, t, end - left, left);
-    while (left > 0U) {
-        uint32_t n = smaller(to_record, ring_stretch(ring, newest));
-        n = smaller(n, smaller(ring_stretch(ring, middle), ring_stretch(ring, oldest)));
-        grid_run(&stages->allan.tau[t], &ring->sample[newest], &ring->sample[middle], &ring->sample[oldest], n);
-        newest = ring_behind(ring, newest, n);
-        middle = ring_behind(ring, middle, n);
-        oldest = ring_behind(ring, oldest, n);
-        left -= n;
-        to_record -= n;
-        if (to_record == 0U) {
-            tracks_record_sum(stages->grid, &stages->allan, t, end - left, davar->config->stride);
-            to_record = tracks_sum_wait(stages->grid, t, end - left, left);
+    for (uint32_t done = 0U; done != count;) {
+        const uint32_t n = smaller(count - done, smaller(group->wait[0], group->wait[1]));
+        if (group->two) {
+            grid_run_two(group, done, n);
+        } else {
+            grid_run(group, done, n);
+        }
+        done += n;
+        group->wait[0] -= n;
+        group->wait[1] -= n;
+        if (group->wait[0] == 0U) {
+            group->wait[0] = tracks_record_sum(stages, group->t, position + done, stride);
+        }
+        if (group->wait[1] == 0U) {
+            group->wait[1] = tracks_record_sum(stages, group->t + 1U, position + done, stride);
         }
     }
+}
+
+/* From one end of the ring to the next. */
+static inline void grid_run_group(stages_t *stages, const davar_t *davar, group_t *group, uint32_t index,
+                                  uint32_t count)
+{
+    const ring_t *const ring = &stages->ring;
+    const uint32_t m = stages->allan.m[group->t];
+    uint32_t position = davar->window.received;
+    const uint32_t end = position + count;
+    while (position != end) {
+        const uint32_t middle = ring_before(ring, index, m);
+        const uint32_t oldest = ring_before(ring, middle, m);
+        const uint32_t eldest = group->two ? ring_before(ring, oldest, 2U * m) : oldest;
+        const uint32_t last = larger(larger(index, middle), larger(oldest, eldest));
+        const uint32_t n = smaller(end - position, ring_stretch(ring, last));
+        group->newest = &ring->sample[index];
+        group->middle = &ring->sample[middle];
+        group->oldest = &ring->sample[oldest];
+        group->eldest = &ring->sample[eldest];
+        grid_run_straight(stages, group, position, n, davar->config->stride);
+        index = ring_behind(ring, index, n);
+        position += n;
+    }
+}
+
+/* Cluster size after cluster size, two at a time where they share taps. */
+static void grid_run_taus(stages_t *stages, const davar_t *davar, uint32_t index, uint32_t count)
+{
+    const allan_t *const allan = &stages->allan;
+    const uint32_t received = davar->window.received;
+    uint32_t wait = UINT32_MAX;
+    group_t group;
+    for (uint32_t t = 0U; t < allan->count; t += group.two ? 2U : 1U) {
+        const bool another = DAVAR_MANY_REGISTERS && ((t + 1U) < allan->count);
+        group.tau = &allan->tau[t];
+        group.t = t;
+        group.two = another && (allan->m[t + 1U] == (2U * allan->m[t]));
+        group.wait[0] = tracks_sum_wait(stages->grid, t, received);
+        group.wait[1] = group.two ? tracks_sum_wait(stages->grid, t + 1U, received) : UINT32_MAX;
+        grid_run_group(stages, davar, &group, index, count);
+        wait = smaller(wait, smaller(group.wait[0], group.wait[1]));
+    }
+    stages->grid->sum_next = received + count + wait;
 }
 
 static void grid_run_moments(stages_t *stages, uint32_t index, uint32_t count)
@@ -214,20 +315,18 @@ static uint32_t grid_block(const stages_t *stages, const davar_window_t *window,
     return smaller(most, smaller(room, stages->grid->next - window->received));
 }
 
-/* No gap near, no span in front of the start: cluster size after cluster size. */
+/* No gap near, no span in front of the start. */
 static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
 {
     const uint32_t index = ring_index(&stages->ring, count);
-    const bool quiet = (stages->grid->sum_next - davar->window.received) > count;
-    if (quiet && (count == 1U)) {
-        allan_lead(&stages->allan, allan_leading(&stages->ring, index));
+    const uint32_t received = davar->window.received + count;
+    if (count > 1U) {
+        grid_run_taus(stages, davar, index, count);
     } else {
-        for (uint32_t t = 0U; t < stages->allan.count; t++) {
-            grid_run_tau(stages, davar, t, index, count);
+        allan_lead(&stages->allan, allan_leading(&stages->ring, index));
+        if (stages->grid->sum_next == received) {
+            grid_record_sums(stages, received, davar->config->stride);
         }
-    }
-    if (!quiet) {
-        grid_schedule_sums(stages->grid, &stages->allan, davar->window.received + count);
     }
     if (davar->config->segment != 0U) {
         grid_run_moments(stages, index, count);
@@ -248,83 +347,13 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         if (allan->run >= (2U * allan->m[t])) {
             sum_add_square(&tau->sum, tau->head);
         }
-        tracks_record_sum(stages->grid, allan, t, position + 1U, davar->config->stride);
     }
-    grid_schedule_sums(stages->grid, allan, position + 1U);
+    grid_record_sums(stages, position + 1U, davar->config->stride);
     if (davar->config->segment != 0U) {
         grid_run_moments(stages, index, 1U);
     }
     allan_end_start(allan, position + 1U);
     grid_receive(stages, davar, 1U);
-}
-
-/* --- a window out ------------------------------------------------------------------------------------------------ */
-
-/* Whole strides in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
-static uint32_t whole_strides(uint32_t *back, uint32_t stride)
-{
-    uint32_t power = 1U;
-    uint32_t strides = 0U;
-    while ((stride * power) <= (*back >> 1U)) {
-        power <<= 1U;
-    }
-    for (; power > 0U; power >>= 1U) {
-        if ((stride * power) <= *back) {
-            *back -= stride * power;
-            strides += power;
-        }
-    }
-    return strides;
-}
-
-/* Slot of `position` among the records of a track, or slots when it is not one of its positions. */
-static uint32_t track_find(const track_t *track, uint32_t position, uint32_t stride)
-{
-    uint32_t back = track->due - position;
-    const uint32_t strides = whole_strides(&back, stride);
-    if (back != 0U) {
-        return track->slots;
-    }
-    return (track->slot >= strides) ? (track->slot - strides) : ((track->slot + track->slots) - strides);
-}
-
-/* The track that recorded `position`, and where. Null: the start of a trailing record, where running sums are 0. */
-static const track_t *tracks_find(const track_t *tracks, uint8_t count, uint32_t position, uint32_t stride,
-                                  uint32_t *slot)
-{
-    for (uint8_t i = 0U; i < count; i++) {
-        *slot = track_find(&tracks[i], position, stride);
-        if (*slot < tracks[i].slots) {
-            return &tracks[i];
-        }
-    }
-    return NULL;
-}
-
-/* Finds the records of the window that the law has placed. */
-static void grid_place(stages_t *stages, const davar_t *davar)
-{
-    grid_t *const grid = stages->grid;
-    const uint32_t head_at = window_head(&davar->window);
-    const uint32_t stride = davar->config->stride;
-    const uint32_t taus = stages->allan.count;
-    uint32_t slot = 0U;
-    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, stride, &slot);
-    grid->records.head_powers = &head->powers[slot];
-    grid->records.head_sums = &head->sums[(size_t)slot * taus];
-    const uint32_t middle_position = head_at - davar->config->segment;
-    const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, stride, &slot);
-    grid->records.middle_powers = &middle->powers[slot];
-    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window_tail(&davar->window), stride, &slot);
-    grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[slot];
-    grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)slot * taus];
-}
-
-/* The sum of squared differences of the window for one tau. */
-static sum_t records_sum(const records_t *records, uint32_t t)
-{
-    const sum_t zero = {0};
-    return sum_between(records->head_sums[t], (records->tail_sums == NULL) ? zero : records->tail_sums[t]);
 }
 
 #endif

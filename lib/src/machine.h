@@ -21,6 +21,20 @@
 #define DAVAR_RARE
 #endif
 
+/* In front of a loop over samples: on a core whose loads do not move their pointers on, every turn pays for that. */
+#if defined(__riscv) && defined(__GNUC__)
+#define DAVAR_UNROLLED _Pragma("GCC unroll 2")
+#else
+#define DAVAR_UNROLLED
+#endif
+
+/* Enough registers for a loop over two cluster sizes. */
+#ifdef __ARM_ARCH_6M__
+#define DAVAR_MANY_REGISTERS false
+#else
+#define DAVAR_MANY_REGISTERS true
+#endif
+
 /* What the floating-point unit leaves to software. */
 #if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
 #define DAVAR_SOFT_FLOAT
@@ -126,19 +140,40 @@ static inline uint64_t davar_multiply_i32(int32_t a, int32_t b)
 /* A square by 16-bit parts: one product when it fits 32 bits, as most differences' do. */
 static inline uint64_t davar_square_i32_by_parts(int32_t a)
 {
-    const uint32_t magnitude = (a < 0) ? (0U - (uint32_t)a) : (uint32_t)a;
+    const uint32_t bits = (uint32_t)a;
+    const uint32_t square = bits * bits; /* modulo 2^32 */
+    if ((bits + 0xFFFFU) < 0x1FFFFU) {   /* |a| < 2^16 */
+        return square;
+    }
+    const uint32_t magnitude = (a < 0) ? (0U - bits) : bits;
     const uint32_t low = magnitude & 0xFFFFU;
     const uint32_t high = magnitude >> 16U;
-    const uint32_t square = low * low;
+    const uint32_t bottom = low * low;
     const uint32_t mixed = high * low;
     const uint32_t top = high * high;
-    return (high == 0U) ? square : (square + ((uint64_t)mixed << 17U) + ((uint64_t)top << 32U));
+    return bottom + ((uint64_t)mixed << 17U) + ((uint64_t)top << 32U);
 }
 
 static inline uint64_t davar_square_i32(int32_t a)
 {
 #ifdef __ARM_ARCH_6M__
     return davar_square_i32_by_parts(a);
+#else
+    return (uint64_t)((int64_t)a * a);
+#endif
+}
+
+/* |a| or |a| - 1, by the sign; bit by bit the same or nothing, so that an OR of many tells how large one can be. */
+static inline uint32_t davar_size_i32(int32_t a)
+{
+    return (uint32_t)a ^ ((a < 0) ? UINT32_MAX : 0U);
+}
+
+/* At most 2^30: a product of 32 bits, or the first half of one that adds to 64 at once. */
+static inline uint64_t davar_square_i16(int16_t a)
+{
+#ifdef __ARM_ARCH_6M__
+    return (uint32_t)(a * a);
 #else
     return (uint64_t)((int64_t)a * a);
 #endif
@@ -375,6 +410,18 @@ static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
 #else
     return davar_u128_scale_by_parts(a, factor);
 #endif
+}
+
+/* Modulo 2^64. */
+static inline uint64_t davar_scale_u64(uint64_t a, uint32_t factor)
+{
+    return davar_multiply_u32((uint32_t)a, factor) + ((uint64_t)((uint32_t)(a >> 32U) * factor) << 32U);
+}
+
+static inline davar_u128_t davar_u128_of_i64(int64_t a)
+{
+    const davar_u128_t wide = {(uint64_t)a, (a < 0) ? UINT64_MAX : 0U};
+    return wide;
 }
 
 #endif

@@ -30,6 +30,17 @@ static inline void sum_add_square(sum_t *sum, difference_t difference)
     *sum = davar_u128_add(*sum, davar_multiply_i64(difference, difference));
 }
 
+/* D runs on over n samples that follow one another in memory, as do their taps (2.1), and every D^2 is added; returns D. */
+static inline difference_t sum_add_run(sum_t *sum, difference_t head, const sample_t *newest, const sample_t *middle,
+                                       const sample_t *oldest, uint32_t n)
+{
+    for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++) {
+        head += *newest - (2 * (difference_t)*middle) + *oldest;
+        sum_add_square(sum, head);
+    }
+    return head;
+}
+
 static inline void sum_subtract_square(sum_t *sum, difference_t difference)
 {
     *sum = davar_u128_subtract(*sum, davar_multiply_i64(difference, difference));

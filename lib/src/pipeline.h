@@ -208,21 +208,21 @@ DAVAR_APART static void step_carefully(stages_t *stages, davar_t *davar)
     window->wait--;
 }
 
-static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t sample)
+static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample)
 {
-    const uint32_t highest = (uint32_t)stages->highest;
-    if (((uint32_t)sample + highest) < (2U * highest)) { /* -highest .. highest - 1 */
+    const uint32_t half = (uint32_t)highest;
+    if (((uint32_t)sample + half) < (2U * half)) { /* -highest .. highest - 1 */
         return sample;
     }
     davar_count(&davar->health.saturated);
-    return (sample < 0) ? (sample_t)(-stages->highest - 1) : stages->highest;
+    return (sample < 0) ? (sample_t)(-highest - 1) : highest;
 }
 
 /* One sample while the window glides: it completes an epoch, and nothing else happens. */
 static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sample)
 {
     davar_window_t *const window = &davar->window;
-    ring_put(&stages->ring, limited(stages, davar, sample));
+    ring_put(&stages->ring, limited(stages->highest, davar, sample));
     sliding_glide(stages, davar);
     if (window->at_start) {
         window->at_start = (int32_t)window_tail(window) < 0;
@@ -240,12 +240,14 @@ static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sampl
 static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples, uint32_t count)
 {
     ring_t *const ring = &stages->ring;
+    const sample_t highest = stages->highest; /* not asked again for every sample that is written */
     const sample_t *const end = samples + count;
     while (samples != end) {
         sample_t *to = &ring->sample[ring->next];
         const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring, ring->next));
+        DAVAR_UNROLLED
         for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
-            *to = limited(stages, davar, *samples);
+            *to = limited(highest, davar, *samples);
         }
         ring->next = ring_behind(ring, ring->next, n);
     }
@@ -257,7 +259,7 @@ DAVAR_APART static uint32_t step_grid(stages_t *stages, davar_t *davar, const sa
     davar_window_t *const window = &davar->window;
     const uint32_t n = grid_block(stages, window, (count < window->wait) ? (uint32_t)count : window->wait);
     if (n == 1U) {
-        ring_put(&stages->ring, limited(stages, davar, samples[0]));
+        ring_put(&stages->ring, limited(stages->highest, davar, samples[0]));
     } else {
         put_block(stages, davar, samples, n);
     }
@@ -272,7 +274,7 @@ static size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, si
     if (stages->steady == STEADY_GRID) {
         return step_grid(stages, davar, samples, count);
     }
-    ring_put(&stages->ring, limited(stages, davar, samples[0]));
+    ring_put(&stages->ring, limited(stages->highest, davar, samples[0]));
     step_carefully(stages, davar);
     return 1U;
 }
@@ -280,7 +282,7 @@ static size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, si
 /* Samples in front of the next boundary of the grid of epochs after a restart are limited, and left out. */
 static size_t skip(const stages_t *stages, davar_t *davar, sample_t sample)
 {
-    (void)limited(stages, davar, sample);
+    (void)limited(stages->highest, davar, sample);
     davar->window.skip--;
     return 1U;
 }

@@ -16,12 +16,17 @@ static davar_magnitude_t magnitude(uint64_t mantissa, int32_t exponent)
     return result;
 }
 
-void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32_t exponent)
+void davar_magnitude_u64(davar_magnitude_t *result, uint64_t value)
 {
-    const bool wide = (value->high != 0U);
-    const davar_magnitude_t top = magnitude(wide ? value->high : value->low, wide ? (exponent + 64) : exponent);
+    *result = magnitude(value, 0);
+}
+
+void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int32_t exponent)
+{
+    const bool wide = (high != 0U);
+    const davar_magnitude_t top = magnitude(wide ? high : low, wide ? (exponent + 64) : exponent);
     const uint32_t zeros = (uint32_t)(exponent + 64 - top.exponent);
-    result->mantissa = top.mantissa | ((wide && (zeros > 0U)) ? (value->low >> (64U - zeros)) : 0U);
+    result->mantissa = top.mantissa | ((wide && (zeros > 0U)) ? (low >> (64U - zeros)) : 0U);
     result->exponent = top.exponent;
 }
 
@@ -29,12 +34,12 @@ void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
     const uint64_t bits = davar_bits_of_double(*value);
-    const uint64_t fraction = bits & ((UINT64_C(1) << 52U) - 1U);
-    const int32_t exponent = (int32_t)((bits >> 52U) & 0x7FFU);
+    const int32_t exponent = (int32_t)(uint32_t)(bits >> 52U);
     if (exponent == 0) {
-        return magnitude(fraction, -1074);
+        return magnitude(bits, -1074);
     }
-    return magnitude(fraction | (UINT64_C(1) << 52U), exponent - 1075);
+    const davar_magnitude_t normal = {(UINT64_C(1) << 63U) | (bits << 11U), exponent - 1086};
+    return normal;
 }
 
 /* The product may be one of its factors. */
@@ -46,15 +51,13 @@ static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a, con
     product->mantissa = high << shift;
 }
 
+/* Of magnitudes that are not 0. */
 static bool greater(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
-    if ((a->mantissa == 0U) || (b->mantissa == 0U) || (a->exponent == b->exponent)) {
-        return a->mantissa > b->mantissa;
-    }
-    return a->exponent > b->exponent;
+    return (a->exponent == b->exponent) ? (a->mantissa > b->mantissa) : (a->exponent > b->exponent);
 }
 
-/* |a - b| of magnitudes that differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
+/* |a - b| of magnitudes that are not 0 and differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
  * below the larger one's mantissa. */
 static davar_magnitude_t distance(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
@@ -79,41 +82,49 @@ static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 }
 
 /* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
-static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_central_t *first)
+static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_magnitude_t *whole_squared,
+                            const davar_central_t *first)
 {
     davar_magnitude_t y;
-    multiply(&y, &whole->second, &whole->second);
-    multiply(&y, &y, &first->fourth);
+    multiply(&y, whole_squared, &first->fourth);
     multiply(&ratio->under, &first->second, &first->second);
     multiply(&ratio->under, &ratio->under, &whole->fourth);
     ratio->over = distance(&ratio->under, &y);
 }
 
+/* over - bound under, its sign; all 64 bits of the mantissas are asked. */
+static int compare_exactly(const ratio_t *ratio, const davar_magnitude_t *bound)
+{
+    davar_magnitude_t product;
+    multiply(&product, bound, &ratio->under);
+    return (greater(&ratio->over, &product) ? 1 : 0) - (greater(&product, &ratio->over) ? 1 : 0);
+}
+
+/* ... which the exponents and the upper 32 bits nearly always tell: with the lower ones unknown, the product of the
+ * mantissas u and b is from u b to u b + u + b in units of 2^64. */
+static int compare(const ratio_t *ratio, const double *limit)
+{
+    const davar_magnitude_t bound = magnitude_of_double(limit);
+    if ((ratio->over.mantissa == 0U) || (bound.mantissa == 0U)) {
+        return ((ratio->over.mantissa != 0U) ? 1 : 0) - ((bound.mantissa != 0U) ? 1 : 0);
+    }
+    const int32_t ahead = ratio->over.exponent - ratio->under.exponent - bound.exponent - 64;
+    if ((ahead > 0) || (ahead < -1)) { /* two top bits multiply to at least 2^126 */
+        return (ahead > 0) ? 1 : -1;
+    }
+    const uint32_t u = (uint32_t)(ratio->under.mantissa >> 32U);
+    const uint32_t b = (uint32_t)(bound.mantissa >> 32U);
+    const uint64_t least = davar_multiply_u32(u, b);
+    const uint64_t over = (ahead < 0) ? (ratio->over.mantissa >> 1U) : ratio->over.mantissa;
+    if (over < least) {
+        return -1;
+    }
+    return (over > (least + u + b)) ? 1 : compare_exactly(ratio, &bound);
+}
+
 static bool is_outside(const ratio_t *ratio, const double *low, const double *high)
 {
-    davar_magnitude_t bound = magnitude_of_double(high);
-    multiply(&bound, &bound, &ratio->under);
-    if (greater(&ratio->over, &bound)) {
-        return true;
-    }
-    bound = magnitude_of_double(low);
-    multiply(&bound, &bound, &ratio->under);
-    return greater(&bound, &ratio->over);
-}
-
-static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
-{
-    ratio_t ratio;
-    kurtosis_of(&ratio, whole);
-    return is_outside(&ratio, &config->kurtosis_low, &config->kurtosis_high);
-}
-
-static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
-                                 const davar_central_t *first)
-{
-    ratio_t ratio;
-    contribution_of(&ratio, whole, first);
-    return is_outside(&ratio, &config->contribution_low, &config->contribution_high);
+    return (compare(ratio, high) > 0) || (compare(ratio, low) < 0);
 }
 
 bool davar_stationarity_unstable(const davar_config_t *config, const davar_central_t *whole,
@@ -122,12 +133,19 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
     if (whole->second.mantissa == 0U) {
         return false;
     }
-    const bool by_kurtosis = kurtosis_outside(config, whole);
+    ratio_t kurtosis;
+    kurtosis_of(&kurtosis, whole);
+    const bool by_kurtosis = is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
     const bool is_enough = (config->policy == DAVAR_POLICY_AND) ? !by_kurtosis : by_kurtosis;
     if (is_enough || (config->policy == DAVAR_POLICY_KURTOSIS)) {
         return by_kurtosis;
     }
-    return (first->second.mantissa != 0U) && contribution_outside(config, whole, first);
+    if (first->second.mantissa == 0U) {
+        return false;
+    }
+    ratio_t contribution;
+    contribution_of(&contribution, whole, &kurtosis.under, first);
+    return is_outside(&contribution, &config->contribution_low, &config->contribution_high);
 }
 
 /* The mantissa as a double in [1, 2), cut to its 53 bits. */
@@ -163,6 +181,8 @@ double davar_stationarity_contribution(const davar_central_t *whole, const davar
         return (double)NAN;
     }
     ratio_t ratio;
-    contribution_of(&ratio, whole, first);
+    davar_magnitude_t squared;
+    multiply(&squared, &whole->second, &whole->second);
+    contribution_of(&ratio, whole, &squared, first);
     return quotient(&ratio);
 }

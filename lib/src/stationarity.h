@@ -29,7 +29,9 @@ double davar_stationarity_kurtosis(const davar_central_t *whole);
 /* S = |K - Km| / K (3.2); NaN without variance in either. */
 double davar_stationarity_contribution(const davar_central_t *whole, const davar_central_t *first);
 
-/* value * 2^exponent, its top 64 bits. */
-void davar_magnitude(davar_magnitude_t *result, const davar_u128_t *value, int32_t exponent);
+void davar_magnitude_u64(davar_magnitude_t *result, uint64_t value);
+
+/* (high 2^64 + low) 2^exponent, its top 64 bits. */
+void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int32_t exponent);
 
 #endif

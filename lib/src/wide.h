@@ -98,8 +98,7 @@ static void wide_magnitude(const wide_t *wide, davar_magnitude_t *magnitude)
     while ((top > 1U) && (wide->limb[top] == 0U)) {
         top--;
     }
-    const davar_u128_t upper = {wide->limb[top - 1U], wide->limb[top]};
-    davar_magnitude(magnitude, &upper, (int32_t)(64U * (top - 1U)));
+    davar_magnitude(magnitude, wide->limb[top - 1U], wide->limb[top], (int32_t)(64U * (top - 1U)));
 }
 
 #endif
