@@ -32,6 +32,7 @@ typedef struct {
     bool mirrored;    /* ... into its mirror image */
     bool run_doubles; /* the run reaches back into its own mirror image */
     bool warming;     /* sliding, centred: the first window still grows on both sides (2.6) */
+    bool octaves;     /* each cluster size is twice the one before it */
 } allan_t;
 
 /* Samples of the longest span. */
@@ -124,15 +125,83 @@ DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_
     }
 }
 
-/* The whole window moves by one sample, leading and trailing edge: no gap near either, window not shorter than the longest
- * span. */
-static inline void allan_slide(allan_t *allan, const edge_t edge[2])
+/* Octaves share taps: the one that leaves the span of m is the middle one of 2 m. Both edges on their way along them. */
+typedef struct {
+    tau_t *tau;
+    size_t span; /* of `tau` */
+    difference_t newest;
+    difference_t oldest;
+    difference_t before; /* half a span in front of the leading edge */
+    difference_t behind; /* half a span behind the trailing one */
+} octaves_t;
+
+/* ... up to spans of `reach`; the edges are where their taps are, in front of or beyond the end of the ring. */
+static inline void slide_octaves_up_to(octaves_t *at, const sample_t *head, const sample_t *tail, size_t reach)
+{
+    while (at->span <= reach) {
+        const difference_t trailing = at->tau->tail;
+        at->tau->tail = trailing + at->oldest - (2 * at->behind);
+        at->behind = tail[at->span];
+        at->tau->tail += at->behind;
+        difference_t leading = at->tau->head + at->newest - (2 * at->before);
+        at->before = *(head - at->span);
+        leading += at->before;
+        at->tau->head = leading;
+        sum_slide(&at->tau->sum, leading, trailing);
+        at->span *= 2U;
+        at->tau++;
+    }
+}
+
+static inline uint32_t nearer(uint32_t a, uint32_t b)
+{
+    return (a < b) ? a : b;
+}
+
+/* ... for all octaves: where an edge's taps begin to lie beyond the end of the ring, so do all that follow. */
+DAVAR_APART static void slide_octaves(allan_t *allan, const ring_t *ring, uint32_t head_index, uint32_t tail_index)
+{
+    const uint32_t m = allan->m[0];
+    const uint32_t span_max = allan_span_max(allan);
+    edge_t head = allan_leading(ring, head_index);
+    edge_t tail = allan_trailing(ring, tail_index);
+    octaves_t at = {allan->tau, 2U * m, *head.at, *tail.at, tap_before(head, m), tap_behind(tail, m)};
+    for (;;) {
+        slide_octaves_up_to(&at, head.at, tail.at, nearer(span_max, nearer(head.reach, tail.reach)));
+        if (at.span > span_max) {
+            return;
+        }
+        if (at.span > head.reach) {
+            head.at += head.turn;
+            head.reach = UINT32_MAX;
+        }
+        if (at.span > tail.reach) {
+            tail.at -= tail.turn;
+            tail.reach = UINT32_MAX;
+        }
+    }
+}
+
+/* ... for any cluster sizes. */
+DAVAR_APART static void slide_any(allan_t *allan, const ring_t *ring, uint32_t head_index, uint32_t tail_index)
 {
     tau_t *const tau = allan->tau;
+    const edge_t edge[2] = {allan_leading(ring, head_index), allan_trailing(ring, tail_index)};
     const uint32_t straight = allan_straight(allan, edge[0], edge[1]);
     slide_straight(tau, tau + straight, allan->m, edge[0].at, edge[1].at);
     if (straight < allan->count) {
         slide_around(tau + straight, tau + allan->count, allan->m + straight, edge);
+    }
+}
+
+/* The whole window moves by one sample, leading and trailing edge: no gap near either, window not shorter than the longest
+ * span. */
+static inline void allan_slide(allan_t *allan, const ring_t *ring, uint32_t head, uint32_t tail)
+{
+    if (allan->octaves) {
+        slide_octaves(allan, ring, head, tail);
+    } else {
+        slide_any(allan, ring, head, tail);
     }
 }
 

@@ -61,6 +61,16 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
     stages->highest = (sample_t)((INT64_C(1) << (bits - 1U)) - 1);
 }
 
+static bool are_octaves(const davar_config_t *config)
+{
+    for (uint32_t t = 1U; t < config->tau_count; t++) {
+        if (config->taus[t] != (2U * config->taus[t - 1U])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static void start_allan(allan_t *allan, const davar_config_t *config)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
@@ -72,6 +82,7 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     allan->mirrored = centred;
     allan->run_doubles = centred;
     allan->warming = centred && (config->stride == 1U);
+    allan->octaves = are_octaves(config);
     for (uint32_t t = 0U; t < allan->count; t++) {
         const tau_t zero = {0};
         allan->tau[t] = zero;

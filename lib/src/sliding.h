@@ -66,8 +66,7 @@ static inline void sliding_glide(stages_t *stages, davar_t *davar)
     const ring_t *const ring = &stages->ring;
     const uint32_t head = ring_index(ring, window->lag + 1U);
     const uint32_t tail = ring_index(ring, window->lag + window->length + 1U);
-    const edge_t edge[2] = {allan_leading(ring, head), allan_trailing(ring, tail)};
-    allan_slide(&stages->allan, edge);
+    allan_slide(&stages->allan, ring, head, tail);
     if (segment != 0U) {
         sliding_glide_moments(stages, segment, head, tail);
     }
