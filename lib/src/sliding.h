@@ -5,7 +5,7 @@
 #ifndef DAVAR_SRC_SLIDING_H
 #define DAVAR_SRC_SLIDING_H
 
-#include "stages.h"
+#include "slide.h"
 
 /* --- where the edges are in the ring ----------------------------------------------------------------------------- */
 
@@ -66,7 +66,7 @@ static inline void sliding_glide(stages_t *stages, davar_t *davar)
     const ring_t *const ring = &stages->ring;
     const uint32_t head = ring_index(ring, window->lag + 1U);
     const uint32_t tail = ring_index(ring, window->lag + window->length + 1U);
-    allan_slide(&stages->allan, ring, head, tail);
+    slide(stages, head, tail);
     if (segment != 0U) {
         sliding_glide_moments(stages, segment, head, tail);
     }
