@@ -237,8 +237,7 @@ static inline sample_t limited(const stages_t *stages, davar_t *davar, sample_t 
 static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sample)
 {
     davar_window_t *const window = &davar->window;
-    ring_put(&stages->ring, limited(stages, davar, sample));
-    sliding_glide(stages, davar);
+    sliding_glide(stages, davar, limited(stages, davar, sample));
     if (window->at_start) {
         window->at_start = (int32_t)window_tail(window) < 0;
     }

@@ -58,19 +58,20 @@ DAVAR_APART static void sliding_glide_moments(stages_t *stages, uint32_t segment
 
 /* --- plain steps ------------------------------------------------------------------------------------------------- */
 
-/* Both edges. The newest sample is in the ring already, and the window does not know of it yet. */
-static inline void sliding_glide(stages_t *stages, davar_t *davar)
+/* Both edges, and a sample into the ring. What costs most comes last, when nothing else is waiting for registers. */
+static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t sample)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t segment = davar->config->segment;
-    const ring_t *const ring = &stages->ring;
-    const uint32_t head = ring_index(ring, window->lag + 1U);
-    const uint32_t tail = ring_index(ring, window->lag + window->length + 1U);
-    slide(stages, head, tail);
+    ring_t *const ring = &stages->ring;
+    const uint32_t head = ring_before(ring, ring->next, window->lag);
+    const uint32_t tail = ring_before(ring, ring->next, window->lag + window->length);
+    ring_put(ring, sample);
+    window_glide(window);
     if (segment != 0U) {
         sliding_glide_moments(stages, segment, head, tail);
     }
-    window_glide(window);
+    slide(stages, head, tail);
 }
 
 DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
