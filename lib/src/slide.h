@@ -49,6 +49,9 @@ DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_
     }
 }
 
+#if (NUMBER_SUM_BITS == 64U) && defined(__ARM_ARCH_ISA_THUMB) && (__ARM_ARCH_ISA_THUMB == 2) && !defined(DAVAR_PORTABLE)
+#include "slide_armv7m.h"
+#else
 /* Octaves share taps: the one that leaves the span of m is the middle one of 2 m. Both edges on their way along them. */
 typedef struct {
     tau_t *tau;
@@ -59,24 +62,25 @@ typedef struct {
     difference_t behind; /* half a span behind the trailing one */
 } octaves_t;
 
-/* ... up to spans of `reach`; the edges are where their taps are, in front of or beyond the end of the ring. */
+/* ... up to spans of `reach`, which the next one has not; the edges are where their taps are, in front of or beyond the end
+ * of the ring. */
 static inline void slide_octaves_up_to(octaves_t *at, const sample_t *head, const sample_t *tail, size_t reach)
 {
-    while (at->span <= reach) {
-        const difference_t trailing = at->tau->tail;
-        at->tau->tail = trailing + at->oldest - (2 * at->behind);
+    do {
+        tau_t *const tau = at->tau;
+        const difference_t trailing = tau->tail;
+        tau->tail = trailing + at->oldest - (2 * at->behind);
         at->behind = tail[at->span];
-        at->tau->tail += at->behind;
-        difference_t leading = at->tau->head + at->newest - (2 * at->before);
+        tau->tail += at->behind;
+        difference_t leading = tau->head + at->newest - (2 * at->before);
         at->before = *(head - at->span);
         leading += at->before;
-        at->tau->head = leading;
-        sum_slide(&at->tau->sum, leading, trailing);
+        tau->head = leading;
+        sum_slide(&tau->sum, leading, trailing);
         at->span *= 2U;
         at->tau++;
-    }
+    } while (at->span <= reach);
 }
-
 static inline uint32_t nearer(uint32_t a, uint32_t b)
 {
     return (a < b) ? a : b;
@@ -112,6 +116,7 @@ DAVAR_APART static void slide_octaves(stages_t *stages, uint32_t head_index, uin
         slide_octaves_up_to(&at, head.at, tail.at, nearer(span_max, nearer(head.reach, tail.reach)));
     } while (at.span <= span_max);
 }
+#endif
 
 /* ... for any cluster sizes. */
 DAVAR_APART static void slide_any(stages_t *stages, uint32_t head, uint32_t tail)
