@@ -26,11 +26,6 @@ DAVAR_APART static void grid_run(tau_t *tau, const sample_t *newest, const sampl
     tau->sum = sum;
 }
 
-static uint32_t smaller(uint32_t a, uint32_t b)
-{
-    return (a < b) ? a : b;
-}
-
 static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, uint32_t slot)
 {
     sum_copy(&track->sums[(slot * allan->count) + t], &allan->tau[t].sum);

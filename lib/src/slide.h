@@ -82,11 +82,6 @@ static inline void slide_octaves_up_to(octaves_t *at, const sample_t *head, cons
         at->tau++;
     } while (at->span <= reach);
 }
-static inline uint32_t nearer(uint32_t a, uint32_t b)
-{
-    return (a < b) ? a : b;
-}
-
 /* Taps at `lag` and beyond: those of an edge that lie behind the end of the ring, or in front of its start, follow the turn. */
 static inline void edges_turn(edge_t *head, edge_t *tail, size_t lag)
 {
@@ -114,7 +109,7 @@ DAVAR_APART static void slide_octaves(stages_t *stages, uint32_t head_index, uin
     at.behind = tail.at[m];
     do {
         edges_turn(&head, &tail, at.span);
-        slide_octaves_up_to(&at, head.at, tail.at, nearer(span_max, nearer(head.reach, tail.reach)));
+        slide_octaves_up_to(&at, head.at, tail.at, smaller(span_max, smaller(head.reach, tail.reach)));
     } while (at.span <= span_max);
 }
 #endif

@@ -102,29 +102,33 @@ static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index
                               unsigned times)
 {
     const uint32_t position = window_head(window) - 1U;
+    const uint32_t length = window->length;
+    const uint32_t whole = smaller(length, allan->run);
     for (uint32_t t = 0U; t < allan->count; t++) {
         tau_t *const tau = &allan->tau[t];
         const uint32_t span = 2U * allan->m[t];
         tau->head += allan_any_step(allan, ring, index, position, allan->m[t]);
-        for (unsigned i = 0U; (i < times) && (allan->run >= span) && (window->length >= span); i++) {
+        for (unsigned i = 0U; (i < times) && (span <= whole); i++) {
             sum_add_square(&tau->sum, tau->head);
         }
-        if (window->length == span) {
+        if (length == span) {
             tau->tail = tau->head; /* the only span of the window: both edges see the same difference */
         }
     }
 }
 
-static void sliding_trail_taus(allan_t *allan, const ring_t *ring, uint32_t index, uint32_t length)
+/* A span that has been in the sum was in the window, and no gap in it: `whole` samples are both. */
+DAVAR_APART static void sliding_trail_taus(const allan_t *allan, edge_t tail, uint32_t whole, uint32_t length)
 {
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        tau_t *const tau = &allan->tau[t];
-        const uint32_t span = 2U * allan->m[t];
-        if ((length >= span) && (allan->room >= span)) {
+    const uint32_t *m = allan->m;
+    tau_t *const end = allan->tau + allan->count;
+    for (tau_t *tau = allan->tau; tau != end; tau++, m++) {
+        const uint32_t span = 2U * *m;
+        if (span <= whole) {
             sum_subtract_square(&tau->sum, tau->tail);
         }
-        if (length > span) {
-            tau->tail += allan_trail_step(allan_trailing(ring, index), allan->m[t]);
+        if (span < length) {
+            tau->tail += allan_trail_step(tail, *m);
         }
     }
 }
@@ -145,7 +149,8 @@ static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t index = sliding_tail_index(&stages->ring, window);
-    sliding_trail_taus(&stages->allan, &stages->ring, index, window->length);
+    sliding_trail_taus(&stages->allan, allan_trailing(&stages->ring, index), smaller(window->length, stages->allan.room),
+                       window->length);
     sliding_trail_moments(stages, davar, index);
     window->length--;
     allan_shrink_room(&stages->allan, &davar->gaps, window, window_tail(window));

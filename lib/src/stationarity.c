@@ -79,13 +79,12 @@ static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 }
 
 /* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
-static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_central_t *first)
+static void contribution_of(ratio_t *ratio, const ratio_t *kurtosis, const davar_central_t *first)
 {
     davar_magnitude_t y;
-    multiply(&y, &whole->second, &whole->second);
-    multiply(&y, &y, &first->fourth);
+    multiply(&y, &kurtosis->under, &first->fourth);
     multiply(&ratio->under, &first->second, &first->second);
-    multiply(&ratio->under, &ratio->under, &whole->fourth);
+    multiply(&ratio->under, &ratio->under, &kurtosis->over);
     ratio->over = distance(&ratio->under, &y);
 }
 
@@ -101,18 +100,10 @@ static bool is_outside(const ratio_t *ratio, const double *low, const double *hi
     return greater(&bound, &ratio->over);
 }
 
-static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
+static bool contribution_outside(const davar_config_t *config, const ratio_t *kurtosis, const davar_central_t *first)
 {
     ratio_t ratio;
-    kurtosis_of(&ratio, whole);
-    return is_outside(&ratio, &config->kurtosis_low, &config->kurtosis_high);
-}
-
-static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
-                                 const davar_central_t *first)
-{
-    ratio_t ratio;
-    contribution_of(&ratio, whole, first);
+    contribution_of(&ratio, kurtosis, first);
     return is_outside(&ratio, &config->contribution_low, &config->contribution_high);
 }
 
@@ -122,12 +113,14 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
     if (whole->second.mantissa == 0U) {
         return false;
     }
-    const bool by_kurtosis = kurtosis_outside(config, whole);
+    ratio_t kurtosis;
+    kurtosis_of(&kurtosis, whole);
+    const bool by_kurtosis = is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
     const bool is_enough = (config->policy == DAVAR_POLICY_AND) ? !by_kurtosis : by_kurtosis;
     if (is_enough || (config->policy == DAVAR_POLICY_KURTOSIS)) {
         return by_kurtosis;
     }
-    return (first->second.mantissa != 0U) && contribution_outside(config, whole, first);
+    return (first->second.mantissa != 0U) && contribution_outside(config, &kurtosis, first);
 }
 
 /* The mantissa as a double in [1, 2), cut to its 53 bits. */
@@ -162,7 +155,9 @@ double davar_stationarity_contribution(const davar_central_t *whole, const davar
     if ((whole->second.mantissa == 0U) || (first->second.mantissa == 0U)) {
         return (double)NAN;
     }
+    ratio_t kurtosis;
     ratio_t ratio;
-    contribution_of(&ratio, whole, first);
+    kurtosis_of(&kurtosis, whole);
+    contribution_of(&ratio, &kurtosis, first);
     return quotient(&ratio);
 }
