@@ -49,23 +49,22 @@ DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_
     }
 }
 
-#if defined(__GNUC__) && defined(__ARM_ARCH_PROFILE) && (__ARM_ARCH_PROFILE == 'M') && (__ARM_ARCH_ISA_THUMB == 2) &&        \
+#if defined(__GNUC__) && defined(__ARM_ARCH_PROFILE) && (__ARM_ARCH_PROFILE == 'M') && (__ARM_ARCH_ISA_THUMB == 2) &&  \
     (NUMBER_SUM_BITS == 64U) && !defined(DAVAR_PORTABLE)
 #include "slide_armv7m.h"
 #else
 /* Octaves share taps: the one that leaves the span of m is the middle one of 2 m. Both edges on their way along them. */
 typedef struct {
     tau_t *tau;
-    size_t span; /* of `tau` */
+    uint32_t span; /* of `tau` */
     difference_t newest;
     difference_t oldest;
     difference_t before; /* half a span in front of the leading edge */
     difference_t behind; /* half a span behind the trailing one */
 } octaves_t;
 
-/* ... up to spans of `reach`, which the next one has not; the edges are where their taps are, in front of or beyond the end
- * of the ring. */
-static inline void slide_octaves_up_to(octaves_t *at, const sample_t *head, const sample_t *tail, size_t reach)
+/* ... up to spans of `reach`, which is not below the first one; the edges are on the taps' side of the end of the ring. */
+static inline void slide_octaves_up_to(octaves_t *at, const sample_t *head, const sample_t *tail, uint32_t reach)
 {
     do {
         tau_t *const tau = at->tau;
@@ -82,8 +81,9 @@ static inline void slide_octaves_up_to(octaves_t *at, const sample_t *head, cons
         at->tau++;
     } while (at->span <= reach);
 }
+
 /* Taps at `lag` and beyond: those of an edge that lie behind the end of the ring, or in front of its start, follow the turn. */
-static inline void edges_turn(edge_t *head, edge_t *tail, size_t lag)
+static inline void edges_turn(edge_t *head, edge_t *tail, uint32_t lag)
 {
     if (lag > head->reach) {
         head->at += head->turn;

@@ -97,9 +97,9 @@ DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
 
 /* --- careful steps ----------------------------------------------------------------------------------------------- */
 
-/* `times` is 2 while the mirrored start grows on both sides at once (2.6). */
+/* `twice` while the mirrored start grows on both sides at once (2.6). */
 static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index, const davar_window_t *window,
-                              unsigned times)
+                              bool twice)
 {
     const uint32_t position = window_head(window) - 1U;
     const uint32_t length = window->length;
@@ -108,7 +108,10 @@ static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index
         tau_t *const tau = &allan->tau[t];
         const uint32_t span = 2U * allan->m[t];
         tau->head += allan_any_step(allan, ring, index, position, allan->m[t]);
-        for (unsigned i = 0U; (i < times) && (span <= whole); i++) {
+        if (span <= whole) {
+            sum_add_square(&tau->sum, tau->head);
+        }
+        if (twice && (span <= whole)) {
             sum_add_square(&tau->sum, tau->head);
         }
         if (length == span) {
@@ -140,7 +143,7 @@ static void sliding_lead_carefully(stages_t *stages, davar_t *davar)
     allan_extend_run(&stages->allan, &davar->gaps, window, window_head(window));
     window->lag--;
     window->length++;
-    sliding_lead_taus(&stages->allan, &stages->ring, index, window, 1U);
+    sliding_lead_taus(&stages->allan, &stages->ring, index, window, false);
     sliding_lead_moments(stages, davar, index);
     allan_end_start(&stages->allan, window_head(window));
 }
@@ -149,8 +152,8 @@ static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t index = sliding_tail_index(&stages->ring, window);
-    sliding_trail_taus(&stages->allan, allan_trailing(&stages->ring, index), smaller(window->length, stages->allan.room),
-                       window->length);
+    sliding_trail_taus(&stages->allan, allan_trailing(&stages->ring, index),
+                       smaller(window->length, stages->allan.room), window->length);
     sliding_trail_moments(stages, davar, index);
     window->length--;
     allan_shrink_room(&stages->allan, &davar->gaps, window, window_tail(window));
@@ -229,7 +232,7 @@ static void sliding_warm(stages_t *stages, davar_t *davar)
     allan_extend_run(&stages->allan, &davar->gaps, window, position);
     window->lag--;
     window->length += 2U;
-    sliding_lead_taus(&stages->allan, ring, index, window, 2U);
+    sliding_lead_taus(&stages->allan, ring, index, window, true);
     sliding_warm_moments(stages, davar->config, index, position);
     allan_end_start(&stages->allan, window_head(window));
 }
