@@ -1,4 +1,4 @@
-/* davar - the pipeline of the number type q15. */
+/* davar - the pipeline of the number type q15, and the door of its samples. */
 #include "number_q15.h"
 
 #include "davar/davar.h"

@@ -1,4 +1,4 @@
-/* davar - the pipeline of the number type q31. */
+/* davar - the pipeline of the number type q31, and the door of its samples. */
 #include "number_q31.h"
 
 #include "davar/davar.h"
