@@ -1,5 +1,6 @@
 # davar_own_code: how davar's own sources are compiled. Private to this build, never passed on to users.
-# No contraction and no x87: a floating-point result must have the same bits on every target.
+# No contraction and no x87: a floating-point result must have the same bits on every target. No errno: a square root is
+# one instruction where there is one, with no library behind it.
 include(CheckCSourceCompiles)
 
 add_library(davar_own_code INTERFACE)
@@ -8,6 +9,7 @@ if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
   target_compile_options(
     davar_own_code
     INTERFACE -ffp-contract=off
+              -fno-math-errno
               -Wall
               -Wextra
               -Wpedantic

@@ -10,14 +10,16 @@
 
 static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
 {
-    const moments_t *const moments = &stages->moments;
-    if (stages->grid == NULL) {
-        powers_between(powers, first_part ? &moments->middle : &moments->head, &moments->tail);
-    } else {
-        const records_t records = stages->grid->records;
-        davar_read_apart();
-        records_powers(powers, &records, first_part ? records.middle_powers : records.head_powers);
+    static const powers_t no_powers = {0};
+    const powers_t *later = first_part ? &stages->moments.middle : &stages->moments.head;
+    const powers_t *earlier = &stages->moments.tail;
+    if (stages->grid != NULL) {
+        const records_t *const records = &stages->grid->records;
+        later = first_part ? records->middle_powers : records->head_powers;
+        earlier = records->tail_powers;
     }
+    davar_read_apart();
+    powers_between(powers, later, (earlier == NULL) ? &no_powers : earlier);
 }
 
 /* --- a result --------------------------------------------------------------------------------------------------- */
@@ -97,8 +99,9 @@ static void evaluate_taus(const davar_fit_plan_t *plan, const readings_t *readin
         davar_adev_t *const tau = &result->tau[t];
         tau->adev = (double)NAN;
         if (tau->differences > 0U) {
-            const double avar = davar_divide(sum_to_double(readings->sum[t]), plan->divisor[t]);
-            tau->adev = unit_per_count * davar_root(avar);
+            const double sum = sum_to_double(readings->sum[t]);
+            const double deviation = davar_root_of_quotient(sum, plan->divisor[t], plan->reciprocal[t]);
+            tau->adev = davar_multiply(unit_per_count, deviation);
         }
     }
 }

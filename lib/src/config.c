@@ -1,6 +1,8 @@
 /* davar - every reason to refuse a configuration, one small test each. */
 #include "config.h"
 
+#include "machine.h"
+
 const davar_config_t davar_default_config = {
     .mode = DAVAR_MODE_CENTRED,
     .policy = DAVAR_POLICY_OR,
@@ -20,15 +22,21 @@ const davar_config_t davar_default_config = {
 /* Keeps every sum of a window length and a step inside 32 bits. */
 #define STRIDE_MAX 16777216U
 
-/* Far enough inside the range of a double that no square leaves it. Also false for NaN. */
-static bool positive_finite(double value)
+/* False for NaN. */
+DAVAR_APART static bool is_between(double low, double value, double high)
 {
-    return (value >= 1e-100) && (value <= 1e100);
+    return (low <= value) && (value <= high);
 }
 
-static bool bounds_valid(double low, double high)
+/* Far enough inside the range of a double that no square leaves it. */
+DAVAR_APART static bool positive_finite(double value)
 {
-    return (low >= 0.0) && (low <= high) && (high <= 1e300);
+    return is_between(1e-100, value, 1e100);
+}
+
+DAVAR_APART static bool bounds_valid(double low, double high)
+{
+    return is_between(0.0, low, high) && (high <= 1e300);
 }
 
 static bool centred(const davar_config_t *config)
@@ -48,7 +56,7 @@ static davar_status_t check_scale(const davar_config_t *config, const davar_numb
     }
     if (is_float) {
         /* Float has room for the quantum and its inverse only well inside its range. */
-        return ((config->full_scale >= 1e-20) && (config->full_scale <= 1e20)) ? DAVAR_OK : DAVAR_ERR_SCALE;
+        return is_between(1e-20, config->full_scale, 1e20) ? DAVAR_OK : DAVAR_ERR_SCALE;
     }
     if (!positive_finite(config->unit_per_count)) {
         return DAVAR_ERR_SCALE;
@@ -107,11 +115,7 @@ static bool overflows(const davar_config_t *config, const davar_number_t *number
     const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
     const uint32_t room_bits = number->sum_bits - (2U * bits);
     const double squares = (double)config->window_max * (double)m * (double)m;
-    double room = 1.0;
-    for (uint32_t i = 0U; i < room_bits; i++) {
-        room *= 2.0;
-    }
-    return squares >= room;
+    return davar_bits_of_double(squares) >= ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
 }
 
 static davar_status_t check_taus(const davar_config_t *config, const davar_number_t *number, bool is_float)
@@ -134,7 +138,7 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
-davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
+DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
 {
     if ((config == NULL) || (config->taus == NULL)) {
         return DAVAR_ERR_NULL;

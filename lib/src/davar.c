@@ -5,20 +5,22 @@
 #include "config.h"
 #include "door.h"
 #include "fit_plan.h"
+#include "machine.h"
 #include "number.h"
 #include "sequence.h"
 
 #include <assert.h>
+#include <string.h>
 
 /* --- init -------------------------------------------------------------------------------------------------------- */
 
-static size_t memory_size(const davar_config_t *config, const davar_number_t *number, bool is_float)
+DAVAR_RARE static size_t memory_size(const davar_config_t *config, const davar_number_t *number, bool is_float)
 {
     return (davar_config_check(config, number, is_float) == DAVAR_OK) ? number->memory_size(config) : 0U;
 }
 
-static davar_status_t init(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes,
-                           const davar_number_t *number, bool is_float)
+DAVAR_RARE static davar_status_t init(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes,
+                                      const davar_number_t *number, bool is_float)
 {
     if ((davar == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
@@ -33,8 +35,11 @@ static davar_status_t init(davar_t *davar, const davar_config_t *config, void *m
     if (((uintptr_t)memory % 8U) != 0U) {
         return DAVAR_ERR_MEMORY_ALIGN;
     }
-    const davar_t fresh = {.config = config, .number = number, .stages = memory, .is_float = is_float};
-    *davar = fresh;
+    memset(davar, 0, sizeof *davar);
+    davar->config = config;
+    davar->number = number;
+    davar->stages = memory;
+    davar->is_float = is_float;
     davar->counts_per_unit = is_float ? (float)(1.0 / door_quantum(config->full_scale)) : 0.0F;
     number->start(davar, memory);
     if (config->fit_plan != NULL) {
@@ -73,7 +78,7 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
     return init(davar, config, memory, bytes, &davar_number_q31, true);
 }
 
-void davar_reset(davar_t *davar)
+DAVAR_RARE void davar_reset(davar_t *davar)
 {
     const davar_health_t quiet = {0};
     davar->health = quiet;
@@ -86,7 +91,7 @@ void davar_reset(davar_t *davar)
 
 /* --- samples in -------------------------------------------------------------------------------------------------- */
 
-static void gap(davar_t *davar, uint32_t missing)
+DAVAR_RARE static void gap(davar_t *davar, uint32_t missing)
 {
     const uint32_t room = UINT32_MAX - davar->health.missing;
     davar->health.missing += (missing < room) ? missing : room;
@@ -129,7 +134,7 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
     return consumed;
 }
 
-void davar_gap(davar_t *davar, uint32_t missing)
+DAVAR_RARE void davar_gap(davar_t *davar, uint32_t missing)
 {
     assert(!davar->window.finished);
     davar_change_begin(davar);
@@ -160,7 +165,7 @@ bool davar_take(davar_t *davar, davar_result_t *result)
     return (plan != NULL) ? take(davar, plan, result) : take_alone(davar, result);
 }
 
-bool davar_flush(davar_t *davar)
+DAVAR_RARE bool davar_flush(davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
     const bool kept = (config->stride == 1U) || config->mirrored_end;

@@ -1,9 +1,10 @@
-/* davar - weighted least squares for a mix of noise terms, DESIGN (5.6) to (5.10). Weights come from the model, not from the
- * data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated; the weights know
- * that only as crowding (a full inverse is ill-conditioned), the variance of the outcome knows it in full. */
+/* davar - a mix of noise terms, its variances and its selection, DESIGN (5.6) to (5.10). Least squares with weights from the
+ * model, not from the data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated;
+ * the weights know that only as crowding (a full inverse is ill-conditioned), the variance of the outcome knows it in full. */
 #include "fit_mixture.h"
 
 #include "fit_plan.h"
+#include "least_squares.h"
 #include "noise.h"
 #include "real.h"
 
@@ -14,43 +15,13 @@
 #define ROUNDS_TRIAL 2
 #define ROUNDS_FINAL 2
 
-/* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
-#define PIVOT_MIN 1e-10
-
-typedef struct {
-    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
-} matrix_t;
-
-/* Inverse over some of the terms: row i belongs to term[i]. */
-typedef struct {
-    int size;
-    int term[DAVAR_COEFFICIENT_COUNT];
-    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
-} inverse_t;
-
-typedef struct {
-    matrix_t matrix;                       /* X' W X, scaled to a unit diagonal */
-    double right[DAVAR_COEFFICIENT_COUNT]; /* X' W avar, scaled */
-    double scale[DAVAR_COEFFICIENT_COUNT]; /* what made the diagonal 1: a = scale * solution */
-} normal_t;
-
-static unsigned bit(int term)
-{
-    return 1U << (unsigned)term;
-}
-
-static bool has(unsigned terms, int term)
-{
-    return (terms & bit(term)) != 0U;
-}
-
 static double square(double x)
 {
     return x * x;
 }
 
 /* x[k] = m^(k - 2) */
-static void shapes(double m, double x[])
+DAVAR_APART static void shapes(double m, double x[])
 {
     const double inverse = 1.0 / m;
     x[DAVAR_QUANTIZATION] = inverse * inverse;
@@ -67,7 +38,7 @@ static double avar_of(const davar_mixture_t *model, double m)
     return (a[4] * m + a[3]) * m + a[2] + (a[0] * inverse + a[1]) * inverse;
 }
 
-double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
+DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
 {
     const double m = (double)tau->m;
     const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
@@ -75,7 +46,7 @@ double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
     shapes(m, x);
     double inverse = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        if (has(model->terms, k)) {
+        if (davar_has_term(model->terms, k)) {
             inverse += model->a[k] * x[k] / davar_noise_edf((davar_coefficient_kind_t)k, m, all);
         }
     }
@@ -84,7 +55,7 @@ double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
     return (edf > 1.0) ? edf : 1.0;
 }
 
-double davar_mixture_room(const davar_mixture_t *model, int term)
+DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 {
     const int strongest = (term <= WHITE) ? 0 : model->count - 1;
     const double m = (double)model->data->tau[strongest].m;
@@ -95,146 +66,31 @@ double davar_mixture_room(const davar_mixture_t *model, int term)
 
 /* ---- least squares ---- */
 
-/* X' W X holds only nine different sums, the moments of w from m^-4 to m^4. */
-static void scale_to_unit_diagonal(normal_t *normal, const double moment[])
-{
-    for (int k = 0; k < TERMS; k++) {
-        normal->scale[k] = 1.0 / davar_root(moment[k + k]);
-        normal->right[k] *= normal->scale[k];
-        for (int l = 0; l <= k; l++) {
-            normal->matrix.at[k][l] = moment[k + l] * normal->scale[k] * normal->scale[l];
-            normal->matrix.at[l][k] = normal->matrix.at[k][l];
-        }
-    }
-}
-
 /* trust: 1 takes the weights from the model; less mixes in the data, for a model that may still be far off. */
-static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
+static void normal_equations(const davar_mixture_t *model, double trust, davar_normal_t *normal)
 {
-    double moment[2 * DAVAR_COEFFICIENT_COUNT - 1] = {0};
-    *normal = (normal_t){0};
+    *normal = (davar_normal_t){0};
     for (int t = 0; t < model->count; t++) {
         const davar_adev_t *tau = &model->data->tau[t];
         const double m = (double)tau->m;
         const double avar = tau->adev * tau->adev;
         const double expected = trust * avar_of(model, m) + (1.0 - trust) * avar;
-        const double per_m2 = (double)model->weight[t] / square(expected * m);
-        double power = per_m2 / (m * m);
-        double product = per_m2 * avar;
-        for (int k = 0; k < TERMS; k++) {
-            normal->right[k] += product;
-            product *= m;
-        }
-        for (int p = 0; p < 2 * TERMS - 1; p++) {
-            moment[p] += power;
-            power *= m;
-        }
+        davar_normal_add(normal, m, avar, (double)model->weight[t] / square(expected * m));
     }
-    scale_to_unit_diagonal(normal, moment);
-}
-
-/* Rows and columns of the terms in `terms`, in ascending order. */
-static void select_terms(const matrix_t *all, unsigned terms, inverse_t *some)
-{
-    some->size = 0;
-    for (int k = 0; k < TERMS; k++) {
-        if (has(terms, k)) {
-            some->term[some->size++] = k;
-        }
-    }
-    for (int i = 0; i < some->size; i++) {
-        for (int j = 0; j < some->size; j++) {
-            some->at[i][j] = all->at[some->term[i]][some->term[j]];
-        }
-    }
-}
-
-static void eliminate(inverse_t *a, int pivot)
-{
-    const double inverse = 1.0 / a->at[pivot][pivot];
-    a->at[pivot][pivot] = 1.0;
-    for (int j = 0; j < a->size; j++) {
-        a->at[pivot][j] *= inverse;
-    }
-    for (int i = 0; i < a->size; i++) {
-        if (i != pivot) {
-            const double multiple = a->at[i][pivot];
-            a->at[i][pivot] = 0.0;
-            for (int j = 0; j < a->size; j++) {
-                a->at[i][j] -= multiple * a->at[pivot][j];
-            }
-        }
-    }
-}
-
-/* Gauss-Jordan; a positive definite matrix needs no exchange of rows. False: the cluster sizes cannot tell these terms
- * apart. */
-static bool invert(const matrix_t *matrix, unsigned terms, inverse_t *inverse)
-{
-    select_terms(matrix, terms, inverse);
-    for (int i = 0; i < inverse->size; i++) {
-        if (!(inverse->at[i][i] > PIVOT_MIN)) {
-            return false;
-        }
-        eliminate(inverse, i);
-    }
-    return true;
-}
-
-static double solution(const normal_t *normal, const inverse_t *inverse, int i)
-{
-    double sum = 0.0;
-    for (int j = 0; j < inverse->size; j++) {
-        sum += inverse->at[i][j] * normal->right[inverse->term[j]];
-    }
-    return sum * normal->scale[inverse->term[i]];
-}
-
-/* Stores the solution; returns its most negative term, -1 if there is none. */
-static int solve(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse)
-{
-    int worst = -1;
-    double lowest = 0.0;
-    for (int k = 0; k < TERMS; k++) {
-        model->a[k] = 0.0;
-    }
-    for (int i = 0; i < inverse->size; i++) {
-        const int k = inverse->term[i];
-        model->a[k] = solution(normal, inverse, i);
-        if (model->a[k] < lowest * normal->scale[k]) {
-            worst = k;
-            lowest = model->a[k] / normal->scale[k];
-        }
-    }
-    return worst;
-}
-
-/* Least squares over `terms`, without those that come out negative. One term alone is positive: this ends. */
-static bool solve_non_negative(davar_mixture_t *model, const normal_t *normal, unsigned terms)
-{
-    for (;;) {
-        inverse_t inverse;
-        if (!invert(&normal->matrix, terms, &inverse)) {
-            return false;
-        }
-        const int worst = solve(model, normal, &inverse);
-        if (worst < 0) {
-            model->terms = terms;
-            return true;
-        }
-        terms &= ~bit(worst);
-    }
+    davar_normal_scale(normal);
 }
 
 /* Iteratively reweighted least squares. trust: see normal_equations, for the first round. */
 static bool converge(davar_mixture_t *model, unsigned terms, double trust, int rounds)
 {
-    normal_t normal;
+    davar_normal_t normal;
     for (int round = 0; round < rounds; round++) {
         normal_equations(model, (round == 0) ? trust : 1.0, &normal);
-        if (!solve_non_negative(model, &normal, terms)) {
+        const unsigned left = davar_solve_non_negative(&normal, terms, model->a);
+        if (left == 0U) {
             return false;
         }
+        model->terms = left;
     }
     return true;
 }
@@ -249,14 +105,14 @@ static double covariance(const davar_mixture_t *model, double m_short, double m_
     shapes(davar_root(m_short * m_long), x);
     double sum = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        if (has(model->terms, k)) {
+        if (davar_has_term(model->terms, k)) {
             sum += model->a[k] * x[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
         }
     }
     return sum;
 }
 
-static void add_symmetric(matrix_t *h, const double x[], const double y[])
+static void add_symmetric(davar_matrix_t *h, const double x[], const double y[])
 {
     for (int k = 0; k < TERMS; k++) {
         for (int l = 0; l < TERMS; l++) {
@@ -266,7 +122,7 @@ static void add_symmetric(matrix_t *h, const double x[], const double y[])
 }
 
 /* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without the logarithm. */
-static double loss(double ratio)
+DAVAR_APART static double loss(double ratio)
 {
     return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
@@ -288,11 +144,11 @@ static void covariance_row(const davar_mixture_t *model, int j, const double fac
 
 /* X' W C W X, the middle of the sandwich, scaled as the normal equations. Returns the misfit: twice the log-likelihood
  * that the data lose against a perfect model. */
-static double scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
+static double scatter(const davar_mixture_t *model, const davar_normal_t *normal, davar_matrix_t *h)
 {
     double factor[DAVAR_TAUS_MAX];
     double misfit = 0.0;
-    *h = (matrix_t){0};
+    *h = (davar_matrix_t){0};
     for (int j = 0; j < model->count; j++) {
         const davar_adev_t *tau = &model->data->tau[j];
         const double avar = avar_of(model, (double)tau->m);
@@ -312,24 +168,11 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
     return misfit;
 }
 
-static double sandwich(const normal_t *normal, const inverse_t *inverse, const matrix_t *h, int i)
-{
-    double sum = 0.0;
-    for (int j = 0; j < inverse->size; j++) {
-        double row = 0.0;
-        for (int l = 0; l < inverse->size; l++) {
-            row += h->at[inverse->term[j]][inverse->term[l]] * inverse->at[i][l];
-        }
-        sum += inverse->at[i][j] * row;
-    }
-    return sum * square(normal->scale[inverse->term[i]]);
-}
-
 static int term_count(unsigned terms)
 {
     int count = 0;
     for (int k = 0; k < TERMS; k++) {
-        count += has(terms, k) ? 1 : 0;
+        count += davar_has_term(terms, k) ? 1 : 0;
     }
     return count;
 }
@@ -347,20 +190,22 @@ static void lower(double *least, double value)
     *least = (value < *least) ? value : *least;
 }
 
-static double lower_limit(double a, double variance)
+DAVAR_APART static double lower_limit(double a, double variance)
 {
     const double s = davar_root(0.5 * variance) / a;
-    return a * (double)davar_chi_square_low((s < 1.0) ? (float)s : 1.0F);
+    const double one = (double)NOISE_ONE;
+    return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
 }
 
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
-static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse, const matrix_t *h)
+static void doubt(davar_mixture_t *model, const davar_normal_t *normal, const davar_inverse_t *inverse,
+                  const davar_matrix_t *h)
 {
     for (int i = 0; i < inverse->size; i++) {
         const int k = inverse->term[i];
-        if (has(model->terms, k)) {
-            const double a = solution(normal, inverse, i);
-            const double variance = sandwich(normal, inverse, h, i) * model->grow;
+        if (davar_has_term(model->terms, k)) {
+            const double a = davar_solution(normal, inverse, i);
+            const double variance = davar_solution_variance(normal, inverse, h, i) * model->grow;
             const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
             lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
         }
@@ -369,28 +214,28 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_
 
 /* The model's noise gives weights and scatter, so for an absent term this is a test of the model without it (a score
  * test). */
-static void judge_absent(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term)
+static void judge_absent(davar_mixture_t *model, const davar_normal_t *normal, const davar_matrix_t *h, int term)
 {
-    inverse_t inverse;
+    davar_inverse_t inverse;
     model->beside[term] = 0.0;
     model->variance[term] = (double)INFINITY;
-    if (invert(&normal->matrix, model->terms | bit(term), &inverse)) {
-        const int i = term_count(model->terms & (bit(term) - 1U));
-        model->beside[term] = solution(normal, &inverse, i);
-        model->variance[term] = sandwich(normal, &inverse, h, i) * model->grow;
+    if (davar_invert(normal, model->terms | davar_term_bit(term), &inverse)) {
+        const int i = term_count(model->terms & (davar_term_bit(term) - 1U));
+        model->beside[term] = davar_solution(normal, &inverse, i);
+        model->variance[term] = davar_solution_variance(normal, &inverse, h, i) * model->grow;
         if (model->beside[term] > DAVAR_FIT_DOUBT * davar_root(model->variance[term])) {
             doubt(model, normal, &inverse, h);
         }
     }
 }
 
-static void judge_present(davar_mixture_t *model, const normal_t *normal, const matrix_t *h)
+static void judge_present(davar_mixture_t *model, const davar_normal_t *normal, const davar_matrix_t *h)
 {
-    inverse_t inverse;
-    (void)invert(&normal->matrix, model->terms, &inverse); /* as it was in the fit */
+    davar_inverse_t inverse;
+    (void)davar_invert(normal, model->terms, &inverse); /* as it was in the fit */
     for (int i = 0; i < inverse.size; i++) {
         const int k = inverse.term[i];
-        model->variance[k] = sandwich(normal, &inverse, h, i) * model->grow;
+        model->variance[k] = davar_solution_variance(normal, &inverse, h, i) * model->grow;
         model->least[k] = lower_limit(model->a[k], model->variance[k]);
     }
 }
@@ -398,13 +243,13 @@ static void judge_present(davar_mixture_t *model, const normal_t *normal, const 
 /* Fills beside, variance, least and grow. */
 static void judge(davar_mixture_t *model)
 {
-    normal_t normal;
-    matrix_t h;
+    davar_normal_t normal;
+    davar_matrix_t h;
     normal_equations(model, 1.0, &normal);
     model->grow = inflation(model, scatter(model, &normal, &h));
     judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
-        if (!has(model->terms, k)) {
+        if (!davar_has_term(model->terms, k)) {
             judge_absent(model, &normal, &h, k);
         }
     }
@@ -415,7 +260,7 @@ static void judge(davar_mixture_t *model)
 /* In standard errors. A misfit is no excuse: terms are tested against the noise as modelled. */
 static double significance(const davar_mixture_t *model, int term)
 {
-    const double a = has(model->terms, term) ? model->a[term] : model->beside[term];
+    const double a = davar_has_term(model->terms, term) ? model->a[term] : model->beside[term];
     return a / davar_root(model->variance[term] / model->grow);
 }
 
@@ -423,7 +268,9 @@ static unsigned missing_terms(const davar_mixture_t *model)
 {
     unsigned found = 0U;
     for (int k = 0; k < TERMS; k++) {
-        found |= (!has(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD)) ? bit(k) : 0U;
+        found |= (!davar_has_term(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD))
+                     ? davar_term_bit(k)
+                     : 0U;
     }
     return found;
 }
@@ -454,7 +301,7 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     double least = (double)INFINITY;
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = before;
-        if (has(suspects, k) && converge(&trial, before.terms | bit(k), 0.5, ROUNDS_TRIAL)) {
+        if (davar_has_term(suspects, k) && converge(&trial, before.terms | davar_term_bit(k), 0.5, ROUNDS_TRIAL)) {
             const double left = unexplained(&trial);
             if (left < least) {
                 least = left;
@@ -470,7 +317,8 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
 static void reconsider(davar_mixture_t *model, int term)
 {
     davar_mixture_t trial = *model;
-    (void)converge(&trial, model->terms & ~bit(term), 0.5, ROUNDS_TRIAL); /* fewer terms are easier to tell apart */
+    (void)converge(&trial, model->terms & ~davar_term_bit(term), 0.5,
+                   ROUNDS_TRIAL); /* fewer terms are easier to tell apart */
     settle(&trial);
     if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
         *model = trial;
@@ -486,16 +334,16 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
     }
     settle(model);
     for (int k = 0; k < TERMS; k++) {
-        if (has(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
+        if (davar_has_term(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
             reconsider(model, k);
         }
     }
     return true;
 }
 
-void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
+DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
-    model->terms = bit(WHITE);
+    model->terms = davar_term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {
         settle(model);

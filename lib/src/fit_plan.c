@@ -3,6 +3,7 @@
 #include "fit_plan.h"
 
 #include "davar/confidence.h"
+#include "fit_mixture.h"
 #include "noise.h"
 #include "real.h"
 
@@ -10,6 +11,9 @@
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE DAVAR_ANGLE_RANDOM_WALK
+
+/* The largest float that 32 bits hold. */
+#define MOST 4294967040.0F
 
 static double last_of(const davar_fit_plan_t *plan)
 {
@@ -35,6 +39,33 @@ static double shape(const davar_fit_plan_t *plan, int term, int t)
     }
 }
 
+/* The power of two above a positive number. */
+static double power_above(double value)
+{
+    return davar_double_of_bits(((davar_bits_of_double(value) >> 52U) + 1U) << 52U);
+}
+
+static int32_t rounded(double value)
+{
+    return (int32_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
+}
+
+/* Stores a functional as fixed point of 29 bits, in units of a power of two above its largest value; that of white noise, whose
+ * sum is 1, as it is. */
+static void store_functional(davar_fit_plan_t *plan, int term, const double functional[])
+{
+    double largest = 0.0;
+    for (int t = 0; t < plan->count; t++) {
+        const double size = (functional[t] < 0.0) ? -functional[t] : functional[t];
+        largest = (size > largest) ? size : largest;
+    }
+    const double scale = ((term == WHITE) || (plan->count == 1U)) ? 1.0 : power_above(largest);
+    for (int t = 0; t < plan->count; t++) {
+        plan->functional[term][t] = rounded(functional[t] * (DAVAR_FIT_FUNCTIONAL_ONE / scale));
+    }
+    plan->scale[term] = (float)scale;
+}
+
 /* Regression of y on a constant and one shape: amplitude = sum functional y, functional = gain * w (x - centre); the constant
  * itself has centre 0. One cluster size alone shows a constant and nothing else. */
 static void plan_regression(davar_fit_plan_t *plan, int term)
@@ -52,25 +83,30 @@ static void plan_regression(davar_fit_plan_t *plan, int term)
         square += (double)plan->weight[t] * x * x;
     }
     const double gain = ((term == WHITE) || (plan->count > 1U)) ? 1.0 / square : 0.0;
-    plan->centre[term] = (float)centre;
+    double functional[DAVAR_TAUS_MAX];
     for (int t = 0; t < plan->count; t++) {
-        plan->functional[term][t] = (float)(gain * (double)plan->weight[t] * (shape(plan, term, t) - centre));
+        functional[t] = gain * (double)plan->weight[t] * (shape(plan, term, t) - centre);
     }
+    store_functional(plan, term, functional);
+    const float per_share = (float)centre * plan->scale[term];
+    plan->centre[term] = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
 }
 
 /* Variance of an amplitude under white noise, N = 1, folded so that a window length costs one product per cluster size:
  * the covariance of two cluster sizes falls with the number of differences of the shorter one (5.4). */
 static void plan_variance(davar_fit_plan_t *plan, int term)
 {
+    const double one = 1.0 / DAVAR_FIT_FUNCTIONAL_ONE;
     for (int i = 0; i < plan->count; i++) {
         const double m_i = (double)plan->m[i];
         double sum = 0.0;
         for (int j = i; j < plan->count; j++) {
             const double m_j = (double)plan->m[j];
             const double twice = (j > i) ? 2.0 : 1.0;
-            sum += twice * (double)plan->functional[term][j] * davar_noise_white_overlap(m_i, m_j) / (2.0 * m_i * m_j);
+            const double functional = (double)plan->functional[term][j] * one;
+            sum += twice * functional * davar_noise_white_overlap(m_i, m_j) / (2.0 * m_i * m_j);
         }
-        plan->variance[term][i] = (float)((double)plan->functional[term][i] * sum);
+        plan->variance[term][i] = (float)((double)plan->functional[term][i] * one * sum);
     }
 }
 
@@ -108,6 +144,13 @@ static double white_misfit_spread(const davar_fit_plan_t *plan)
     return davar_root(sum);
 }
 
+/* The largest sum of edf (y - 1)^2 that is no misfit (5.9). */
+static uint64_t misfit_limit(const davar_fit_plan_t *plan)
+{
+    const double most = 2.0 * ((double)(plan->count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
+    return (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
+}
+
 /* What turns the amplitude of a shape into a[k] of avar = sum a[k] m^(k - 2). */
 static void plan_units(davar_fit_plan_t *plan)
 {
@@ -119,7 +162,7 @@ static void plan_units(davar_fit_plan_t *plan)
     plan->unit[DAVAR_RATE_RAMP] = inverse * inverse * inverse;
 }
 
-void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
+DAVAR_RARE void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
 {
     assert(count >= 1U);
     plan->count = count;
@@ -132,6 +175,7 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
     plan_units(plan);
     plan_weights(plan);
     plan->misfit_spread = (float)white_misfit_spread(plan);
+    plan->misfit_limit = misfit_limit(plan);
     for (int k = 0; k < TERMS; k++) {
         plan_regression(plan, k);
         plan_variance(plan, k);
@@ -173,49 +217,70 @@ void davar_deviation_interval(double edf, double *low, double *high)
     *high = davar_root(*high);
 }
 
-static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, float evidence, int t)
+/* As fixed point; what it cannot hold is as much as it can. */
+static uint32_t fixed(float value, float one, float most)
+{
+    const float scaled = value * one;
+    return (uint32_t)((scaled < most) ? scaled : most);
+}
+
+static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, float evidence, int t, float variance[])
 {
     const float all = (float)(result->window_samples + 1U - 2U * result->tau[t].m);
     const float differences = (float)result->tau[t].differences;
     const float effective = (all + 0.5F * plan->m[t]) * (differences / all) * evidence;
     const float inverse = 1.0F / effective;
-    const float edf = plan->freedom[t] * effective;
+    const float freedom = plan->freedom[t] * effective;
+    const float edf = (freedom > 1.0F) ? freedom : 1.0F;
     double low;
     double high;
     davar_deviation_interval((double)edf, &low, &high);
-    plan->edf[t] = (edf > 1.0F) ? edf : 1.0F;
+    plan->edf[t] = (double)edf;
+    plan->root_edf[t] = fixed(davar_rootf(edf), DAVAR_FIT_ROOT_ONE, MOST);
     plan->low[t] = (float)low;
     plan->high[t] = (float)high;
     for (int k = 0; k < TERMS; k++) {
-        plan->sigma[k] += plan->variance[k][t] * inverse;
+        variance[k] += plan->variance[k][t] * inverse;
     }
     const double m = (double)result->tau[t].m;
     plan->divisor[t] = 2.0 * m * m * (double)result->tau[t].differences;
+    plan->reciprocal[t] = davar_reciprocal(plan->divisor[t]);
+}
+
+static void plan_white(davar_fit_plan_t *plan, float variance)
+{
+    double low;
+    double high;
+    davar_chi_square_interval(2.0 / (double)variance, &low, &high);
+    plan->white_low = fixed((float)low, NOISE_ONE, MOST);
+    plan->white_high = davar_rootf((float)high);
+}
+
+/* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */
+static void plan_term(davar_fit_plan_t *plan, int k, float of_white, float variance)
+{
+    const float sigma = davar_rootf(variance);
+    const float margin = (float)DAVAR_FIT_BOUND * sigma * plan->scale[k];
+    const float of_term = plan->centre[k] * plan->centre[k] * variance;
+    plan->sigma[k] = fixed(sigma, DAVAR_FIT_SHARE_ONE, DAVAR_FIT_SIGMA_MOST) + 1U; /* never 0 */
+    plan->room[k] = davar_rootf((1.0F + margin) * plan->scale[k]);
+    plan->doubt[k] = fixed(davar_rootf(0.5F * (of_white + of_term)), NOISE_ONE, MOST);
 }
 
 static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
 {
     const float evidence = (float)davar_fit_evidence(result);
-    for (int k = 0; k < TERMS; k++) {
-        plan->sigma[k] = 0.0F;
-    }
+    float variance[DAVAR_COEFFICIENT_COUNT] = {0.0F};
     for (int t = 0; t < plan->count; t++) {
-        plan_entry(plan, result, evidence, t);
+        plan_entry(plan, result, evidence, t, variance);
     }
-    const float of_white = plan->sigma[WHITE];
-    double low;
-    double high;
-    davar_chi_square_interval(2.0 / (double)of_white, &low, &high);
-    plan->white_low = (float)low;
-    plan->white_high = davar_rootf((float)high);
+    plan_white(plan, variance[WHITE]);
     for (int k = 0; k < TERMS; k++) {
-        const float of_term = plan->sigma[k];
-        plan->doubt[k] = davar_rootf(0.5F * (of_white + plan->centre[k] * plan->centre[k] * of_term));
-        plan->sigma[k] = ((k == WHITE) || (plan->count > 1U)) ? davar_rootf(of_term) : INFINITY;
+        plan_term(plan, k, variance[WHITE], variance[k]);
     }
 }
 
-static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+DAVAR_RARE static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
     uint32_t m[DAVAR_TAUS_MAX] = {0};
     for (int t = 0; t < count; t++) {

@@ -4,6 +4,24 @@
 
 #include "davar/fit.h"
 
+/* 1.0 in the fixed point of the plan: of a functional, of a share of white noise and its sigma, of the root of edf, and of a
+ * misfit. */
+#define DAVAR_FIT_FUNCTIONAL_BITS 29U
+#define DAVAR_FIT_FUNCTIONAL_ONE 536870912.0
+#define DAVAR_FIT_SHARE_BITS 20U
+#define DAVAR_FIT_SHARE_ONE 1048576.0F
+#define DAVAR_FIT_ROOT_ONE 1048576.0F
+#define DAVAR_FIT_MISFIT_ONE 67108864.0
+
+/* Sigma is taken as at most 64 shares. */
+#define DAVAR_FIT_SIGMA_MOST 67108864.0F
+
+/* A centre is taken as at most 2^20: then the smallest share leaves nothing of white noise. */
+#define DAVAR_FIT_CENTRE_MOST 1048576.0F
+
+/* One-sided 95 % point of a Gaussian. */
+#define DAVAR_FIT_BOUND 1.645
+
 /* Brings the plan up to date with the cluster sizes, differences and window length in result; needs none of its Allan
  * variances. Nothing is done when the window holds no difference (5.4) (5.5). */
 void davar_fit_prepare(davar_fit_plan_t *plan, const davar_result_t *result);

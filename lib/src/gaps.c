@@ -2,6 +2,7 @@
  * Hazard: positions wrap modulo 2^32, so only distances are compared, never positions. */
 #include "gaps.h"
 
+#include "machine.h"
 #include "window.h"
 
 /* Boundaries with their images, ascending:
@@ -33,7 +34,7 @@ static uint32_t image_at(const davar_gaps_t *gaps, const davar_window_t *window,
 }
 
 /* Index of the first boundary behind `position`. */
-static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position)
+DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position)
 {
     uint32_t low = 0U;
     uint32_t high = images_count(gaps, window);
@@ -48,7 +49,7 @@ static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *wind
     return low;
 }
 
-static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
+DAVAR_RARE static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
 {
     uint16_t gone = 0U;
     while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0)) {
@@ -70,7 +71,7 @@ void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window)
     }
 }
 
-bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
+DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t boundary = window->received;
     if ((boundary == 0U) && (window->at_start || window->filling)) {
@@ -88,14 +89,14 @@ bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
     return true;
 }
 
-void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end)
+DAVAR_RARE void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end)
 {
     if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == end)) {
         gaps->count--;
     }
 }
 
-uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position)
+DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position)
 {
     const uint32_t index = first_after(gaps, window, position);
     if (index == images_count(gaps, window)) {
@@ -104,7 +105,8 @@ uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window
     return image_at(gaps, window, index) - position;
 }
 
-uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
+/* How many boundaries, of at least one, are inside. */
+DAVAR_RARE static uint32_t count_inside(const davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t count = images_count(gaps, window);
     const uint32_t tail = window_tail(window);
@@ -118,7 +120,8 @@ uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *windo
     return inside;
 }
 
-uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
+/* Likewise. */
+DAVAR_RARE static uint32_t spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
 {
     /* In distances from the tail: a boundary at g spoils the spans that start at g - 2m + 1 .. g - 1. */
     const uint32_t count = images_count(gaps, window);
@@ -127,9 +130,6 @@ uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *w
     const uint32_t starts = length - (2U * m) + 1U;
     uint32_t counted_to = 0U;
     uint32_t lost = 0U;
-    if (gaps->count == 0U) {
-        return 0U;
-    }
     for (uint32_t i = first_after(gaps, window, tail); i < count; i++) {
         const uint32_t boundary = image_at(gaps, window, i) - tail;
         if (boundary >= length) {
@@ -144,4 +144,14 @@ uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *w
         }
     }
     return lost;
+}
+
+uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
+{
+    return (gaps->count == 0U) ? 0U : count_inside(gaps, window);
+}
+
+uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
+{
+    return (gaps->count == 0U) ? 0U : spans_lost(gaps, window, m);
 }

@@ -43,7 +43,7 @@ static uint32_t slot_before(const track_t *track, uint32_t slot)
 
 /* A position -received in the mirrored start: running sums there are the negatives of those here (2.8). Spans that
  * straddle the start are recorded as they come, so only those wholly in front of it (received > m) are taken here. */
-static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
+DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
 {
     const allan_t *const allan = &stages->allan;
     static const powers_t no_powers = {0};
@@ -320,13 +320,6 @@ static sum_t records_sum(const records_t *records, uint32_t t)
 {
     const sum_t zero = {0};
     return sum_between(records->head_sums[t], (records->tail_sums == NULL) ? zero : records->tail_sums[t]);
-}
-
-/* Power sums from the trailing edge to `later`. */
-static void records_powers(powers_t *powers, const records_t *records, const powers_t *later)
-{
-    static const powers_t no_powers = {0};
-    powers_between(powers, later, (records->tail_powers == NULL) ? &no_powers : records->tail_powers);
 }
 
 #endif

@@ -6,22 +6,26 @@
 #include "grid.h"
 
 /* Edge positions are K apart; window_max and window_min (and the start, while a trailing window fills) may put them on
- * different residues modulo K. Signed: a centred window starts in the mirrored past. */
+ * different residues modulo K. Signed: a centred window starts in the mirrored past. Within 32 bits: windows and strides are at
+ * most 2^24. */
 typedef struct {
-    int64_t first[TRACKS_MAX];
+    int32_t first[TRACKS_MAX];
     uint8_t count;
 } residues_t;
 
-/* Adds the first position >= at_least of the residue of `position`, unless that residue is there already. */
-static void residues_add(residues_t *residues, int64_t position, int64_t at_least, uint32_t stride)
+/* How far `value` is above a multiple of the stride. Without a signed division, which a small core would call for. */
+static uint32_t above_multiple(int32_t value, uint32_t stride)
 {
-    int64_t offset = (position - at_least) % (int64_t)stride;
-    if (offset < 0) {
-        offset += (int64_t)stride;
-    }
-    const int64_t first = at_least + offset;
+    const uint32_t rest = ((value < 0) ? (0U - (uint32_t)value) : (uint32_t)value) % stride;
+    return ((value < 0) && (rest > 0U)) ? (stride - rest) : rest;
+}
+
+/* Adds the first position >= at_least of the residue of `position`, unless that residue is there already. */
+DAVAR_RARE static void residues_add(residues_t *residues, int32_t position, int32_t at_least, uint32_t stride)
+{
+    const int32_t first = at_least + (int32_t)above_multiple(position - at_least, stride);
     for (uint8_t i = 0U; i < residues->count; i++) {
-        if (((residues->first[i] - first) % (int64_t)stride) == 0) {
+        if (above_multiple(residues->first[i] - first, stride) == 0U) {
             return;
         }
     }
@@ -35,13 +39,13 @@ static bool adaptive(const davar_config_t *config)
 }
 
 /* Centred, first epoch K - 1: edges at half a window from it. Trailing: the head is at multiples of K. */
-static residues_t residues_of_tail(const davar_config_t *config)
+DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
 {
     residues_t residues = {{0}, 0U};
-    const int64_t longest = config->window_max;
-    const int64_t shortest = config->window_min;
+    const int32_t longest = (int32_t)config->window_max;
+    const int32_t shortest = (int32_t)config->window_min;
     if (config->mode == DAVAR_MODE_CENTRED) {
-        const int64_t epoch = (int64_t)config->stride - 1;
+        const int32_t epoch = (int32_t)config->stride - 1;
         residues_add(&residues, epoch - (longest / 2), epoch - (longest / 2), config->stride);
         if (adaptive(config)) {
             residues_add(&residues, epoch - (shortest / 2), epoch - (longest / 2), config->stride);
@@ -57,15 +61,15 @@ static residues_t residues_of_tail(const davar_config_t *config)
 }
 
 /* The leading edge less `lag` samples: 0 for the head, the short segment for the middle. */
-static residues_t residues_of_head(const davar_config_t *config, int64_t lag)
+DAVAR_RARE static residues_t residues_of_head(const davar_config_t *config, int32_t lag)
 {
     residues_t residues = {{0}, 0U};
     if (config->mode == DAVAR_MODE_CENTRED) {
-        const int64_t epoch = (int64_t)config->stride - 1;
-        const int64_t first = epoch + ((int64_t)config->window_max / 2) - lag;
+        const int32_t epoch = (int32_t)config->stride - 1;
+        const int32_t first = epoch + ((int32_t)config->window_max / 2) - lag;
         residues_add(&residues, first, first, config->stride);
         if (adaptive(config)) {
-            residues_add(&residues, epoch + ((int64_t)config->window_min / 2) - lag, first, config->stride);
+            residues_add(&residues, epoch + ((int32_t)config->window_min / 2) - lag, first, config->stride);
         }
         return residues;
     }
@@ -86,26 +90,32 @@ static uint32_t head_reach(const davar_config_t *config)
     return lags ? ((config->window_max - config->window_min) / 2U) : 0U;
 }
 
+/* Strides that cover a distance, which is not negative. */
+static uint32_t strides_over(int32_t distance, uint32_t stride)
+{
+    return ((uint32_t)distance + stride - 1U) / stride;
+}
+
 /* Starts the records of one track at its first position; those in front of the start come from their mirror images. */
-static void track_start(track_t *track, int64_t first, uint32_t stride, const allan_t *allan)
+static void track_start(track_t *track, int32_t first, uint32_t stride, const allan_t *allan)
 {
     track->mirrored_left = 0U;
     track->slot = 0U;
     track->due = (uint32_t)first;
     if (first < 0) {
-        const uint32_t before = (uint32_t)((-first + (int64_t)stride - 1) / (int64_t)stride);
+        const uint32_t before = strides_over(-first, stride);
         track->slot = before % track->slots;
-        track->due = (uint32_t)(first + ((int64_t)before * (int64_t)stride));
+        track->due = (uint32_t)first + (before * stride);
         track->mirrored_left = before;
         track->mirrored_due = stride - track->due;
         track->mirrored_slot = slot_before(track, track->slot);
     }
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
-        const int64_t m = allan->m[t];
-        const int64_t begin = (first < -m) ? -m : first;
-        const int64_t steps = ((begin - first) + (int64_t)stride - 1) / (int64_t)stride;
-        track->sum_due[t] = (uint32_t)(first + (steps * (int64_t)stride) + (2 * m) - 1);
-        track->sum_slot[t] = (uint32_t)steps % track->slots;
+        const int32_t m = (int32_t)allan->m[t];
+        const int32_t begin = (first < -m) ? -m : first;
+        const uint32_t steps = strides_over(begin - first, stride);
+        track->sum_due[t] = (uint32_t)first + (steps * stride) + (2U * allan->m[t]) - 1U;
+        track->sum_slot[t] = steps % track->slots;
     }
 }
 
@@ -128,7 +138,7 @@ static void track_record_zero(track_t *track, uint32_t stride, const allan_t *al
     }
 }
 
-static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t stride, const allan_t *allan)
+DAVAR_RARE static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t stride, const allan_t *allan)
 {
     for (uint8_t i = 0U; i < residues->count; i++) {
         track_start(&tracks[i], residues->first[i], stride, allan);
@@ -137,11 +147,11 @@ static void tracks_start(track_t *tracks, const residues_t *residues, uint32_t s
 }
 
 /* All tracks back to the start of a record. */
-static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t *allan)
+DAVAR_RARE static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t *allan)
 {
     const residues_t tail = residues_of_tail(config);
     const residues_t head = residues_of_head(config, 0);
-    const residues_t middle = residues_of_head(config, config->segment);
+    const residues_t middle = residues_of_head(config, (int32_t)config->segment);
     tracks_start(grid->tail, &tail, config->stride, allan);
     tracks_start(grid->head, &head, config->stride, allan);
     tracks_start(grid->middle, &middle, config->stride, allan);
@@ -149,7 +159,7 @@ static void grid_start(grid_t *grid, const davar_config_t *config, const allan_t
     grid_schedule(grid, 0U);
 }
 
-static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t slots, uint32_t sums)
+DAVAR_RARE static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t slots, uint32_t sums)
 {
     for (uint8_t i = 0U; i < count; i++) {
         tracks[i].slots = slots;
@@ -158,7 +168,7 @@ static void tracks_carve(davar_arena_t *arena, track_t *tracks, uint8_t count, u
     }
 }
 
-static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t taus)
+DAVAR_RARE static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t count, uint32_t taus)
 {
     for (uint8_t i = 0U; i < count; i++) {
         tracks[i].sum_due = davar_arena_take(arena, taus, sizeof(uint32_t));
@@ -167,12 +177,12 @@ static void tracks_carve_dues(davar_arena_t *arena, track_t *tracks, uint8_t cou
 }
 
 /* Lays the tracks out in the caller's memory (or only counts, when the arena has none). */
-static void grid_carve(davar_arena_t *arena, grid_t *grid, const davar_config_t *config)
+DAVAR_RARE static void grid_carve(davar_arena_t *arena, grid_t *grid, const davar_config_t *config)
 {
     const uint32_t reach = head_reach(config);
     grid->tail_count = residues_of_tail(config).count;
     grid->head_count = residues_of_head(config, 0).count;
-    grid->middle_count = residues_of_head(config, config->segment).count;
+    grid->middle_count = residues_of_head(config, (int32_t)config->segment).count;
     tracks_carve(arena, grid->tail, grid->tail_count, slots_for(config->window_max, config->stride), config->tau_count);
     tracks_carve(arena, grid->head, grid->head_count, slots_for(reach, config->stride), config->tau_count);
     tracks_carve(arena, grid->middle, grid->middle_count, slots_for(reach + config->segment, config->stride), 0U);

@@ -17,7 +17,10 @@ double davar_noise_white_overlap(double m_short, double m_long);
 /* Correlation of the Allan variances at two cluster sizes of one long window for a noise kind (5.8). */
 double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long);
 
-/* The lower factor of davar_chi_square_interval for s = edf^-1/2, 0 < s <= 1 (5.2). */
-float davar_chi_square_low(float s);
+/* 1.0 in 2.30 fixed point. */
+#define NOISE_ONE 1073741824.0F
+
+/* The lower factor of davar_chi_square_interval for s = edf^-1/2, 0 < s <= 1 (5.2); both as 2.30. */
+uint32_t davar_chi_square_low(uint32_t s);
 
 #endif

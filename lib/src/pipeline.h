@@ -26,7 +26,7 @@ static uint32_t ring_capacity(const davar_config_t *config)
     return ((whole_window && (config->window_max > span)) ? config->window_max : span) + block;
 }
 
-static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
+DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
 {
     davar_arena_t arena = {memory, 0U};
     (void)davar_arena_take(&arena, 1U, sizeof(stages_t));
@@ -45,7 +45,7 @@ static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *conf
     return arena.used;
 }
 
-static size_t pipeline_memory_size(const davar_config_t *config)
+DAVAR_RARE static size_t pipeline_memory_size(const davar_config_t *config)
 {
     stages_t stages;
     davar_t davar;
@@ -58,10 +58,10 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
 {
     const uint32_t given = (config->sample_bits == 0U) ? NUMBER_SAMPLE_BITS_DEFAULT : config->sample_bits;
     const uint32_t bits = is_float ? NUMBER_SAMPLE_BITS_MAX : given;
-    stages->highest = (sample_t)((INT64_C(1) << (bits - 1U)) - 1);
+    stages->highest = (sample_t)((UINT32_C(1) << (bits - 1U)) - 1U);
 }
 
-static bool are_octaves(const davar_config_t *config)
+DAVAR_RARE static bool are_octaves(const davar_config_t *config)
 {
     for (uint32_t t = 1U; t < config->tau_count; t++) {
         if (config->taus[t] != (2U * config->taus[t - 1U])) {
@@ -83,18 +83,14 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     allan->run_doubles = centred;
     allan->warming = centred && (config->stride == 1U);
     allan->octaves = are_octaves(config);
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        const tau_t zero = {0};
-        allan->tau[t] = zero;
-    }
+    memset(allan->tau, 0, allan->count * sizeof *allan->tau);
 }
 
-static void start_moments(moments_t *moments)
+/* Samples up to the first epoch of a record. */
+static uint32_t first_wait(const davar_config_t *config)
 {
-    const powers_t zero = {0};
-    moments->head = zero;
-    moments->middle = zero;
-    moments->tail = zero;
+    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    return centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride;
 }
 
 static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
@@ -105,14 +101,14 @@ static void start_window(davar_window_t *window, const davar_config_t *config, u
         .origin = origin,
         .skip = skip,
         .next_length = longest ? config->window_max : config->stride,
-        .wait = centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride,
+        .wait = first_wait(config),
         .filling = !centred,
         .at_start = centred,
     };
     *window = start;
 }
 
-static void start(davar_t *davar, uint64_t origin, uint32_t skip)
+DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t skip)
 {
     const davar_config_t *const config = davar->config;
     stages_t *const stages = davar->stages;
@@ -120,20 +116,20 @@ static void start(davar_t *davar, uint64_t origin, uint32_t skip)
     stages->steady = STEADY_NOT;
     stages->ring.next = 0U;
     start_allan(&stages->allan, config);
-    start_moments(&stages->moments);
+    memset(&stages->moments, 0, sizeof stages->moments);
     start_window(&davar->window, config, origin, skip);
     if (stages->grid != NULL) {
         grid_start(stages->grid, config, &stages->allan);
     }
 }
 
-static void pipeline_start(davar_t *davar, void *memory)
+DAVAR_RARE static void pipeline_start(davar_t *davar, void *memory)
 {
     davar->stages = memory;
     memset(memory, 0, carve(davar->stages, davar, davar->config, memory));
     (void)carve(davar->stages, davar, davar->config, memory);
     start_samples(davar->stages, davar->config, davar->is_float);
-    start(davar, 0U, 0U);
+    start_stages(davar, 0U, 0U);
 }
 
 /* --- a sample in ------------------------------------------------------------------------------------------------- */
@@ -330,7 +326,7 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
 }
 
 /* The memory has been read back: every pointer in it is set anew, the rest stands. */
-static void pipeline_resume(davar_t *davar)
+DAVAR_RARE static void pipeline_resume(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     (void)carve(stages, davar, davar->config, stages);
@@ -341,15 +337,23 @@ static void pipeline_resume(davar_t *davar)
 
 /* --- weather ----------------------------------------------------------------------------------------------------- */
 
-/* Throws the window away and starts again at the next boundary of the grid of epochs. */
-static void pipeline_restart(davar_t *davar)
+/* Samples to the next boundary of the grid of epochs: the wait for an epoch falls by one with each sample, and by whole
+ * strides from epoch to epoch. */
+static uint32_t to_boundary(const davar_t *davar)
 {
-    const uint64_t stride = davar->config->stride;
-    const uint64_t now = window_now(&davar->window) - davar->window.skip;
-    const uint64_t skipped = (stride - (now % stride)) % stride;
+    const uint32_t stride = davar->config->stride;
+    const uint32_t since = (first_wait(davar->config) - davar->window.wait) % stride;
+    return (since == 0U) ? 0U : (stride - since);
+}
+
+/* Throws the window away and starts again at the next boundary of the grid of epochs. Never while samples in front of one are
+ * left out: a gap there is no boundary between samples. */
+DAVAR_RARE static void pipeline_restart(davar_t *davar)
+{
+    const uint32_t skipped = to_boundary(davar);
     davar_count(&davar->health.restarts);
     davar->ready = false;
-    start(davar, now + skipped, (uint32_t)skipped);
+    start_stages(davar, window_now(&davar->window) + skipped, skipped);
 }
 
 /* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */
@@ -359,7 +363,7 @@ static bool between_windows(const davar_t *davar)
     return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
 }
 
-static void pipeline_gap(davar_t *davar)
+DAVAR_RARE static void pipeline_gap(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
@@ -386,7 +390,7 @@ static void pipeline_gap(davar_t *davar)
 
 /* --- the end of a record ----------------------------------------------------------------------------------------- */
 
-static void finish(stages_t *stages, davar_t *davar)
+DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t head = (stages->grid == NULL) ? window_head(window) : window->received;
@@ -399,7 +403,7 @@ static void finish(stages_t *stages, davar_t *davar)
 }
 
 /* Pushes the mirror image of the record until an epoch is complete. False: none is left. */
-static bool pipeline_flush(davar_t *davar)
+DAVAR_RARE static bool pipeline_flush(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;

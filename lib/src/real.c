@@ -1,4 +1,4 @@
-/* davar - roots and quotients in integers. Fixed point: "a.b" has a bits in front of the point and b behind it. */
+/* davar - roots, quotients and products in integers. Fixed point: "a.b" has a bits in front of the point and b behind it. */
 #include "real.h"
 
 #define FRACTION_BITS 52U
@@ -13,6 +13,12 @@ static inline uint32_t top_32(uint32_t a, uint32_t b)
 static inline uint64_t top_64(uint64_t a, uint64_t b)
 {
     return davar_multiply_u64(a, b).high;
+}
+
+/* Of 96 bits. */
+static inline uint64_t top_64_of_96(uint64_t a, uint32_t b)
+{
+    return davar_multiply_u32((uint32_t)(a >> 32U), b) + top_32((uint32_t)a, b);
 }
 
 /* --- roots -------------------------------------------------------------------------------------------------------
@@ -57,7 +63,7 @@ static inline uint32_t halve_exponent(uint32_t exponent, uint32_t bias)
     return (exponent + bias) >> 1U;
 }
 
-static uint32_t root_of_mantissa_32(uint32_t m)
+uint32_t davar_root_of_mantissa(uint32_t m)
 {
     const estimate_t estimate = estimate_of(m);
     uint32_t root = (top_32(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
@@ -69,13 +75,22 @@ static uint32_t root_of_mantissa_32(uint32_t m)
 static uint64_t root_of_mantissa_64(uint64_t m)
 {
     const estimate_t estimate = estimate_of((uint32_t)(m >> 32U));
-    const uint64_t reciprocal = (uint64_t)(top_32(estimate.reciprocal, correction(estimate)) << 1U) << 32U;
-    const uint64_t s = top_64(m, reciprocal);
-    const uint64_t u = ((uint64_t)THREE << 32U) - top_64(s, reciprocal);
+    const uint32_t reciprocal = top_32(estimate.reciprocal, correction(estimate)) << 1U;
+    const uint64_t s = top_64_of_96(m, reciprocal);
+    const uint64_t u = ((uint64_t)THREE << 32U) - top_64_of_96(s, reciprocal);
     uint64_t root = (top_64(s, u) - 2U) >> 9U; /* 12.52, from 3.61 */
     const uint64_t short_of = (m << 42U) - (root * root);
     root += (root - short_of) >> 63U;
     return root;
+}
+
+/* Of a mantissa with its top bit set, and an exponent as a double has it. */
+static double root_of(uint64_t mantissa, uint32_t exponent)
+{
+    const bool odd = ((exponent & 1U) != 0U); /* less the bias: even */
+    const uint64_t root = root_of_mantissa_64(odd ? (mantissa >> 1U) : mantissa);
+    const uint64_t half = (uint64_t)halve_exponent(exponent, 0x3FFU) << FRACTION_BITS;
+    return davar_double_of_bits(half | (root & FRACTION));
 }
 
 double davar_root_by_integers(double value)
@@ -91,11 +106,7 @@ double davar_root_by_integers(double value)
         bits <<= zeros;
         exponent = 1U - zeros;
     }
-    const uint64_t mantissa = bits | (UINT64_C(1) << 63U);
-    const bool odd = ((exponent & 1U) != 0U); /* less the bias: even */
-    const uint64_t root = root_of_mantissa_64(odd ? (mantissa >> 1U) : mantissa);
-    const uint64_t half = (uint64_t)halve_exponent(exponent, 0x3FFU) << FRACTION_BITS;
-    return davar_double_of_bits(half | (root & FRACTION));
+    return root_of(bits | (UINT64_C(1) << 63U), exponent);
 }
 
 float davar_rootf_by_integers(float value)
@@ -113,7 +124,7 @@ float davar_rootf_by_integers(float value)
     }
     const uint32_t mantissa = bits | (UINT32_C(1) << 31U);
     const bool odd = ((exponent & 1U) != 0U);
-    const uint32_t root = root_of_mantissa_32(odd ? (mantissa >> 1U) : mantissa);
+    const uint32_t root = davar_root_of_mantissa(odd ? (mantissa >> 1U) : mantissa);
     return davar_float_of_bits((halve_exponent(exponent, 0x7FU) << 23U) | (root & ((UINT32_C(1) << 23U) - 1U)));
 }
 
@@ -121,28 +132,40 @@ float davar_rootf_by_integers(float value)
  * Of b in [1, 2) a line gives x = 1 / b within 1/17, and Newton's iteration x <- x (2 - b x) turns a relative error e into
  * e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the two's complement of b x. */
 
-/* b as 1.63; 1 / b as 0.64 within 2^-60. The line is 24/17 - 8/17 b, modulo 1. */
-static uint64_t reciprocal_of(uint64_t b)
+/* The line is 24/17 - 8/17 b, modulo 1; 8/17 is 0x78787878 / 2^32, but a compiler takes that for an invitation to shift and
+ * add, which is dearer than a product. */
+uint32_t davar_reciprocal_of_mantissa(uint32_t b)
 {
-    const uint32_t top = (uint32_t)(b >> 32U);
-    uint32_t x = UINT32_C(1768515945) - (top_32(top, UINT32_C(2021161080)) << 1U);
+    uint32_t x = UINT32_C(1768515945) - (top_32(b, UINT32_C(0x7878A3D5)) << 1U);
     for (unsigned i = 0U; i < 3U; i++) {
-        x = top_32(x, 0U - top_32(top, x)) << 1U;
+        x = top_32(x, 0U - top_32(b, x)) << 1U;
     }
-    const uint64_t wide = (uint64_t)x << 32U;
-    return top_64(wide, 0U - top_64(b, wide)) << 1U;
+    return x;
 }
 
-/* Two mantissas of 53 bits, b <= a < 2 b: their quotient, 2^52 .. 2^53, rounded. It is never half way between two. */
-static uint64_t quotient_of_mantissas(uint64_t a, uint64_t b)
+/* b as 1.63; 1 / b as 0.64 within 2^-60. */
+static uint64_t reciprocal_of(uint64_t b)
 {
-    uint64_t quotient = (top_64(a << 10U, reciprocal_of(b << 11U)) - 4U) >> 10U; /* the whole part, or one less */
-    uint64_t rest = (a << FRACTION_BITS) - (quotient * b);                       /* modulo 2^64 */
+    const uint32_t x = davar_reciprocal_of_mantissa((uint32_t)(b >> 32U));
+    return top_64_of_96(0U - top_64_of_96(b, x), x) << 1U;
+}
+
+/* Two mantissas of 53 bits, b <= a < 2 b, and 1 / b: their quotient, 2^52 .. 2^53 - 1, rounded. It is never half way between
+ * two. */
+static uint64_t quotient_of_mantissas(uint64_t a, uint64_t b, uint64_t reciprocal)
+{
+    uint64_t quotient = (top_64(a << 10U, reciprocal) - 4U) >> 10U; /* the whole part, or one less */
+    uint64_t rest = (a << FRACTION_BITS) - (quotient * b);          /* modulo 2^64 */
     if (rest >= b) {
         quotient++;
         rest -= b;
     }
     return quotient + (((2U * rest) > b) ? 1U : 0U);
+}
+
+static inline uint64_t mantissa_of(uint64_t bits)
+{
+    return (bits & FRACTION) | HIDDEN;
 }
 
 static inline uint32_t exponent_of(uint64_t bits)
@@ -159,8 +182,8 @@ double davar_divide_by_integers(double dividend, double divisor)
 {
     const uint64_t bits = davar_bits_of_double(dividend);
     const uint64_t by = davar_bits_of_double(divisor);
-    const uint64_t b = (by & FRACTION) | HIDDEN;
-    uint64_t a = (bits & FRACTION) | HIDDEN;
+    const uint64_t b = mantissa_of(by);
+    uint64_t a = mantissa_of(bits);
     uint32_t exponent = exponent_of(bits) - exponent_of(by) + 1022U;
     if (a < b) {
         a <<= 1U;
@@ -171,5 +194,52 @@ double davar_divide_by_integers(double dividend, double divisor)
         return dividend / divisor; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
     }
     const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
-    return davar_double_of_bits(sign | (((uint64_t)exponent << FRACTION_BITS) + quotient_of_mantissas(a, b)));
+    return davar_double_of_bits(
+        sign | (((uint64_t)exponent << FRACTION_BITS) + quotient_of_mantissas(a, b, reciprocal_of(b << 11U))));
+}
+
+uint64_t davar_reciprocal_by_integers(double value)
+{
+    return reciprocal_of(mantissa_of(davar_bits_of_double(value)) << 11U);
+}
+
+double davar_root_of_quotient_by_integers(double dividend, double divisor, uint64_t reciprocal)
+{
+    const uint64_t bits = davar_bits_of_double(dividend);
+    const uint64_t by = davar_bits_of_double(divisor);
+    const uint64_t b = mantissa_of(by);
+    uint64_t a = mantissa_of(bits);
+    uint32_t exponent = (uint32_t)(bits >> FRACTION_BITS) - (uint32_t)(by >> FRACTION_BITS) + 1023U;
+    if (bits == 0U) {
+        return 0.0;
+    }
+    if (a < b) {
+        a <<= 1U;
+        exponent--;
+    }
+    return root_of(quotient_of_mantissas(a, b, reciprocal) << 11U, exponent);
+}
+
+/* --- products ------------------------------------------------------------------------------------------------------ */
+
+double davar_multiply_by_integers(double a, double b)
+{
+    const uint64_t bits = davar_bits_of_double(a);
+    const uint64_t by = davar_bits_of_double(b);
+    uint32_t exponent = exponent_of(bits) + exponent_of(by) - 1022U;
+    if (!is_normal(exponent_of(bits)) || !is_normal(exponent_of(by)) || !is_normal(exponent) ||
+        !is_normal(exponent - 1U)) {
+        return a * b;
+    }
+    const davar_u128_t product = davar_multiply_u64(mantissa_of(bits) << 11U, mantissa_of(by) << 11U);
+    uint64_t mantissa = product.high;
+    uint64_t rest = product.low;
+    if ((mantissa >> 63U) == 0U) {
+        mantissa = (mantissa << 1U) | (rest >> 63U);
+        rest <<= 1U;
+        exponent--;
+    }
+    const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
+    const double size = davar_double_of_mantissa(mantissa | ((rest != 0U) ? 1U : 0U), exponent);
+    return davar_double_of_bits(sign | davar_bits_of_double(size));
 }

@@ -29,7 +29,7 @@ static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_
     powers_add(powers, stages->ring.sample[index]);
 }
 
-static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     const uint32_t segment = davar->config->segment;
     if (segment == 0U) {
@@ -41,7 +41,7 @@ static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_
     }
 }
 
-static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     if (davar->config->segment != 0U) {
         sliding_add(&stages->moments.tail, stages, index);
@@ -201,7 +201,8 @@ static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_
 /* --- the mirrored start ------------------------------------------------------------------------------------------ */
 
 /* By symmetry the sums in front of -p are the negatives of those in front of p (2.8). */
-static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index, uint32_t position)
+DAVAR_RARE static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index,
+                                            uint32_t position)
 {
     static const powers_t no_powers = {0};
     moments_t *const moments = &stages->moments;
@@ -222,7 +223,7 @@ static void sliding_warm_moments(stages_t *stages, const davar_config_t *config,
 /* Centred start: the window grows on both sides of the first sample at once, [-n - 1, n + 1), until it is full. The
  * mirror image is written into the ring for the trailing edge to find; its differences are those of the right half with
  * the sign turned, so their squares are counted twice (2.6). */
-static void sliding_warm(stages_t *stages, davar_t *davar)
+DAVAR_RARE static void sliding_warm(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     ring_t *const ring = &stages->ring;
@@ -238,7 +239,7 @@ static void sliding_warm(stages_t *stages, davar_t *davar)
 }
 
 /* The window is full: the trailing edge's differences are the mirror images of the leading edge's. */
-static void sliding_end_warm(stages_t *stages, davar_t *davar)
+DAVAR_RARE static void sliding_end_warm(stages_t *stages, davar_t *davar)
 {
     allan_t *const allan = &stages->allan;
     for (uint32_t t = 0U; t < allan->count; t++) {

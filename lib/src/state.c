@@ -2,6 +2,7 @@
  * it out anew, which overwrites every pointer. */
 #include "davar/state.h"
 
+#include "machine.h"
 #include "number.h"
 
 #include "davar/version.h"
@@ -33,7 +34,7 @@ typedef struct {
 } saved_t;
 
 /* CRC-32 (IEEE 802.3, reflected), four bits at a time. */
-static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
+DAVAR_RARE static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
 {
     static const uint32_t TABLE[16] = {
         0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU, 0x76DC4190U, 0x6B6B51F4U, 0x4DB26158U, 0x5005713CU,
@@ -48,20 +49,20 @@ static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
     return ~crc;
 }
 
-static uint32_t check_of_u32(uint32_t check, uint32_t value)
+DAVAR_RARE static uint32_t check_of_u32(uint32_t check, uint32_t value)
 {
     const unsigned char bytes[4] = {(unsigned char)value, (unsigned char)(value >> 8U), (unsigned char)(value >> 16U),
                                     (unsigned char)(value >> 24U)};
     return check_of(check, bytes, sizeof bytes);
 }
 
-static uint32_t header_check(const header_t *header)
+DAVAR_RARE static uint32_t header_check(const header_t *header)
 {
     return check_of(0U, header, offsetof(header_t, check));
 }
 
 /* Field by field: padding is nobody's. */
-static uint32_t fingerprint(const davar_t *davar)
+DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
     const double numbers[] = {config->rate_hz,          config->unit_per_count, config->full_scale,
@@ -99,12 +100,12 @@ static uint32_t fingerprint(const davar_t *davar)
     return check_of(check, config->taus, config->tau_count * sizeof config->taus[0]);
 }
 
-static size_t memory_bytes(const davar_t *davar)
+DAVAR_RARE static size_t memory_bytes(const davar_t *davar)
 {
     return davar->number->memory_size(davar->config);
 }
 
-size_t davar_state_bytes(const davar_t *davar)
+DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
 {
     return sizeof(header_t) + sizeof(saved_t) + memory_bytes(davar);
 }
@@ -112,7 +113,7 @@ size_t davar_state_bytes(const davar_t *davar)
 /* --- reading ----------------------------------------------------------------------------------------------------- */
 
 /* Reads a slot to its end. False: it cannot be read, as is usual for half-written flash. */
-static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header, bool *whole)
+DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header, bool *whole)
 {
     size_t offset = slot * storage->slot_bytes;
     *whole = false;
@@ -146,7 +147,7 @@ typedef struct {
 } slots_t;
 
 /* False: neither can be read. One that cannot holds no whole image. */
-static bool read_slots(const davar_storage_t *storage, slots_t *slots)
+DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots)
 {
     memset(slots, 0, sizeof *slots);
     const bool first = read_slot(storage, 0U, &slots->header[0], &slots->whole[0]);
@@ -156,7 +157,7 @@ static bool read_slots(const davar_storage_t *storage, slots_t *slots)
     return first || second;
 }
 
-static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot)
+DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot)
 {
     saved_t saved;
     const size_t offset = (slot * storage->slot_bytes) + sizeof(header_t);
@@ -175,7 +176,7 @@ static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigne
     return true;
 }
 
-davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)
+DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)
 {
     const uint32_t own = fingerprint(davar);
     slots_t slots;
@@ -194,7 +195,7 @@ davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storag
 
 /* --- writing ----------------------------------------------------------------------------------------------------- */
 
-static saved_t saved_of(const davar_t *davar)
+DAVAR_RARE static saved_t saved_of(const davar_t *davar)
 {
     saved_t saved;
     memset(&saved, 0, sizeof saved); /* its padding is saved too */
@@ -208,7 +209,7 @@ static saved_t saved_of(const davar_t *davar)
     return saved;
 }
 
-davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage)
+DAVAR_RARE davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage)
 {
     slots_t slots;
     if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {

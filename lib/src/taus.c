@@ -1,13 +1,15 @@
 /* davar - cluster sizes: octaves and the log-spaced series, both with the 25 % rule 9 m <= window. */
 #include "davar/taus.h"
 
+#include "machine.h"
+
 /* Largest m that the 25 % rule of [FAST] allows, at least 1 (1.3). */
 static uint32_t largest(uint32_t window)
 {
     return (window < 18U) ? 1U : (window / 9U);
 }
 
-uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t capacity)
+DAVAR_RARE uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t capacity)
 {
     uint8_t count = 0U;
     if (window < 2U) {
@@ -40,7 +42,7 @@ static double root(double value, uint8_t degree)
     return low;
 }
 
-uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity)
+DAVAR_RARE uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity)
 {
     uint8_t count = 0U;
     if ((window < 2U) || (wanted == 0U)) {

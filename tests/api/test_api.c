@@ -267,6 +267,25 @@ static void test_a_restart_in_centred_mode_continues_the_epochs(void)
     TEST_ASSERT_EQUAL_UINT64(100U, result.epoch);
 }
 
+static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
+{
+    config.gaps_max = 0U;
+    config.stride = 7U;
+    for (uint32_t before = 1U; before < 160U; before++) {
+        config.mode = ((before % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        start_q15();
+        (void)feed(0U, before / 2U + 1U);
+        davar_gap(&davar, 1U);
+        uint32_t i = before / 2U + 4U;
+        (void)feed(before / 2U + 1U, i);
+        davar_gap(&davar, 1U); /* restarts again, or falls among samples that are left out */
+        while (feed(i, i + 1U) == 0U) {
+            i++;
+        }
+        TEST_ASSERT_EQUAL_UINT64(6U, result.epoch % 7U);
+    }
+}
+
 static void test_a_restart_loses_a_waiting_result_and_counts_it(void)
 {
     config.gaps_max = 0U;
@@ -441,6 +460,7 @@ int main(void)
     RUN_TEST(test_a_push_of_nothing_consumes_nothing);
     RUN_TEST(test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples);
     RUN_TEST(test_a_restart_in_centred_mode_continues_the_epochs);
+    RUN_TEST(test_a_restart_at_any_moment_keeps_the_grid_of_epochs);
     RUN_TEST(test_a_restart_loses_a_waiting_result_and_counts_it);
     RUN_TEST(test_the_result_says_how_many_differences_a_gap_left);
     RUN_TEST(test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none);

@@ -8,9 +8,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
-SUITES = {"arena", "arithmetic", "slide", "real", "stationarity", "confidence", "taus", "wrap", "fit", "codec", "api", "float",
-          "state"}
-BEYOND_16_KB = {"wrap", "fit", "codec", "api", "float", "state"}
+BEYOND_16_KB = {"wrap", "fit", "fit_mixture", "fit_plan", "codec", "api", "float", "state"}
+SUITES = {"arena", "arithmetic", "slide", "real", "scaled", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 
 class Suites(unittest.TestCase):

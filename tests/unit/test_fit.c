@@ -1,86 +1,6 @@
 /* davar tests - the coefficient fit: exact models in, the same coefficients out; what a window cannot show stays absent. */
 #include "davar/confidence.h"
-#include "davar/fit.h"
-#include "fit_mixture.h"
-#include "noise.h"
-#include "unity.h"
-
-#include <math.h>
-#include <string.h>
-
-static davar_fit_plan_t plan;
-static davar_result_t result;
-
-void setUp(void)
-{
-    memset(&plan, 0, sizeof plan);
-    memset(&result, 0, sizeof result);
-}
-
-void tearDown(void) {}
-
-/* The Allan variance of a mix in sample units, a[k] m^(k - 2), DESIGN (1.2). */
-static double avar_at(const double a[], double m)
-{
-    return a[0] / (m * m) + a[1] / m + a[2] + a[3] * m + a[4] * m * m;
-}
-
-static void set_taus(uint32_t window, const uint32_t *m, uint8_t count)
-{
-    result.window_samples = window;
-    result.tau_count = count;
-    for (int t = 0; t < count; t++) {
-        result.tau[t].m = m[t];
-        result.tau[t].differences = (2U * m[t] <= window) ? window - 2U * m[t] + 1U : 0U;
-    }
-    davar_fit_plan(&plan, m, count);
-}
-
-static void set_octaves(uint32_t window, uint8_t count)
-{
-    uint32_t m[DAVAR_TAUS_MAX];
-    for (int t = 0; t < count; t++) {
-        m[t] = UINT32_C(1) << (unsigned)t;
-    }
-    set_taus(window, m, count);
-}
-
-static void set_model(const double a[])
-{
-    for (int t = 0; t < result.tau_count; t++) {
-        result.tau[t].adev = sqrt(avar_at(a, result.tau[t].m));
-    }
-}
-
-static const davar_coefficient_t *term(davar_coefficient_kind_t kind)
-{
-    return &result.coefficient[kind];
-}
-
-static unsigned present_terms(void)
-{
-    unsigned found = 0U;
-    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        found |= (result.coefficient[k].present ? 1U : 0U) << (unsigned)k;
-    }
-    return found;
-}
-
-static void assert_holds(double truth, const davar_coefficient_t *c)
-{
-    TEST_ASSERT_TRUE(c->present);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-6 * truth, truth, c->value);
-    TEST_ASSERT_TRUE(c->low < truth);
-    TEST_ASSERT_TRUE(c->high > truth);
-}
-
-static void assert_absent_below(double bound, const davar_coefficient_t *c)
-{
-    TEST_ASSERT_FALSE(c->present);
-    TEST_ASSERT_TRUE(isnan(c->value));
-    TEST_ASSERT_TRUE(isnan(c->low));
-    TEST_ASSERT_TRUE(c->high <= bound);
-}
+#include "fit_fixture.h"
 
 /* ---- what comes out, in which unit ---- */
 
@@ -383,96 +303,7 @@ static void test_the_longest_windows_and_lists_stay_finite(void)
     TEST_ASSERT_TRUE(isfinite(term(DAVAR_ANGLE_RANDOM_WALK)->low));
 }
 
-/* ---- the plan is a memo ---- */
-
-static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
-{
-    davar_result_t again = result;
-    davar_fit_plan_t fresh;
-    memset(&fresh, 0xA5, sizeof fresh);
-    davar_fit_plan(&fresh, m, count);
-    davar_fit(&fresh, 0.5, &again);
-    davar_fit(&plan, 0.5, &result);
-    TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
-    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        TEST_ASSERT_EQUAL_INT(again.coefficient[k].present, result.coefficient[k].present);
-        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].value, result.coefficient[k].value);
-        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].low, result.coefficient[k].low);
-        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].high, result.coefficient[k].high);
-    }
-}
-
-static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
-{
-    static const uint32_t m[] = {1, 3, 9, 27, 81};
-    static const uint32_t windows[] = {600, 600, 400, 150, 20, 150, 600, 1, 600};
-    const double mix[] = {0.1, 1.0, 0, 0.001, 0};
-    set_taus(600, m, 5);
-    for (size_t i = 0; i < sizeof windows / sizeof windows[0]; i++) {
-        result.window_samples = windows[i];
-        for (int t = 0; t < 5; t++) {
-            result.tau[t].differences = (2U * m[t] <= windows[i]) ? windows[i] - 2U * m[t] + 1U : 0U;
-        }
-        set_model(mix);
-        assert_same_as_fresh(m, 5);
-        result.tau[0].differences -= (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then whole again */
-        assert_same_as_fresh(m, 5);
-    }
-}
-
-/* ---- the variances of the plan against brute force ---- */
-
-#define LENGTH 64
-
-/* Sum over all pairs of differences of the squared covariance, for white noise of variance 1. */
-static double squared_covariances(int m_i, int m_j)
-{
-    double sum = 0.0;
-    for (int p = 0; p + 2 * m_i <= LENGTH; p++) {
-        for (int q = 0; q + 2 * m_j <= LENGTH; q++) {
-            int r = 0;
-            for (int i = p; i < p + 2 * m_i; i++) {
-                const int sign = (i < p + m_i) ? 1 : -1;
-                const bool inside = (i >= q) && (i < q + 2 * m_j);
-                r += inside ? ((i < q + m_j) ? sign : -sign) : 0;
-            }
-            sum += (double)r * r;
-        }
-    }
-    return sum;
-}
-
-/* Covariance of y = m avar at two cluster sizes. */
-static double covariance(int m_i, int m_j)
-{
-    const double n_i = LENGTH - 2 * m_i + 1;
-    const double n_j = LENGTH - 2 * m_j + 1;
-    return squared_covariances(m_i, m_j) / (2.0 * m_i * m_j * n_i * n_j);
-}
-
-/* The weight of one Allan variance in a linear functional of the fit: the answer to y = 1 there and 0 elsewhere. */
-static double weight_of(int kind, int t)
-{
-    return (double)plan.functional[kind][t];
-}
-
-static void test_standard_errors_meet_the_full_covariance(void)
-{
-    static const uint32_t m[] = {1, 2, 4, 7};
-    const double white[] = {0, 1.0, 0, 0, 0};
-    set_taus(LENGTH, m, 4);
-    set_model(white);
-    davar_fit(&plan, 1.0, &result);
-    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        double variance = 0.0;
-        for (int i = 0; i < 4; i++) {
-            for (int j = 0; j < 4; j++) {
-                variance += weight_of(k, i) * weight_of(k, j) * covariance((int)m[i], (int)m[j]);
-            }
-        }
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance), (double)plan.sigma[k]);
-    }
-}
+/* ---- numbers of any size ---- */
 
 /* No unit is too large or too small, nor an ADEV beside another: one that no float could hold beside the rest is 0. */
 static void test_a_deviation_that_vanishes_beside_the_others_is_none(void)
@@ -503,59 +334,6 @@ static void test_white_noise_of_any_size_is_found(void)
     }
 }
 
-/* ---- the general fit ---- */
-
-/* The general fit of white noise must judge a further term as the short cut does. */
-static void test_general_fit_agrees_with_the_short_cut(void)
-{
-    const double nearly_white[] = {0.02, 1.0, 0.001, 0, 0};
-    set_octaves(600, 7);
-    set_model(nearly_white);
-    davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {
-        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
-    davar_mixture_fit(&model, 1.0, 0U);
-    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
-    TEST_ASSERT_DOUBLE_WITHIN(0.002, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
-    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const double sigma = (double)plan.sigma[k] * (double)plan.unit[k] * model.a[1];
-        TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
-    }
-}
-
-static void test_a_superfluous_term_is_taken_out_again(void)
-{
-    const double walk[] = {0, 0, 0, 1.0, 0};
-    set_octaves(600, 7);
-    set_model(walk);
-    davar_mixture_t model = {
-        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
-    davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
-    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
-}
-
-/* Beside flicker found first, the white noise of a short window may no longer stand out. */
-static void test_white_noise_that_does_not_stand_out_is_taken_out(void)
-{
-    const double flicker[] = {0, 1.0, 0.63, 0, 0};
-    set_octaves(90, 4);
-    set_model(flicker);
-    davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, present_terms());
-    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 60.0);
-}
-
-/* An estimate with few degrees of freedom is never far from zero in its own standard errors; without it the rest is. */
-static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
-{
-    const double mix[] = {2.1, 1.0, 0, 0.00755579, 0};
-    set_octaves(681, 6);
-    set_model(mix);
-    davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
-    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
-}
-
 int main(void)
 {
     UNITY_BEGIN();
@@ -579,13 +357,7 @@ int main(void)
     RUN_TEST(test_no_differences_at_all_is_no_knowledge_at_all);
     RUN_TEST(test_no_cluster_sizes_at_all_is_no_knowledge_at_all);
     RUN_TEST(test_the_longest_windows_and_lists_stay_finite);
-    RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
-    RUN_TEST(test_standard_errors_meet_the_full_covariance);
     RUN_TEST(test_a_deviation_that_vanishes_beside_the_others_is_none);
     RUN_TEST(test_white_noise_of_any_size_is_found);
-    RUN_TEST(test_general_fit_agrees_with_the_short_cut);
-    RUN_TEST(test_a_superfluous_term_is_taken_out_again);
-    RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
-    RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
     return UNITY_END();
 }

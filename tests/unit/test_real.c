@@ -119,6 +119,43 @@ static void test_quotients_of_every_size(void)
     }
 }
 
+/* Known divisors: the ADEV's sums over 2 m^2 n, integers both. */
+static void test_roots_of_quotients(void)
+{
+    random_t random = random_seeded(6U);
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const double a = (double)(random_next(&random) >> (random_next(&random) % 64U));
+        const double b = (double)((random_next(&random) >> (random_next(&random) % 60U)) | 1U);
+        const uint64_t reciprocal = davar_reciprocal_by_integers(b);
+        same_double(sqrt(a / b), davar_root_of_quotient_by_integers(a, b, reciprocal), a, b);
+        same_double(sqrt(b / b), davar_root_of_quotient_by_integers(b, b, reciprocal), b, b);
+        same_double(sqrt(a / b), davar_root_of_quotient(a, b, davar_reciprocal(b)), a, b);
+    }
+    same_double(0.0, davar_root_of_quotient_by_integers(0.0, 3.0, davar_reciprocal_by_integers(3.0)), 0.0, 3.0);
+}
+
+static void test_products(void)
+{
+    random_t random = random_seeded(7U);
+    for (unsigned i = 0U; i < EDGES; i++) {
+        for (unsigned j = 0U; j < EDGES; j++) {
+            same_double(edges[i] * edges[j], davar_multiply_by_integers(edges[i], edges[j]), edges[i], edges[j]);
+        }
+    }
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const double a = any_double(&random);
+        const double b = any_double(&random);
+        same_double(a * b, davar_multiply_by_integers(a, b), a, b);
+        same_double(a * b, davar_multiply(a, b), a, b);
+    }
+    for (int i = -1074; i < 1024; i += 11) { /* all sizes, past both ends of what a double holds */
+        for (int j = -1074; j < 1024; j += 13) {
+            same_double(ldexp(1.25, i) * ldexp(-1.75, j), davar_multiply_by_integers(ldexp(1.25, i), ldexp(-1.75, j)),
+                        i, j);
+        }
+    }
+}
+
 static void test_integers_become_the_nearest_double(void)
 {
     random_t random = random_seeded(4U);
@@ -139,6 +176,8 @@ int main(void)
     RUN_TEST(test_roots_of_floats);
     RUN_TEST(test_quotients);
     RUN_TEST(test_quotients_of_every_size);
+    RUN_TEST(test_roots_of_quotients);
+    RUN_TEST(test_products);
     RUN_TEST(test_integers_become_the_nearest_double);
     return UNITY_END();
 }

@@ -17,7 +17,7 @@ import targets
 RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
 MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
-TAKE_SOURCES = ("fit.c", "fit_plan.c", "fit_mixture.c", "confidence.c")
+TAKE_SOURCES = ("fit.c", "fit_plan.c", "fit_white.c", "fit_mixture.c", "least_squares.c", "confidence.c")
 STRIDE = 60
 
 

@@ -14,20 +14,26 @@ typedef struct davar_plan {
     uint8_t count; /* usable cluster sizes it is made for (5.4) */
     float m[DAVAR_TAUS_MAX];
     float weight[DAVAR_TAUS_MAX];
-    float freedom[DAVAR_TAUS_MAX];                             /* degrees of freedom per effective difference */
-    float functional[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* amplitudes of white noise and of one term beside it */
-    float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];   /* ... and what they scatter */
+    float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
+    int32_t functional[DAVAR_COEFFICIENT_COUNT]
+                      [DAVAR_TAUS_MAX];                      /* amplitudes of white noise and of one term beside it */
+    float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* ... and what they scatter */
+    float scale[DAVAR_COEFFICIENT_COUNT];                    /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;
+    uint64_t misfit_limit;
     uint32_t window; /* window length without gaps or mirror images that the rest is made for (5.5); 0: none */
     double divisor[DAVAR_TAUS_MAX]; /* 2 m^2 n (1.1) */
-    float edf[DAVAR_TAUS_MAX];
+    uint64_t reciprocal[DAVAR_TAUS_MAX];
+    double edf[DAVAR_TAUS_MAX];
+    uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
     float high[DAVAR_TAUS_MAX];
-    float sigma[DAVAR_COEFFICIENT_COUNT];
-    float doubt[DAVAR_COEFFICIENT_COUNT];
-    float white_low;
+    uint32_t sigma[DAVAR_COEFFICIENT_COUNT];
+    float room[DAVAR_COEFFICIENT_COUNT];
+    uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
+    uint32_t white_low;
     float white_high;
     double rate_hz; /* that the rest is made for; 0: none */
     double root[DAVAR_COEFFICIENT_COUNT];

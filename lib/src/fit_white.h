@@ -1,0 +1,27 @@
+/* davar - the short cut of the fit: is white noise all that a window shows (5.5) (5.7) (5.9)? Private to stage [5]. */
+#ifndef DAVAR_FIT_WHITE_H
+#define DAVAR_FIT_WHITE_H
+
+#include "davar/fit.h"
+#include "scaled.h"
+
+/* White noise fitted to the usable cluster sizes of a result. */
+typedef struct {
+    scaled_t adev[DAVAR_TAUS_MAX];
+    uint32_t y[DAVAR_TAUS_MAX]; /* adev^2 m, times 2^-exponent */
+    int32_t exponent;
+    scaled_t square;  /* N^2 of a sample */
+    uint32_t inverse; /* its reciprocal, as share_of() needs it */
+    uint32_t
+        share[DAVAR_COEFFICIENT_COUNT]; /* amplitude of one more term over N^2, in plan->scale; 0: none, or negative */
+    unsigned suspects;                  /* bit k: term k is significant (5.7) */
+    bool explains;                      /* no misfit (5.9) */
+} davar_white_t;
+
+/* False: all Allan variances are 0, and nothing is written. The plan is up to date. O(T) in integers. */
+bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white);
+
+/* Writes intervals and coefficients for white noise that explains all; plan->root fits the result's rate. */
+void davar_white_write(const davar_fit_plan_t *plan, const davar_white_t *white, davar_result_t *result);
+
+#endif

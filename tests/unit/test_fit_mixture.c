@@ -1,0 +1,67 @@
+/* davar tests - the general fit of a mix of noise terms: which terms it takes in, which out, and that it agrees with the short
+ * cut for white noise. */
+#include "fit_fixture.h"
+#include "fit_mixture.h"
+#include "fit_plan.h"
+
+/* The general fit of white noise must judge a further term as the short cut does. */
+static void test_general_fit_agrees_with_the_short_cut(void)
+{
+    const double nearly_white[] = {0.02, 1.0, 0.001, 0, 0};
+    set_octaves(600, 7);
+    set_model(nearly_white);
+    davar_fit(&plan, 1.0, &result);
+    davar_mixture_t model = {
+        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
+    davar_mixture_fit(&model, 1.0, 0U);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const double share = (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE * (double)plan.scale[k];
+        const double sigma = share * (double)plan.unit[k] * model.a[1];
+        TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
+    }
+}
+
+static void test_a_superfluous_term_is_taken_out_again(void)
+{
+    const double walk[] = {0, 0, 0, 1.0, 0};
+    set_octaves(600, 7);
+    set_model(walk);
+    davar_mixture_t model = {
+        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
+    davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
+}
+
+/* Beside flicker found first, the white noise of a short window may no longer stand out. */
+static void test_white_noise_that_does_not_stand_out_is_taken_out(void)
+{
+    const double flicker[] = {0, 1.0, 0.63, 0, 0};
+    set_octaves(90, 4);
+    set_model(flicker);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_UINT(1U << DAVAR_BIAS_INSTABILITY, present_terms());
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 60.0);
+}
+
+/* An estimate with few degrees of freedom is never far from zero in its own standard errors; without it the rest is. */
+static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
+{
+    const double mix[] = {2.1, 1.0, 0, 0.00755579, 0};
+    set_octaves(681, 6);
+    set_model(mix);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(term(DAVAR_QUANTIZATION)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_general_fit_agrees_with_the_short_cut);
+    RUN_TEST(test_a_superfluous_term_is_taken_out_again);
+    RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
+    RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
+    return UNITY_END();
+}

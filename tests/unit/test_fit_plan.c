@@ -1,0 +1,103 @@
+/* davar tests - the plan of a fit: a memo that changes no result, whose standard errors are those of brute force. */
+#include "fit_fixture.h"
+#include "fit_plan.h"
+
+/* ---- the plan is a memo ---- */
+
+static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
+{
+    davar_result_t again = result;
+    davar_fit_plan_t fresh;
+    memset(&fresh, 0xA5, sizeof fresh);
+    davar_fit_plan(&fresh, m, count);
+    davar_fit(&fresh, 0.5, &again);
+    davar_fit(&plan, 0.5, &result);
+    TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        TEST_ASSERT_EQUAL_INT(again.coefficient[k].present, result.coefficient[k].present);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].value, result.coefficient[k].value);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].low, result.coefficient[k].low);
+        TEST_ASSERT_EQUAL_DOUBLE(again.coefficient[k].high, result.coefficient[k].high);
+    }
+}
+
+static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
+{
+    static const uint32_t m[] = {1, 3, 9, 27, 81};
+    static const uint32_t windows[] = {600, 600, 400, 150, 20, 150, 600, 1, 600};
+    const double mix[] = {0.1, 1.0, 0, 0.001, 0};
+    set_taus(600, m, 5);
+    for (size_t i = 0; i < sizeof windows / sizeof windows[0]; i++) {
+        result.window_samples = windows[i];
+        for (int t = 0; t < 5; t++) {
+            result.tau[t].differences = (2U * m[t] <= windows[i]) ? windows[i] - 2U * m[t] + 1U : 0U;
+        }
+        set_model(mix);
+        assert_same_as_fresh(m, 5);
+        result.tau[0].differences -= (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then whole again */
+        assert_same_as_fresh(m, 5);
+    }
+}
+
+/* ---- the variances of the plan against brute force ---- */
+
+#define LENGTH 64
+
+/* Sum over all pairs of differences of the squared covariance, for white noise of variance 1. */
+static double squared_covariances(int m_i, int m_j)
+{
+    double sum = 0.0;
+    for (int p = 0; p + 2 * m_i <= LENGTH; p++) {
+        for (int q = 0; q + 2 * m_j <= LENGTH; q++) {
+            int r = 0;
+            for (int i = p; i < p + 2 * m_i; i++) {
+                const int sign = (i < p + m_i) ? 1 : -1;
+                const bool inside = (i >= q) && (i < q + 2 * m_j);
+                r += inside ? ((i < q + m_j) ? sign : -sign) : 0;
+            }
+            sum += (double)r * r;
+        }
+    }
+    return sum;
+}
+
+/* Covariance of y = m avar at two cluster sizes. */
+static double covariance(int m_i, int m_j)
+{
+    const double n_i = LENGTH - 2 * m_i + 1;
+    const double n_j = LENGTH - 2 * m_j + 1;
+    return squared_covariances(m_i, m_j) / (2.0 * m_i * m_j * n_i * n_j);
+}
+
+/* The weight of one Allan variance in a linear functional of the fit: the answer to y = 1 there and 0 elsewhere. */
+static double weight_of(int kind, int t)
+{
+    return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
+}
+
+static void test_standard_errors_meet_the_full_covariance(void)
+{
+    static const uint32_t m[] = {1, 2, 4, 7};
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_taus(LENGTH, m, 4);
+    set_model(white);
+    davar_fit(&plan, 1.0, &result);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        double variance = 0.0;
+        for (int i = 0; i < 4; i++) {
+            for (int j = 0; j < 4; j++) {
+                variance += weight_of(k, i) * weight_of(k, j) * covariance((int)m[i], (int)m[j]);
+            }
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
+                                  (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
+    RUN_TEST(test_standard_errors_meet_the_full_covariance);
+    return UNITY_END();
+}

@@ -1,0 +1,94 @@
+/* davar tests - numbers of a mantissa and a power of two against doubles, and white noise at the ends of what a double holds. */
+#include "davar/fit.h"
+#include "random.h"
+#include "scaled.h"
+#include "unity.h"
+
+#include <float.h>
+#include <string.h>
+
+#define TRIALS 20000U
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static double any_positive(random_t *random)
+{
+    const double mantissa = 1.0 + (double)(random_next(random) >> 12U) / 4503599627370496.0;
+    return ldexp(mantissa, (int)(random_next(random) % 400U) - 200);
+}
+
+static void near(double expected, double actual, double relative)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(relative * expected, expected, actual);
+}
+
+static void test_numbers_keep_32_bits(void)
+{
+    random_t random = random_seeded(1U);
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const double value = any_positive(&random);
+        const uint32_t whole = (uint32_t)(random_next(&random) >> (32U + (i % 32U))) | 1U;
+        const float single = (float)ldexp(1.0 + (double)(whole % 8388608U) / 8388608.0, (int)(i % 200U) - 100);
+        near(value, scaled_to_double(scaled_of_double(value)), ldexp(1.0, -31));
+        near((double)single, scaled_to_double(scaled_of_float(single)), 0.0);
+        near(ldexp((double)whole, (int)i % 99), scaled_to_double(scaled_of_u32(whole, (int32_t)i % 99)), 0.0);
+    }
+}
+
+static void test_products_and_roots(void)
+{
+    random_t random = random_seeded(2U);
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const double a = any_positive(&random);
+        const double b = any_positive(&random);
+        const scaled_t scaled = scaled_of_double(a);
+        near(a * b, scaled_to_double(scaled_times(scaled, scaled_of_double(b))), ldexp(1.0, -29));
+        near(sqrt(a), scaled_to_double(scaled_root(scaled)), ldexp(1.0, -23));
+        TEST_ASSERT_TRUE((scaled_root(scaled).mantissa & SCALED_TOP) != 0U);
+    }
+}
+
+static void test_what_a_double_cannot_hold(void)
+{
+    const scaled_t large = scaled_of_double(DBL_MAX);
+    const scaled_t small = scaled_of_double(DBL_MIN);
+    TEST_ASSERT_TRUE(isinf(scaled_to_double(scaled_times(large, scaled_of_double(1.5)))));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, scaled_to_double(scaled_times(small, scaled_of_double(0.25))));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, scaled_to_double(scaled_of_double(0.0)));
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, scaled_to_double(scaled_of_double(DBL_MIN / 4.0)));
+    near(DBL_MIN, scaled_to_double(small), 0.0);
+    near(DBL_MAX, scaled_to_double(large), ldexp(1.0, -31));
+}
+
+/* The limits of a deviation near the largest double are infinite, not wrapped. */
+static void test_white_noise_near_the_largest_double(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U, 8U};
+    davar_fit_plan_t plan;
+    davar_result_t result;
+    memset(&result, 0, sizeof result);
+    result.window_samples = 100U;
+    result.tau_count = 4U;
+    for (unsigned t = 0U; t < 4U; t++) {
+        result.tau[t].m = m[t];
+        result.tau[t].differences = 101U - (2U * m[t]);
+        result.tau[t].adev = (0.999 * DBL_MAX) / sqrt((double)m[t]);
+    }
+    davar_fit_plan(&plan, m, 4U);
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_TRUE(isinf(result.tau[0].high));
+    TEST_ASSERT_TRUE(isfinite(result.tau[0].low));
+    TEST_ASSERT_TRUE(result.tau[3].high < DBL_MAX);
+    TEST_ASSERT_TRUE(isinf(result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value)); /* per root hour: 60 times as much */
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_numbers_keep_32_bits);
+    RUN_TEST(test_products_and_roots);
+    RUN_TEST(test_what_a_double_cannot_hold);
+    RUN_TEST(test_white_noise_near_the_largest_double);
+    return UNITY_END();
+}
