@@ -32,6 +32,7 @@ typedef struct {
     bool mirrored;    /* ... into its mirror image */
     bool run_doubles; /* the run reaches back into its own mirror image */
     bool warming;     /* sliding, centred: the first window still grows on both sides (2.6) */
+    bool octaves;     /* each cluster size is twice the one before it */
 } allan_t;
 
 /* Samples of the longest span. */
@@ -79,64 +80,7 @@ static inline difference_t allan_trail_step(edge_t tail, uint32_t m)
     return tap_behind(tail, 2U * m) - (2 * (difference_t)tap_behind(tail, m)) + *tail.at;
 }
 
-/* Cluster sizes, from the first, whose taps neither edge looks for beyond the end of the ring. */
-static inline uint32_t allan_straight(const allan_t *allan, edge_t head, edge_t tail)
-{
-    const uint32_t reach = (head.reach < tail.reach) ? head.reach : tail.reach;
-    uint32_t count = allan->count;
-    while ((count > 0U) && ((2U * allan->m[count - 1U]) > reach)) {
-        count--;
-    }
-    return count;
-}
-
-/* The whole window moves by one sample, for cluster sizes whose taps lie on one side of the end of the ring. The loop that
- * a value at every sample spends most of its time in: few live values, so that they stay in registers. */
-DAVAR_APART static void slide_straight(tau_t *tau, const tau_t *end, const uint32_t *m, const sample_t *head,
-                                       const sample_t *tail)
-{
-    const difference_t newest = (difference_t)*head;
-    const difference_t oldest = (difference_t)*tail;
-    while (tau != end) {
-        const size_t lag = *m;
-        const difference_t trailing = tau->tail;
-        tau->tail = trailing + oldest - (2 * (difference_t)tail[lag]) + tail[2U * lag];
-        const sample_t *const before = head - (2U * lag);
-        const difference_t leading = tau->head + newest - (2 * (difference_t)before[lag]) + *before;
-        tau->head = leading;
-        sum_slide(&tau->sum, leading, trailing);
-        tau++;
-        m++;
-    }
-}
-
-/* ... for those of which some do. */
-DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_t *m, const edge_t edge[2])
-{
-    while (tau != end) {
-        const difference_t trailing = tau->tail;
-        tau->tail = trailing + allan_trail_step(edge[1], *m);
-        const difference_t leading = tau->head + allan_lead_step(edge[0], *m);
-        tau->head = leading;
-        sum_slide(&tau->sum, leading, trailing);
-        tau++;
-        m++;
-    }
-}
-
-/* The whole window moves by one sample, leading and trailing edge: no gap near either, window not shorter than the longest
- * span. */
-static inline void allan_slide(allan_t *allan, const edge_t edge[2])
-{
-    tau_t *const tau = allan->tau;
-    const uint32_t straight = allan_straight(allan, edge[0], edge[1]);
-    slide_straight(tau, tau + straight, allan->m, edge[0].at, edge[1].at);
-    if (straight < allan->count) {
-        slide_around(tau + straight, tau + allan->count, allan->m + straight, edge);
-    }
-}
-
-/* The leading edge alone moves, likewise. */
+/* The leading edge alone moves: no gap near it. */
 static inline void allan_lead(allan_t *allan, edge_t head)
 {
     for (uint32_t t = 0U; t < allan->count; t++) {

@@ -91,24 +91,6 @@ DAVAR_RARE void davar_reset(davar_t *davar)
 
 /* --- samples in -------------------------------------------------------------------------------------------------- */
 
-size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
-{
-    assert((davar->number == &davar_number_q15) && !davar->window.finished);
-    davar_change_begin(davar);
-    const size_t consumed = davar_q15_push(davar, counts, count);
-    davar_change_end(davar);
-    return consumed;
-}
-
-size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
-{
-    assert((davar->number == &davar_number_q31) && !davar->is_float && !davar->window.finished);
-    davar_change_begin(davar);
-    const size_t consumed = davar_q31_push(davar, counts, count);
-    davar_change_end(davar);
-    return consumed;
-}
-
 DAVAR_RARE static void gap(davar_t *davar, uint32_t missing)
 {
     const uint32_t room = UINT32_MAX - davar->health.missing;

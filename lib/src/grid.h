@@ -58,11 +58,6 @@ DAVAR_APART static void grid_run_two(const group_t *group, uint32_t from, uint32
     tau[1].sum = wider_sum;
 }
 
-static uint32_t smaller(uint32_t a, uint32_t b)
-{
-    return (a < b) ? a : b;
-}
-
 static uint32_t larger(uint32_t a, uint32_t b)
 {
     return (a > b) ? a : b;

@@ -25,7 +25,6 @@ typedef struct davar_number {
 extern const davar_number_t davar_number_q15;
 extern const davar_number_t davar_number_q31;
 
-size_t davar_q15_push(davar_t *davar, const int16_t *samples, size_t count);
 size_t davar_q31_push(davar_t *davar, const int32_t *samples, size_t count);
 
 /* A counter of weather, one up; it stays at its largest value. */

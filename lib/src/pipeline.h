@@ -61,6 +61,16 @@ static void start_samples(stages_t *stages, const davar_config_t *config, bool i
     stages->highest = (sample_t)((UINT32_C(1) << (bits - 1U)) - 1U);
 }
 
+DAVAR_RARE static bool are_octaves(const davar_config_t *config)
+{
+    for (uint32_t t = 1U; t < config->tau_count; t++) {
+        if (config->taus[t] != (2U * config->taus[t - 1U])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static void start_allan(allan_t *allan, const davar_config_t *config)
 {
     const bool centred = (config->mode == DAVAR_MODE_CENTRED);
@@ -72,6 +82,7 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     allan->mirrored = centred;
     allan->run_doubles = centred;
     allan->warming = centred && (config->stride == 1U);
+    allan->octaves = are_octaves(config);
     memset(allan->tau, 0, allan->count * sizeof *allan->tau);
 }
 
@@ -222,8 +233,7 @@ static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample
 static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sample)
 {
     davar_window_t *const window = &davar->window;
-    ring_put(&stages->ring, limited(stages->highest, davar, sample));
-    sliding_glide(stages, davar);
+    sliding_glide(stages, davar, limited(stages->highest, davar, sample));
     if (window->at_start) {
         window->at_start = (int32_t)window_tail(window) < 0;
     }

@@ -1,14 +1,21 @@
-/* davar - the pipeline of the number type q15. */
+/* davar - the pipeline of the number type q15, and the door of its samples. */
 #include "number_q15.h"
 
+#include "davar/davar.h"
 #include "pipeline.h"
+
+#include <assert.h>
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
 _Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");
 
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER;
 
-size_t davar_q15_push(davar_t *davar, const sample_t *samples, size_t count)
+size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
 {
-    return pipeline_push(davar, samples, count);
+    assert((davar->number == &davar_number_q15) && !davar->window.finished);
+    davar_change_begin(davar);
+    const size_t consumed = pipeline_push(davar, counts, count);
+    davar_change_end(davar);
+    return consumed;
 }

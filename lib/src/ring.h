@@ -36,6 +36,11 @@ static inline uint32_t ring_index(const ring_t *ring, uint32_t age)
     return ring_before(ring, ring->next, age);
 }
 
+static inline uint32_t smaller(uint32_t a, uint32_t b)
+{
+    return (a < b) ? a : b;
+}
+
 /* Samples that follow one another in memory from `index` on. */
 static inline uint32_t ring_stretch(const ring_t *ring, uint32_t index)
 {

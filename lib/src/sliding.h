@@ -5,7 +5,7 @@
 #ifndef DAVAR_SRC_SLIDING_H
 #define DAVAR_SRC_SLIDING_H
 
-#include "stages.h"
+#include "slide.h"
 
 /* --- where the edges are in the ring ----------------------------------------------------------------------------- */
 
@@ -58,20 +58,20 @@ DAVAR_APART static void sliding_glide_moments(stages_t *stages, uint32_t segment
 
 /* --- plain steps ------------------------------------------------------------------------------------------------- */
 
-/* Both edges. The newest sample is in the ring already, and the window does not know of it yet. */
-static inline void sliding_glide(stages_t *stages, davar_t *davar)
+/* Both edges, and a sample into the ring. What costs most comes last, when nothing else is waiting for registers. */
+static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t sample)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t segment = davar->config->segment;
-    const ring_t *const ring = &stages->ring;
-    const uint32_t head = ring_index(ring, window->lag + 1U);
-    const uint32_t tail = ring_index(ring, window->lag + window->length + 1U);
-    const edge_t edge[2] = {allan_leading(ring, head), allan_trailing(ring, tail)};
-    allan_slide(&stages->allan, edge);
+    ring_t *const ring = &stages->ring;
+    const uint32_t head = ring_before(ring, ring->next, window->lag);
+    const uint32_t tail = ring_before(ring, ring->next, window->lag + window->length);
+    ring_put(ring, sample);
+    window_glide(window);
     if (segment != 0U) {
         sliding_glide_moments(stages, segment, head, tail);
     }
-    window_glide(window);
+    slide(stages, head, tail);
 }
 
 DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
@@ -97,34 +97,41 @@ DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
 
 /* --- careful steps ----------------------------------------------------------------------------------------------- */
 
-/* `times` is 2 while the mirrored start grows on both sides at once (2.6). */
+/* `twice` while the mirrored start grows on both sides at once (2.6). */
 static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index, const davar_window_t *window,
-                              unsigned times)
+                              bool twice)
 {
     const uint32_t position = window_head(window) - 1U;
+    const uint32_t length = window->length;
+    const uint32_t whole = smaller(length, allan->run);
     for (uint32_t t = 0U; t < allan->count; t++) {
         tau_t *const tau = &allan->tau[t];
         const uint32_t span = 2U * allan->m[t];
         tau->head += allan_any_step(allan, ring, index, position, allan->m[t]);
-        for (unsigned i = 0U; (i < times) && (allan->run >= span) && (window->length >= span); i++) {
+        if (span <= whole) {
             sum_add_square(&tau->sum, tau->head);
         }
-        if (window->length == span) {
+        if (twice && (span <= whole)) {
+            sum_add_square(&tau->sum, tau->head);
+        }
+        if (length == span) {
             tau->tail = tau->head; /* the only span of the window: both edges see the same difference */
         }
     }
 }
 
-static void sliding_trail_taus(allan_t *allan, const ring_t *ring, uint32_t index, uint32_t length)
+/* A span that has been in the sum was in the window, and no gap in it: `whole` samples are both. */
+DAVAR_APART static void sliding_trail_taus(const allan_t *allan, edge_t tail, uint32_t whole, uint32_t length)
 {
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        tau_t *const tau = &allan->tau[t];
-        const uint32_t span = 2U * allan->m[t];
-        if ((length >= span) && (allan->room >= span)) {
+    const uint32_t *m = allan->m;
+    tau_t *const end = allan->tau + allan->count;
+    for (tau_t *tau = allan->tau; tau != end; tau++, m++) {
+        const uint32_t span = 2U * *m;
+        if (span <= whole) {
             sum_subtract_square(&tau->sum, tau->tail);
         }
-        if (length > span) {
-            tau->tail += allan_trail_step(allan_trailing(ring, index), allan->m[t]);
+        if (span < length) {
+            tau->tail += allan_trail_step(tail, *m);
         }
     }
 }
@@ -136,7 +143,7 @@ static void sliding_lead_carefully(stages_t *stages, davar_t *davar)
     allan_extend_run(&stages->allan, &davar->gaps, window, window_head(window));
     window->lag--;
     window->length++;
-    sliding_lead_taus(&stages->allan, &stages->ring, index, window, 1U);
+    sliding_lead_taus(&stages->allan, &stages->ring, index, window, false);
     sliding_lead_moments(stages, davar, index);
     allan_end_start(&stages->allan, window_head(window));
 }
@@ -145,7 +152,8 @@ static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t index = sliding_tail_index(&stages->ring, window);
-    sliding_trail_taus(&stages->allan, &stages->ring, index, window->length);
+    sliding_trail_taus(&stages->allan, allan_trailing(&stages->ring, index),
+                       smaller(window->length, stages->allan.room), window->length);
     sliding_trail_moments(stages, davar, index);
     window->length--;
     allan_shrink_room(&stages->allan, &davar->gaps, window, window_tail(window));
@@ -225,7 +233,7 @@ DAVAR_RARE static void sliding_warm(stages_t *stages, davar_t *davar)
     allan_extend_run(&stages->allan, &davar->gaps, window, position);
     window->lag--;
     window->length += 2U;
-    sliding_lead_taus(&stages->allan, ring, index, window, 2U);
+    sliding_lead_taus(&stages->allan, ring, index, window, true);
     sliding_warm_moments(stages, davar->config, index, position);
     allan_end_start(&stages->allan, window_head(window));
 }

@@ -9,18 +9,22 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
 BEYOND_16_KB = {"wrap", "fit", "fit_mixture", "fit_plan", "codec", "api", "float", "state"}
-SUITES = {"arena", "arithmetic", "real", "stationarity", "confidence", "taus"} | BEYOND_16_KB
+SUITES = {"arena", "arithmetic", "slide", "real", "scaled", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 
 class Suites(unittest.TestCase):
-    def run_on(self, target, expected):
-        where = targets.build(target, "suites")
+    def run_on(self, target, expected, kind="suites"):
+        where = targets.build(target, kind)
         self.assertEqual(expected, {path.stem[5:] for path in where.glob("test_*.elf")})
         for suite in sorted(expected):
             with self.subTest(target=target, suite=suite):
                 status, output = targets.execute(target, where / f"test_{suite}.elf")
                 self.assertEqual(0, status, output)
                 self.assertRegex(output, re.compile(r"^\d+ Tests 0 Failures 0 Ignored", re.MULTILINE))
+
+    def test_cortex_m3_in_plain_c(self):
+        """Where there are hand-written instructions, their twins in C as well."""
+        self.run_on("cortex-m3", SUITES, "portable")
 
 
 def add(target):

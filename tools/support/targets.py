@@ -39,12 +39,14 @@ def run(command, what, **settings):
 
 def build(target, kind="target", image=None):
     """Configures and builds the images of a target (or one of them): "target" to measure, "job" for davar-mcu, "suites" with
-    Unity (needs DAVAR_UNITY_DIR). Returns the folder."""
+    Unity (needs DAVAR_UNITY_DIR), "portable" likewise without hand-written instructions. Returns the folder."""
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target][0]}.cmake"
     where = folder(target, kind)
     run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
          f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
-         f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind == 'suites' else ''}"], f"configuring {target}")
+         f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
+         f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}"],
+        f"configuring {target}")
     run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2),
          *(["--target", image] if image else [])], f"building {target}")
     return where
