@@ -100,12 +100,8 @@ DAVAR_RARE static void gap(davar_t *davar, uint32_t missing)
 }
 
 /* NaN and inf are left out; a run of them is one gap. */
-static bool float_missing(davar_t *davar, float rate)
+static void float_missing(davar_t *davar)
 {
-    if (door_admits(rate)) {
-        davar->in_gap = false;
-        return false;
-    }
     davar_count(&davar->health.not_finite);
     if (davar->in_gap) {
         davar_count(&davar->health.missing);
@@ -113,7 +109,23 @@ static bool float_missing(davar_t *davar, float rate)
         gap(davar, 1U);
     }
     davar->in_gap = true;
-    return true;
+}
+
+/* Floats that go in together, so that a grid has more than one at a time. */
+#define FLOATS 32U
+
+/* Samples from the first that are finite and come up to the next epoch, as counts; returns how many. */
+static size_t float_run(davar_t *davar, const float *rates, size_t count, int32_t *counts)
+{
+    const davar_window_t *const window = &davar->window;
+    const uint32_t wait = (window->skip > 0U) ? window->skip : window->wait;
+    const size_t most = (wait < FLOATS) ? wait : FLOATS;
+    size_t run = 0U;
+    while ((run < count) && (run < most) && door_admits(rates[run])) {
+        counts[run] = door_counts(davar, rates[run]);
+        run++;
+    }
+    return run;
 }
 
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
@@ -123,11 +135,14 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
     const uint32_t produced = davar->produced;
     size_t consumed = 0U;
     while ((consumed < count) && (davar->produced == produced)) {
-        const float rate = rates[consumed];
-        consumed++;
-        if (!float_missing(davar, rate)) {
-            const int32_t counts = door_counts(davar, rate);
-            (void)davar_q31_push(davar, &counts, 1U);
+        int32_t counts[FLOATS];
+        const size_t run = float_run(davar, &rates[consumed], count - consumed, counts);
+        if (run > 0U) {
+            davar->in_gap = false;
+            consumed += davar_q31_push(davar, counts, run);
+        } else {
+            float_missing(davar);
+            consumed++;
         }
     }
     davar_change_end(davar);

@@ -188,6 +188,67 @@ static void test_rounding_at_the_door(void)
     }
 }
 
+/* Noise with bursts beyond full scale, and runs of what is not a number. */
+static float rough_sample(random_t *random)
+{
+    const uint64_t weather = random_next(random) % 200U;
+    const double rate = random_gauss(random) * ((weather < 4U) ? 2000.0 : 10.0);
+    return (weather == 199U) ? NAN : (float)rate;
+}
+
+/* Hands over up to `most` samples; the result that they complete must be that of the other instance. */
+static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t most)
+{
+    davar_result_t expected;
+    for (size_t done = 0U; done < most;) {
+        const size_t consumed = davar_push_f32(davar, &rates[done], most - done);
+        TEST_ASSERT_TRUE((consumed > 0U) && (consumed <= (most - done)));
+        for (size_t i = done; i < (done + consumed); i++) {
+            TEST_ASSERT_EQUAL_size_t(1U, davar_push_f32(other, &rates[i], 1U));
+        }
+        done += consumed;
+        memset(&result, 0, sizeof result);
+        memset(&expected, 0, sizeof expected);
+        TEST_ASSERT_EQUAL_INT(davar_take(other, &expected), davar_take(davar, &result));
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &result, sizeof result);
+        TEST_ASSERT_EQUAL_MEMORY(&other->health, &davar->health, sizeof davar->health);
+    }
+}
+
+/* How many samples come at once changes nothing, in any weather: on grids and without, with restarts (two gaps at most). */
+static void test_samples_that_come_together_are_as_samples_one_by_one(void)
+{
+    static const uint32_t strides[] = {1U, 20U, 100U, 450U};
+    random_t random = random_seeded(11U);
+    float rates[300];
+    uint32_t saturated = 0U;
+    uint32_t restarts = 0U;
+    uint32_t results = 0U;
+    for (unsigned trial = 0U; trial < 40U; trial++) {
+        davar_t davar[2];
+        config.mode = ((trial & 1U) == 0U) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
+        config.stride = strides[(trial / 2U) % 4U];
+        config.window_max = 400U;
+        config.window_min = 200U;
+        config.segment = 100U;
+        config.gaps_max = 2U;
+        for (unsigned i = 0U; i < 2U; i++) {
+            TEST_ASSERT_EQUAL_INT(DAVAR_OK, davar_init_f32(&davar[i], &config, memory[i], sizeof memory[i]));
+        }
+        for (unsigned block = 0U; block < 20U; block++) {
+            const size_t count = 1U + (random_next(&random) % 300U);
+            for (size_t i = 0U; i < count; i++) {
+                rates[i] = rough_sample(&random);
+            }
+            push_like(&davar[0], &davar[1], rates, count);
+        }
+        saturated += davar[0].health.saturated;
+        restarts += davar[0].health.restarts;
+        results += davar[0].produced;
+    }
+    TEST_ASSERT_TRUE((saturated > 500U) && (restarts > 100U) && (results > 1000U)); /* something was tried */
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -197,5 +258,6 @@ int main(void)
     RUN_TEST(test_not_a_number_and_infinity_are_left_out_as_gaps);
     RUN_TEST(test_beyond_full_scale_saturates_and_counts);
     RUN_TEST(test_rounding_at_the_door);
+    RUN_TEST(test_samples_that_come_together_are_as_samples_one_by_one);
     return UNITY_END();
 }
