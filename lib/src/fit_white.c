@@ -69,7 +69,7 @@ static uint64_t amplitude(const davar_fit_plan_t *plan, const uint32_t y[], int 
     for (int t = 0; t < plan->count; t++) {
         sum += davar_multiply_i32(plan->functional[term][t], (int32_t)y[t]);
     }
-    return ((int64_t)sum > 0) ? sum : 0U;
+    return sum & ((sum >> 63U) - 1U);
 }
 
 /* N^2, and its reciprocal for shares, in which N^2 is taken as at least 2^-7 of the largest y: less is not all there is. */
@@ -108,8 +108,9 @@ static uint32_t deviation(const davar_white_t *white, uint32_t y, uint32_t root_
 {
     const uint32_t share = share_of(white, (uint64_t)y << DAVAR_FIT_FUNCTIONAL_BITS);
     const uint32_t ratio = (share < SHARE_MOST) ? share : SHARE_MOST;
-    const uint32_t excess = (ratio > SHARE_ONE) ? (ratio - SHARE_ONE) : (SHARE_ONE - ratio);
-    return (uint32_t)(davar_multiply_u32(excess, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
+    const uint32_t excess = ratio - SHARE_ONE; /* modulo 2^32 */
+    const uint32_t sign = 0U - (excess >> 31U);
+    return (uint32_t)(davar_multiply_u32((excess ^ sign) - sign, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
 }
 
 static bool explains(const davar_fit_plan_t *plan, const davar_white_t *white)

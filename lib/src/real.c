@@ -63,7 +63,7 @@ static inline uint32_t halve_exponent(uint32_t exponent, uint32_t bias)
     return (exponent + bias) >> 1U;
 }
 
-uint32_t davar_root_of_mantissa(uint32_t m)
+uint32_t davar_root_of_mantissa_by_integers(uint32_t m)
 {
     const estimate_t estimate = estimate_of(m);
     uint32_t root = (top_32(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
@@ -124,7 +124,7 @@ float davar_rootf_by_integers(float value)
     }
     const uint32_t mantissa = bits | (UINT32_C(1) << 31U);
     const bool odd = ((exponent & 1U) != 0U);
-    const uint32_t root = davar_root_of_mantissa(odd ? (mantissa >> 1U) : mantissa);
+    const uint32_t root = davar_root_of_mantissa_by_integers(odd ? (mantissa >> 1U) : mantissa);
     return davar_float_of_bits((halve_exponent(exponent, 0x7FU) << 23U) | (root & ((UINT32_C(1) << 23U) - 1U)));
 }
 

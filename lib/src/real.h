@@ -22,7 +22,7 @@ double davar_root_of_quotient_by_integers(double dividend, double divisor, uint6
 
 /* Their steps of 32 bits. Of m in [1, 4), as 2.30 with 24 bits, the root as 9.23, correctly rounded. Of b in [1, 2), as 1.31,
  * 1 / b as 0.32 within 3 units. */
-uint32_t davar_root_of_mantissa(uint32_t m);
+uint32_t davar_root_of_mantissa_by_integers(uint32_t m);
 uint32_t davar_reciprocal_of_mantissa(uint32_t b);
 
 static inline double davar_root(double value)
@@ -31,6 +31,15 @@ static inline double davar_root(double value)
     return davar_root_by_integers(value);
 #else
     return sqrt(value);
+#endif
+}
+
+static inline uint32_t davar_root_of_mantissa(uint32_t m)
+{
+#ifdef DAVAR_SOFT_FLOAT
+    return davar_root_of_mantissa_by_integers(m);
+#else
+    return (uint32_t)(sqrtf((float)m) * 256.0F); /* exact but for the root: 2^15 .. 2^16, of 24 bits */
 #endif
 }
 

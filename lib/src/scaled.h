@@ -55,10 +55,11 @@ static inline double scaled_to_double(scaled_t scaled)
     return davar_double_of_bits(((uint64_t)upper << 32U) | (scaled.mantissa << 21U));
 }
 
+/* Without a branch, which data as random as these would mislead. */
 static inline scaled_t scaled_times(scaled_t a, scaled_t b)
 {
     const uint32_t product = scaled_high(a.mantissa, b.mantissa);
-    const uint32_t shift = ((product & SCALED_TOP) == 0U) ? 1U : 0U; /* two top bits multiply to at least 2^62 */
+    const uint32_t shift = 1U - (product >> 31U); /* two top bits multiply to at least 2^62 */
     const scaled_t scaled = {product << shift, a.exponent + b.exponent + 32 - (int32_t)shift};
     return scaled;
 }

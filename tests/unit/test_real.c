@@ -119,6 +119,19 @@ static void test_quotients_of_every_size(void)
     }
 }
 
+/* The step of 32 bits: of 24 significant bits, in [1, 2) and in [2, 4). */
+static void test_roots_of_mantissas(void)
+{
+    random_t random = random_seeded(8U);
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const uint32_t bits = (UINT32_C(1) << 23U) | ((uint32_t)random_next(&random) >> 9U);
+        const uint32_t m = bits << (7U + (i % 2U));
+        const float root = (float)sqrt((double)m / 1073741824.0);
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)(root * 8388608.0F), davar_root_of_mantissa_by_integers(m));
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)(root * 8388608.0F), davar_root_of_mantissa(m));
+    }
+}
+
 /* Known divisors: the ADEV's sums over 2 m^2 n, integers both. */
 static void test_roots_of_quotients(void)
 {
@@ -176,6 +189,7 @@ int main(void)
     RUN_TEST(test_roots_of_floats);
     RUN_TEST(test_quotients);
     RUN_TEST(test_quotients_of_every_size);
+    RUN_TEST(test_roots_of_mantissas);
     RUN_TEST(test_roots_of_quotients);
     RUN_TEST(test_products);
     RUN_TEST(test_integers_become_the_nearest_double);
