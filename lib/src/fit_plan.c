@@ -256,13 +256,22 @@ static void plan_white(davar_fit_plan_t *plan, float variance)
     plan->white_high = davar_rootf((float)high);
 }
 
+/* Nearly equal cluster sizes, or one alone, show no term: then what (5.4) makes of their variances is 0, or less by its own
+ * inaccuracy. */
+static uint32_t fixed_sigma(float sigma, float variance)
+{
+    const bool shown = (variance > 0.0F);
+    return (shown ? fixed(sigma, DAVAR_FIT_SHARE_ONE, (float)DAVAR_FIT_SIGMA_MOST) : DAVAR_FIT_SIGMA_MOST) + 1U;
+}
+
 /* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */
 static void plan_term(davar_fit_plan_t *plan, int k, float of_white, float variance)
 {
-    const float sigma = davar_rootf(variance);
+    const float positive = (variance > 0.0F) ? variance : 0.0F;
+    const float sigma = davar_rootf(positive);
     const float margin = (float)DAVAR_FIT_BOUND * sigma * plan->scale[k];
-    const float of_term = plan->centre[k] * plan->centre[k] * variance;
-    plan->sigma[k] = fixed(sigma, DAVAR_FIT_SHARE_ONE, DAVAR_FIT_SIGMA_MOST) + 1U; /* never 0 */
+    const float of_term = plan->centre[k] * plan->centre[k] * positive;
+    plan->sigma[k] = fixed_sigma(sigma, variance);
     plan->room[k] = davar_rootf((1.0F + margin) * plan->scale[k]);
     plan->doubt[k] = fixed(davar_rootf(0.5F * (of_white + of_term)), NOISE_ONE, MOST);
 }

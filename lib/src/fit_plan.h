@@ -13,8 +13,8 @@
 #define DAVAR_FIT_ROOT_ONE 1048576.0F
 #define DAVAR_FIT_MISFIT_ONE 67108864.0
 
-/* Sigma is taken as at most 64 shares. */
-#define DAVAR_FIT_SIGMA_MOST 67108864.0F
+/* Sigma is at most 64 shares; beyond, the cluster sizes do not show the term. */
+#define DAVAR_FIT_SIGMA_MOST (UINT32_C(1) << 26U)
 
 /* A centre is taken as at most 2^20: then the smallest share leaves nothing of white noise. */
 #define DAVAR_FIT_CENTRE_MOST 1048576.0F

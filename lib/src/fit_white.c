@@ -201,7 +201,7 @@ static void write_absent(const davar_fit_plan_t *plan, const davar_white_t *whit
     coefficient->value = (double)NAN;
     coefficient->low = (double)NAN;
     coefficient->high = (double)INFINITY;
-    if (plan->count > 1U) {
+    if (plan->sigma[term] <= DAVAR_FIT_SIGMA_MOST) {
         const scaled_t bound = scaled_times(white_bound(plan, white->share[term], term), root);
         coefficient->high = scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
     }

@@ -12,6 +12,7 @@ DAVAR_RARE void davar_normal_add(davar_normal_t *normal, double m, double avar, 
 {
     double power = weight_per_m2 / (m * m);
     double product = weight_per_m2 * avar;
+    normal->count++;
     for (int k = 0; k < TERMS; k++) {
         normal->right[k] += product;
         product *= m;
@@ -71,6 +72,9 @@ static void eliminate(davar_inverse_t *a, int pivot)
 DAVAR_RARE bool davar_invert(const davar_normal_t *normal, unsigned terms, davar_inverse_t *inverse)
 {
     select_terms(normal, terms, inverse);
+    if (inverse->size > normal->count) {
+        return false;
+    }
     for (int i = 0; i < inverse->size; i++) {
         if (!(inverse->at[i][i] > PIVOT_MIN)) {
             return false;
@@ -101,7 +105,7 @@ DAVAR_RARE double davar_solution_variance(const davar_normal_t *normal, const da
         }
         sum += inverse->at[i][j] * row;
     }
-    return sum * (scale * scale);
+    return (sum > 0.0) ? (sum * (scale * scale)) : (double)INFINITY;
 }
 
 /* Stores the solution; returns its most negative term, -1 if there is none. */

@@ -22,6 +22,7 @@ typedef struct {
 
 /* The normal equations of all five terms. Zero at the start, then davar_normal_add, then davar_normal_scale. */
 typedef struct {
+    int count;                                      /* of the Allan variances: no more terms can be told apart */
     double moment[2 * DAVAR_COEFFICIENT_COUNT - 1]; /* sum of W m^(p - 4): X' W X holds only these, at row + column */
     double right[DAVAR_COEFFICIENT_COUNT];          /* X' W avar, scaled */
     double scale[DAVAR_COEFFICIENT_COUNT];          /* makes the diagonal of X' W X 1: a = scale * solution */
@@ -46,7 +47,8 @@ bool davar_invert(const davar_normal_t *normal, unsigned terms, davar_inverse_t 
 /* a of row i of the inverse. */
 double davar_solution(const davar_normal_t *normal, const davar_inverse_t *inverse, int i);
 
-/* Its variance; scatter: X' W C W X, C the covariance of the Allan variances, scaled as the normal equations. */
+/* Its variance; scatter: X' W C W X, C the covariance of the Allan variances, scaled as the normal equations. INFINITY: terms so
+ * alike that an approximate C has nothing to say about them. */
 double davar_solution_variance(const davar_normal_t *normal, const davar_inverse_t *inverse,
                                const davar_matrix_t *scatter, int i);
 

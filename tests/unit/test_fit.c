@@ -1,6 +1,7 @@
 /* davar tests - the coefficient fit: exact models in, the same coefficients out; what a window cannot show stays absent. */
 #include "davar/confidence.h"
 #include "fit_fixture.h"
+#include "random.h"
 
 /* ---- what comes out, in which unit ---- */
 
@@ -305,6 +306,71 @@ static void test_the_longest_windows_and_lists_stay_finite(void)
 
 /* ---- numbers of any size ---- */
 
+/* ---- whatever the list ---- */
+
+static void assert_in_order(void)
+{
+    for (int t = 0; t < result.tau_count; t++) {
+        TEST_ASSERT_TRUE((result.tau[t].low <= result.tau[t].adev) && (result.tau[t].adev <= result.tau[t].high));
+    }
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const davar_coefficient_t *const c = &result.coefficient[k];
+        TEST_ASSERT_TRUE(c->high > 0.0);
+        TEST_ASSERT_TRUE(!c->present || ((0.0 <= c->low) && (c->low <= c->value) && (c->value <= c->high)));
+    }
+}
+
+static void test_limits_are_numbers_in_order_whatever_the_list(void)
+{
+    random_t random = random_seeded(5U);
+    for (unsigned trial = 0U; trial < 300U; trial++) {
+        uint32_t m[DAVAR_TAUS_MAX];
+        const unsigned steps = 1U + (unsigned)(random_next(&random) % DAVAR_TAUS_MAX);
+        const double ratio = 1.0 + ((trial % 2U == 0U) ? 0.0 : random_uniform(&random));
+        double size = 1.0 + (double)(random_next(&random) % 40U);
+        uint8_t count = 0U;
+        for (unsigned i = 0U; (i < steps) && (size < 1e6); i++) {
+            m[count++] = (uint32_t)size;
+            size = floor(size * ratio) + 1.0;
+        }
+        set_taus((2U * m[count - 1U]) + 1U + (uint32_t)(random_next(&random) % 3000U), m, count);
+        for (int t = 0; t < count; t++) {
+            const double noise = 1.0 + (0.3 * random_gauss(&random));
+            const double walk = (trial % 5U == 0U) ? (double)m[t] / 1000.0 : 0.0;
+            result.tau[t].adev = fabs(noise) / sqrt((double)m[t]) + walk;
+        }
+        davar_fit(&plan, 0.01, &result);
+        assert_in_order();
+    }
+}
+
+/* Cluster sizes so alike, or so few, that a variance comes out as nothing or less. */
+static void test_what_cannot_be_told_apart_has_no_bound(void)
+{
+    static const struct {
+        uint32_t window;
+        uint8_t count;
+        uint32_t m[3];
+        uint32_t differences[3];
+        double adev[3];
+    } cases[] = {
+        {52U, 3U, {15U, 16U, 17U}, {18U, 21U, 19U}, {0.39383, 0.35178, 0.36170}},
+        {16110U, 2U, {12U, 7661U}, {16087U, 789U}, {0.358833, 0.148395}},
+        {1728U, 3U, {30U, 31U, 32U}, {1669U, 1667U, 1665U}, {0.2630568, 0.2577470, 0.2712503}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        set_taus(cases[i].window, cases[i].m, cases[i].count);
+        for (int t = 0; t < cases[i].count; t++) {
+            result.tau[t].differences = cases[i].differences[t];
+            result.tau[t].adev = cases[i].adev[t];
+        }
+        davar_fit(&plan, 0.01, &result);
+        assert_in_order();
+        TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+        TEST_ASSERT_TRUE(isinf(term(DAVAR_QUANTIZATION)->high));
+    }
+}
+
 /* No unit is too large or too small, nor an ADEV beside another: one that no float could hold beside the rest is 0. */
 static void test_a_deviation_that_vanishes_beside_the_others_is_none(void)
 {
@@ -359,5 +425,7 @@ int main(void)
     RUN_TEST(test_the_longest_windows_and_lists_stay_finite);
     RUN_TEST(test_a_deviation_that_vanishes_beside_the_others_is_none);
     RUN_TEST(test_white_noise_of_any_size_is_found);
+    RUN_TEST(test_limits_are_numbers_in_order_whatever_the_list);
+    RUN_TEST(test_what_cannot_be_told_apart_has_no_bound);
     return UNITY_END();
 }
