@@ -217,10 +217,10 @@ void davar_deviation_interval(double edf, double *low, double *high)
     *high = davar_root(*high);
 }
 
-/* As fixed point; what it cannot hold is as much as it can. */
+/* As fixed point, to the nearest; what it cannot hold is as much as it can. */
 static uint32_t fixed(float value, float one, float most)
 {
-    const float scaled = value * one;
+    const float scaled = value * one + 0.5F;
     return (uint32_t)((scaled < most) ? scaled : most);
 }
 
@@ -256,12 +256,12 @@ static void plan_white(davar_fit_plan_t *plan, float variance)
     plan->white_high = davar_rootf((float)high);
 }
 
-/* Nearly equal cluster sizes, or one alone, show no term: then what (5.4) makes of their variances is 0, or less by its own
- * inaccuracy. */
+/* Odd, so never 0. Nearly equal cluster sizes, or one alone, show no term: then what (5.4) makes of their variances is 0, or less
+ * by its own inaccuracy. */
 static uint32_t fixed_sigma(float sigma, float variance)
 {
-    const bool shown = (variance > 0.0F);
-    return (shown ? fixed(sigma, DAVAR_FIT_SHARE_ONE, (float)DAVAR_FIT_SIGMA_MOST) : DAVAR_FIT_SIGMA_MOST) + 1U;
+    const float most = (float)DAVAR_FIT_SIGMA_MOST;
+    return ((variance > 0.0F) ? fixed(sigma, DAVAR_FIT_SHARE_ONE, most) : DAVAR_FIT_SIGMA_MOST) | 1U;
 }
 
 /* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */

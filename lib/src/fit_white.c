@@ -72,7 +72,7 @@ static uint64_t amplitude(const davar_fit_plan_t *plan, const uint32_t y[], int 
     return sum & ((sum >> 63U) - 1U);
 }
 
-/* N^2, and its reciprocal for shares, in which N^2 is taken as at least 2^-7 of the largest y: less is not all there is. */
+/* N^2, and its reciprocal for shares. */
 static void fit_amplitude(const davar_fit_plan_t *plan, davar_white_t *white)
 {
     const uint64_t found = amplitude(plan, white->y, WHITE);
@@ -81,14 +81,18 @@ static void fit_amplitude(const davar_fit_plan_t *plan, davar_white_t *white)
     const uint32_t spare = 63U - SUM_SPARE - DAVAR_FIT_SHARE_BITS;
     white->square.mantissa = (uint32_t)((sum << zeros) >> 32U);
     white->square.exponent = white->exponent + 32 - (int32_t)(zeros + DAVAR_FIT_FUNCTIONAL_BITS);
-    const uint32_t inverse = davar_reciprocal_of_mantissa(white->square.mantissa);
-    white->inverse = (zeros < spare) ? (inverse >> (spare - zeros)) : inverse;
+    white->drift = (zeros > spare) ? (zeros - spare) : 0U;
+    white->inverse = davar_reciprocal_of_mantissa(white->square.mantissa) >> (spare + white->drift - zeros);
 }
 
-/* A sum with a functional in it, over N^2, in the fixed point of shares. */
+/* A sum with a functional in it, over N^2, in the fixed point of shares; what it cannot hold is as much as it can. */
 static uint32_t share_of(const davar_white_t *white, uint64_t sum)
 {
-    return scaled_high((uint32_t)(sum >> SUM_SPARE), white->inverse);
+    const uint32_t share = scaled_high((uint32_t)(sum >> SUM_SPARE), white->inverse);
+    if (white->drift == 0U) {
+        return share;
+    }
+    return (share <= (UINT32_MAX >> white->drift)) ? (share << white->drift) : UINT32_MAX;
 }
 
 /* The terms beside white noise, and which of them are significant (5.7). */

@@ -12,6 +12,7 @@ typedef struct {
     int32_t exponent;
     scaled_t square;  /* N^2 of a sample */
     uint32_t inverse; /* its reciprocal, as share_of() needs it */
+    uint32_t drift;   /* powers of two that N^2 lacks to be of the size of y, and shares lack bits */
     uint32_t
         share[DAVAR_COEFFICIENT_COUNT]; /* amplitude of one more term over N^2, in plan->scale; 0: none, or negative */
     unsigned suspects;                  /* bit k: term k is significant (5.7) */
