@@ -95,7 +95,7 @@ DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double
 /* As 2.30: a product of two is 4.28. */
 static uint32_t times(uint32_t a, uint32_t b)
 {
-    return scaled_high(a, b) << 2U;
+    return davar_upper_product(a, b) << 2U;
 }
 
 /* 1 + 0.924108 s - 0.225576 s^2 + 0.00741269 s^3 + 0.0089802 s^4 - 0.00223456 s^5; no bracket is negative. */
@@ -109,8 +109,8 @@ static uint32_t upper_root(uint32_t s)
 uint32_t davar_chi_square_low(uint32_t s)
 {
     const uint32_t root = upper_root(s); /* 1 .. 1.72 */
-    const uint32_t square = scaled_high(root, root);
-    const uint32_t cube = scaled_high(square, root); /* 6.26 */
+    const uint32_t square = davar_upper_product(root, root);
+    const uint32_t cube = davar_upper_product(square, root); /* 6.26 */
     const uint32_t zeros = davar_leading_zeros_32(cube);
     return davar_reciprocal_of_mantissa(cube << zeros) >> (7U - zeros);
 }

@@ -1,7 +1,7 @@
 /* davar - every reason to refuse a configuration, one small test each. */
 #include "config.h"
 
-#include "machine.h"
+#include "ieee.h"
 
 const davar_config_t davar_default_config = {
     .mode = DAVAR_MODE_CENTRED,
@@ -28,10 +28,10 @@ DAVAR_APART static bool is_between(double low, double value, double high)
     return (low <= value) && (value <= high);
 }
 
-/* Far enough inside the range of a double that no square leaves it. */
+/* Far enough inside the range of a double that no square of an Allan variance leaves it. */
 DAVAR_APART static bool positive_finite(double value)
 {
-    return is_between(1e-100, value, 1e100);
+    return is_between(1e-50, value, 1e50);
 }
 
 DAVAR_APART static bool bounds_valid(double low, double high)

@@ -4,18 +4,6 @@
 
 #include "davar/types.h"
 
-/* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
-#define DAVAR_FIT_THRESHOLD 3.0
-
-/* An absent term above this many standard errors is a doubt that the intervals of the others must hold (5.10). */
-#define DAVAR_FIT_DOUBT 0.25
-
-/* Beside a doubt, an estimate with s = edf^-1/2 above this (two standard errors) may be nothing at all (5.10). */
-#define DAVAR_FIT_NOTHING 0.36
-
-/* A misfit counts as real when it exceeds its mean by this many times its spread under white noise (5.9). */
-#define DAVAR_FIT_MISFIT 5.0
-
 /* A sum of noise terms, tau in samples: avar(m) = sum a[k] m^(k - 2). */
 typedef struct {
     const davar_result_t *data; /* the Allan variances to fit; entries 0 .. count - 1 are usable */

@@ -3,7 +3,6 @@
 #include "fit_plan.h"
 
 #include "davar/confidence.h"
-#include "fit_mixture.h"
 #include "noise.h"
 #include "real.h"
 

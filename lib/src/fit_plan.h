@@ -19,6 +19,20 @@
 /* A centre is taken as at most 2^20: then the smallest share leaves nothing of white noise. */
 #define DAVAR_FIT_CENTRE_MOST 1048576.0F
 
+/* A term counts as resolved when its fit, beside a model without it, exceeds this many standard errors (5.7). */
+#define DAVAR_FIT_THRESHOLD_QUARTERS 12U
+#define DAVAR_FIT_THRESHOLD (DAVAR_FIT_THRESHOLD_QUARTERS / 4.0)
+
+/* An absent term above this many standard errors is a doubt that the intervals of the others must hold (5.10). */
+#define DAVAR_FIT_DOUBT_QUARTERS 1U
+#define DAVAR_FIT_DOUBT (DAVAR_FIT_DOUBT_QUARTERS / 4.0)
+
+/* Beside a doubt, an estimate with s = edf^-1/2 above this (two standard errors) may be nothing at all (5.10). */
+#define DAVAR_FIT_NOTHING 0.36
+
+/* A misfit counts as real when it exceeds its mean by this many times its spread under white noise (5.9). */
+#define DAVAR_FIT_MISFIT 5.0
+
 /* One-sided 95 % point of a Gaussian. */
 #define DAVAR_FIT_BOUND 1.645
 

@@ -3,21 +3,23 @@
  * constant y = N^2; shares are amplitudes over that. */
 #include "fit_white.h"
 
-#include "fit_mixture.h"
 #include "fit_plan.h"
 #include "noise.h"
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
 
-/* y has 28 bits, so that 32 products with a functional of 29 bits fit 62, and 32 of those make a share. */
+_Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
+
+/* y has 28 bits at most, so that 32 products with a functional of 29 bits fit 62, and 32 of those make a share. */
 #define Y_SPARE 4U
 #define SUM_SPARE 30U
 
 #define FRACTION_32 4294967296.0 /* 1.0 as 0.32 */
 #define ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
 #define SHARE_ONE (UINT32_C(1) << DAVAR_FIT_SHARE_BITS)
-#define SHARE_MOST (SHARE_ONE << 4U)         /* of an Allan variance: 16 times what white noise has */
+#define SHARE_MOST                                                                                                     \
+    (SHARE_ONE << 6U) /* of an Allan variance: 64 times what white noise has: more is a misfit by itself */
 #define AMPLITUDE_LEAST (UINT64_C(1) << 23U) /* of white noise, for a root and a reciprocal */
 
 /* --- the data ---------------------------------------------------------------------------------------------------- */
@@ -26,8 +28,8 @@
 static scaled_t mantissa_of_y(scaled_t adev, float m)
 {
     const scaled_t size = scaled_of_float(m);
-    const uint32_t square = scaled_high(adev.mantissa, adev.mantissa);
-    const scaled_t y = {scaled_high(square, size.mantissa), (2 * adev.exponent) + size.exponent + 64};
+    const uint32_t square = davar_upper_product(adev.mantissa, adev.mantissa);
+    const scaled_t y = {davar_upper_product(square, size.mantissa), (2 * adev.exponent) + size.exponent + 64};
     return y;
 }
 
@@ -88,11 +90,16 @@ static void fit_amplitude(const davar_fit_plan_t *plan, davar_white_t *white)
 /* A sum with a functional in it, over N^2, in the fixed point of shares; what it cannot hold is as much as it can. */
 static uint32_t share_of(const davar_white_t *white, uint64_t sum)
 {
-    const uint32_t share = scaled_high((uint32_t)(sum >> SUM_SPARE), white->inverse);
+    const uint32_t share = davar_upper_product((uint32_t)(sum >> SUM_SPARE), white->inverse);
     if (white->drift == 0U) {
         return share;
     }
     return (share <= (UINT32_MAX >> white->drift)) ? (share << white->drift) : UINT32_MAX;
+}
+
+static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
+{
+    return (quarters * sigma) >> 2U; /* sigma is at most 2^26 */
 }
 
 /* The terms beside white noise, and which of them are significant (5.7). */
@@ -101,7 +108,7 @@ static void fit_shares(const davar_fit_plan_t *plan, davar_white_t *white)
     white->suspects = 0U;
     for (int k = 0; k < TERMS; k++) {
         white->share[k] = (k == WHITE) ? SHARE_ONE : share_of(white, amplitude(plan, white->y, k));
-        if ((k != WHITE) && (white->share[k] > ((uint32_t)DAVAR_FIT_THRESHOLD * plan->sigma[k]))) {
+        if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k]))) {
             white->suspects |= 1U << (unsigned)k;
         }
     }
@@ -123,8 +130,11 @@ static bool explains(const davar_fit_plan_t *plan, const davar_white_t *white)
     for (int t = 0; t < plan->count; t++) {
         const uint32_t errors = deviation(white, white->y[t], plan->root_edf[t]);
         misfit += davar_multiply_u32(errors, errors);
+        if (misfit > plan->misfit_limit) {
+            return false;
+        }
     }
-    return misfit <= plan->misfit_limit;
+    return true;
 }
 
 bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white)
@@ -144,12 +154,12 @@ bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result,
 static scaled_t white_bound(const davar_fit_plan_t *plan, uint32_t share, int term)
 {
     const uint32_t sigma = plan->sigma[term];
-    const uint32_t margin = sigma + scaled_high(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
+    const uint32_t margin = sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
     const scaled_t root = scaled_root(scaled_of_u32(share + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
     return scaled_times(root, scaled_of_float(plan->room[term]));
 }
 
-/* centre * share as 2.30; at most 1. A centre is 2^-30 to 2^20 shares. */
+/* centre * share as 2.30; at most 1. A centre is at least 2^-32 and at most 2^20 shares. */
 static uint32_t taken(float centre, uint32_t share)
 {
     const scaled_t per_share = scaled_of_float(centre);
@@ -162,7 +172,7 @@ static uint32_t taken(float centre, uint32_t share)
 static uint32_t quotient(uint32_t value, uint32_t under)
 {
     const uint32_t zeros = davar_leading_zeros_32(under);
-    return scaled_high(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
+    return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
 }
 
 /* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). As 2.30. */
@@ -170,17 +180,17 @@ static uint32_t doubted(const davar_fit_plan_t *plan, uint32_t share, int term)
 {
     const uint32_t left = ONE - taken(plan->centre[term], share);
     const uint32_t uncertain = plan->doubt[term];
-    if (uncertain >= scaled_high(left, (uint32_t)(DAVAR_FIT_NOTHING * FRACTION_32))) {
+    if (uncertain >= davar_upper_product(left, (uint32_t)(DAVAR_FIT_NOTHING * FRACTION_32))) {
         return 0U;
     }
-    return scaled_high(left, davar_chi_square_low(quotient(uncertain, left))) << 2U;
+    return davar_upper_product(left, davar_chi_square_low(quotient(uncertain, left))) << 2U;
 }
 
 static uint32_t least_square(const davar_fit_plan_t *plan, const davar_white_t *white)
 {
     uint32_t least = plan->white_low;
     for (int k = 0; k < TERMS; k++) {
-        if ((k != WHITE) && (white->share[k] > (plan->sigma[k] / (uint32_t)(1.0 / DAVAR_FIT_DOUBT)))) {
+        if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_DOUBT_QUARTERS, plan->sigma[k]))) {
             const uint32_t low = doubted(plan, white->share[k], k);
             least = (low < least) ? low : least;
         }

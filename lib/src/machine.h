@@ -28,8 +28,13 @@
 #define DAVAR_UNROLLED
 #endif
 
+/* A Cortex-M0, M0+, M1 or M23: no product is wider than 32 bits, and most instructions reach eight registers. */
+#if defined(__ARM_ARCH_ISA_THUMB) && (__ARM_ARCH_ISA_THUMB == 1) && (__ARM_ARCH_PROFILE == 'M')
+#define DAVAR_NARROW_PRODUCT
+#endif
+
 /* Enough registers for a loop over two cluster sizes. */
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
 #define DAVAR_MANY_REGISTERS false
 #else
 #define DAVAR_MANY_REGISTERS true
@@ -44,7 +49,7 @@
 #endif
 
 /* Called, not repeated, where flash is scarce. */
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
 #define DAVAR_SHARED __attribute__((noinline, unused)) static
 #else
 #define DAVAR_SHARED static inline
@@ -70,7 +75,7 @@ DAVAR_SHARED uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
     return ((uint64_t)high << 32U) | (other << 16U) | (low & 0xFFFFU);
 }
 
-#if defined(__ARM_ARCH_6M__) && defined(__GNUC__)
+#if defined(DAVAR_NARROW_PRODUCT) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
 /* The same in the core's own instructions, 17 instead of 25: nearly all that a result takes is made of this product. */
 DAVAR_SHARED uint64_t davar_multiply_u32_v6m(uint32_t a, uint32_t b)
 {
@@ -104,13 +109,19 @@ DAVAR_SHARED uint64_t davar_multiply_u32_v6m(uint32_t a, uint32_t b)
 
 static inline uint64_t davar_multiply_u32(uint32_t a, uint32_t b)
 {
-#if defined(__ARM_ARCH_6M__) && defined(__GNUC__)
+#if defined(DAVAR_NARROW_PRODUCT) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
     return davar_multiply_u32_v6m(a, b);
-#elif defined(__ARM_ARCH_6M__)
+#elif defined(DAVAR_NARROW_PRODUCT)
     return davar_multiply_u32_by_parts(a, b);
 #else
     return (uint64_t)a * b;
 #endif
+}
+
+/* The upper half of the product. */
+static inline uint32_t davar_upper_product(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(davar_multiply_u32(a, b) >> 32U);
 }
 
 static inline bool davar_fits_i16(int32_t a)
@@ -130,7 +141,7 @@ static inline uint64_t davar_multiply_i32_by_parts(int32_t a, int32_t b)
 
 static inline uint64_t davar_multiply_i32(int32_t a, int32_t b)
 {
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
     return davar_multiply_i32_by_parts(a, b);
 #else
     return (uint64_t)((int64_t)a * b);
@@ -156,7 +167,7 @@ static inline uint64_t davar_square_i32_by_parts(int32_t a)
 
 static inline uint64_t davar_square_i32(int32_t a)
 {
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
     return davar_square_i32_by_parts(a);
 #else
     return (uint64_t)((int64_t)a * a);
@@ -172,7 +183,7 @@ static inline uint32_t davar_size_i32(int32_t a)
 /* At most 2^30: a product of 32 bits, or the first half of one that adds to 64 at once. */
 static inline uint64_t davar_square_i16(int16_t a)
 {
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
     return (uint32_t)(a * a);
 #else
     return (uint64_t)((int64_t)a * a);
@@ -189,7 +200,7 @@ static inline uint64_t davar_multiply_by_i16_by_parts(int32_t a, int16_t b)
 
 static inline uint64_t davar_multiply_by_i16(int32_t a, int16_t b)
 {
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
     return davar_multiply_by_i16_by_parts(a, b);
 #else
     return (uint64_t)((int64_t)a * b);
@@ -316,72 +327,6 @@ static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
     return davar_multiply_u64_by_parts(a, b);
 }
 #endif
-
-/* --- floating point, seen as bits ---------------------------------------------------------------------------------- */
-
-static inline uint64_t davar_bits_of_double(double value)
-{
-    const union {
-        double value;
-        uint64_t bits;
-    } number = {.value = value};
-    return number.bits;
-}
-
-static inline double davar_double_of_bits(uint64_t bits)
-{
-    const union {
-        uint64_t bits;
-        double value;
-    } number = {.bits = bits};
-    return number.value;
-}
-
-static inline uint32_t davar_bits_of_float(float value)
-{
-    const union {
-        float value;
-        uint32_t bits;
-    } number = {.value = value};
-    return number.bits;
-}
-
-static inline float davar_float_of_bits(uint32_t bits)
-{
-    const union {
-        uint32_t bits;
-        float value;
-    } number = {.bits = bits};
-    return number.value;
-}
-
-/* mantissa * 2^(exponent - 1086), to the nearest double, ties to even; the top bit of the mantissa is set. */
-static inline double davar_double_of_mantissa(uint64_t mantissa, uint32_t exponent)
-{
-    const uint64_t kept = mantissa >> 11U;
-    const uint32_t rest = (uint32_t)mantissa & 0x7FFU;
-    const uint32_t up = ((rest > 0x400U) || ((rest == 0x400U) && ((kept & 1U) != 0U))) ? 1U : 0U;
-    return davar_double_of_bits(((uint64_t)(exponent - 1U) << 52U) + kept + up);
-}
-
-/* As a conversion rounds. */
-static inline double davar_double_of_u64_by_parts(uint64_t value)
-{
-    if (value == 0U) {
-        return 0.0;
-    }
-    const uint32_t zeros = davar_leading_zeros(value);
-    return davar_double_of_mantissa(value << zeros, 1086U - zeros);
-}
-
-static inline double davar_double_of_u64(uint64_t value)
-{
-#ifdef DAVAR_SOFT_DOUBLE
-    return davar_double_of_u64_by_parts(value);
-#else
-    return (double)value;
-#endif
-}
 
 /* Signed product, modulo 2^128: the unsigned one, less each operand's sign times the other. */
 static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)

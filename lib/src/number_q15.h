@@ -3,7 +3,7 @@
 #ifndef DAVAR_SRC_NUMBER_H
 #define DAVAR_SRC_NUMBER_H
 
-#include "machine.h"
+#include "ieee.h"
 #include "stationarity.h"
 
 #include <stddef.h>
@@ -87,7 +87,7 @@ static inline difference_t sum_add_run_by_parts(sum_t *sum, difference_t head, c
 static inline difference_t sum_add_run(sum_t *sum, difference_t head, const sample_t *newest, const sample_t *middle,
                                        const sample_t *oldest, uint32_t n)
 {
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
     return sum_add_run_by_parts(sum, head, newest, middle, oldest, n);
 #else
     return sum_add_run_at_once(sum, head, newest, middle, oldest, n);
@@ -99,7 +99,7 @@ static inline void sum_subtract_square(sum_t *sum, difference_t difference)
     *sum -= davar_square_i32(difference);
 }
 
-/* head^2 - tail^2 as one product; neither factor can leave 32 bits, since window_max m^2 < 2^32 (2.4). */
+/* head^2 - tail^2 as one product; neither factor can leave 32 bits, since window_max m^2 < 2^32 for samples of 16 bits (2.4). */
 static inline void sum_slide(sum_t *sum, difference_t head, difference_t tail)
 {
     *sum += davar_multiply_i32(head - tail, head + tail);
@@ -213,7 +213,7 @@ static inline void powers_add_run_by_parts(powers_t *powers, const sample_t *sam
 
 static void powers_add_run(powers_t *powers, const sample_t *sample, uint32_t count)
 {
-#ifdef __ARM_ARCH_6M__
+#ifdef DAVAR_NARROW_PRODUCT
     powers_add_run_by_parts(powers, sample, count);
 #else
     powers_add_run_at_once(powers, sample, count);

@@ -5,11 +5,6 @@
 #define FRACTION ((UINT64_C(1) << FRACTION_BITS) - 1U)
 #define HIDDEN (UINT64_C(1) << FRACTION_BITS)
 
-static inline uint32_t top_32(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(davar_multiply_u32(a, b) >> 32U);
-}
-
 static inline uint64_t top_64(uint64_t a, uint64_t b)
 {
     return davar_multiply_u64(a, b).high;
@@ -18,7 +13,7 @@ static inline uint64_t top_64(uint64_t a, uint64_t b)
 /* Of 96 bits. */
 static inline uint64_t top_64_of_96(uint64_t a, uint32_t b)
 {
-    return davar_multiply_u32((uint32_t)(a >> 32U), b) + top_32((uint32_t)a, b);
+    return davar_multiply_u32((uint32_t)(a >> 32U), b) + davar_upper_product((uint32_t)a, b);
 }
 
 /* --- roots -------------------------------------------------------------------------------------------------------
@@ -40,19 +35,19 @@ typedef struct {
 
 static inline uint32_t correction(estimate_t estimate)
 {
-    return BELOW_THREE - top_32(estimate.root, estimate.reciprocal);
+    return BELOW_THREE - davar_upper_product(estimate.root, estimate.reciprocal);
 }
 
 /* m as 2.30; the relative error is below 2e-6. 1.33542 - 0.41067 m + 0.05121 m^2 is the minimax polynomial. */
 static estimate_t estimate_of(uint32_t m)
 {
-    const uint32_t slope = UINT32_C(1763812533) - (top_32(m, UINT32_C(219924841)) << 2U);
-    const uint32_t reciprocal = (UINT32_C(1433893834) - top_32(m, slope)) << 2U;
-    estimate_t estimate = {reciprocal, top_32(m, reciprocal)};
+    const uint32_t slope = UINT32_C(1763812533) - (davar_upper_product(m, UINT32_C(219924841)) << 2U);
+    const uint32_t reciprocal = (UINT32_C(1433893834) - davar_upper_product(m, slope)) << 2U;
+    estimate_t estimate = {reciprocal, davar_upper_product(m, reciprocal)};
     for (unsigned i = 0U; i < 2U; i++) {
         const uint32_t u = correction(estimate);
-        estimate.reciprocal = top_32(estimate.reciprocal, u) << 1U;
-        estimate.root = top_32(estimate.root, u) << 1U;
+        estimate.reciprocal = davar_upper_product(estimate.reciprocal, u) << 1U;
+        estimate.root = davar_upper_product(estimate.root, u) << 1U;
     }
     return estimate;
 }
@@ -66,16 +61,16 @@ static inline uint32_t halve_exponent(uint32_t exponent, uint32_t bias)
 uint32_t davar_root_of_mantissa_by_integers(uint32_t m)
 {
     const estimate_t estimate = estimate_of(m);
-    uint32_t root = (top_32(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
-    const uint32_t short_of = (m << 16U) - (root * root);                     /* m - root^2, modulo 2^32 */
-    root += (root - short_of) >> 31U;                                         /* beyond half a unit: up */
+    uint32_t root = (davar_upper_product(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
+    const uint32_t short_of = (m << 16U) - (root * root);                                  /* m - root^2, modulo 2^32 */
+    root += (root - short_of) >> 31U;                                                      /* beyond half a unit: up */
     return root;
 }
 
 static uint64_t root_of_mantissa_64(uint64_t m)
 {
     const estimate_t estimate = estimate_of((uint32_t)(m >> 32U));
-    const uint32_t reciprocal = top_32(estimate.reciprocal, correction(estimate)) << 1U;
+    const uint32_t reciprocal = davar_upper_product(estimate.reciprocal, correction(estimate)) << 1U;
     const uint64_t s = top_64_of_96(m, reciprocal);
     const uint64_t u = ((uint64_t)THREE << 32U) - top_64_of_96(s, reciprocal);
     uint64_t root = (top_64(s, u) - 2U) >> 9U; /* 12.52, from 3.61 */
@@ -93,12 +88,19 @@ static double root_of(uint64_t mantissa, uint32_t exponent)
     return davar_double_of_bits(half | (root & FRACTION));
 }
 
+/* Of 0, infinity, NaN and what is negative: all but the last are their own. size: the bits without the sign. */
+static double special_root(double value, uint64_t size)
+{
+    const bool is_negative = (davar_bits_of_double(value) >> 63U) != 0U;
+    return (is_negative && (size != 0U)) ? (double)NAN : value;
+}
+
 double davar_root_by_integers(double value)
 {
     uint64_t bits = davar_bits_of_double(value);
     uint32_t exponent = (uint32_t)(bits >> FRACTION_BITS);
-    if ((exponent == 0x7FFU) || (bits == 0U)) {
-        return value;
+    if ((exponent >= 0x7FFU) || (bits == 0U)) { /* a set sign is an exponent beyond that of infinity */
+        return special_root(value, bits << 1U);
     }
     bits <<= 11U;
     if (exponent == 0U) { /* subnormal: counted from the bit that would be the first of a mantissa */
@@ -113,8 +115,8 @@ float davar_rootf_by_integers(float value)
 {
     uint32_t bits = davar_bits_of_float(value);
     uint32_t exponent = bits >> 23U;
-    if ((exponent == 0xFFU) || (bits == 0U)) {
-        return value;
+    if ((exponent >= 0xFFU) || (bits == 0U)) {
+        return (float)special_root((double)value, (uint64_t)bits << 33U);
     }
     bits <<= 8U;
     if (exponent == 0U) {
@@ -136,9 +138,9 @@ float davar_rootf_by_integers(float value)
  * add, which is dearer than a product. */
 uint32_t davar_reciprocal_of_mantissa(uint32_t b)
 {
-    uint32_t x = UINT32_C(1768515945) - (top_32(b, UINT32_C(0x7878A3D5)) << 1U);
+    uint32_t x = UINT32_C(1768515945) - (davar_upper_product(b, UINT32_C(0x7878A3D5)) << 1U);
     for (unsigned i = 0U; i < 3U; i++) {
-        x = top_32(x, 0U - top_32(b, x)) << 1U;
+        x = davar_upper_product(x, 0U - davar_upper_product(b, x)) << 1U;
     }
     return x;
 }

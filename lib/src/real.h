@@ -4,11 +4,11 @@
 #ifndef DAVAR_SRC_REAL_H
 #define DAVAR_SRC_REAL_H
 
-#include "machine.h"
+#include "ieee.h"
 
 #include <math.h>
 
-/* Of a value that is not negative: 0, NaN and infinity are their own. */
+/* 0, NaN and infinity are their own; of what is negative, NaN. */
 double davar_root_by_integers(double value);
 float davar_rootf_by_integers(float value);
 

@@ -7,16 +7,14 @@
 
 #define SCALED_TOP (UINT32_C(1) << 31U)
 
-/* mantissa * 2^exponent; the top bit of the mantissa is set, or it is 0 and the exponent below that of any double. */
+/* The exponent of 0: far below that of any double, so that a product with 0 is none either. */
+#define SCALED_ZERO (-16384)
+
+/* mantissa * 2^exponent; the top bit of the mantissa is set, or it is 0. */
 typedef struct {
     uint32_t mantissa;
     int32_t exponent;
 } scaled_t;
-
-static inline uint32_t scaled_high(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(davar_multiply_u32(a, b) >> 32U);
-}
 
 /* Of a normal double, to 32 bits; anything smaller is 0. */
 static inline scaled_t scaled_of_double(double value)
@@ -24,7 +22,9 @@ static inline scaled_t scaled_of_double(double value)
     const uint64_t bits = davar_bits_of_double(value);
     const int32_t exponent = (int32_t)(bits >> 52U);
     const uint32_t mantissa = SCALED_TOP | (uint32_t)(bits >> 21U);
-    const scaled_t scaled = {(exponent == 0) ? 0U : mantissa, exponent - (1023 + 31)};
+    const scaled_t normal = {mantissa, exponent - (1023 + 31)};
+    const scaled_t zero = {0U, SCALED_ZERO};
+    const scaled_t scaled = (exponent == 0) ? zero : normal;
     return scaled;
 }
 
@@ -58,7 +58,7 @@ static inline double scaled_to_double(scaled_t scaled)
 /* Without a branch, which data as random as these would mislead. */
 static inline scaled_t scaled_times(scaled_t a, scaled_t b)
 {
-    const uint32_t product = scaled_high(a.mantissa, b.mantissa);
+    const uint32_t product = davar_upper_product(a.mantissa, b.mantissa);
     const uint32_t shift = 1U - (product >> 31U); /* two top bits multiply to at least 2^62 */
     const scaled_t scaled = {product << shift, a.exponent + b.exponent + 32 - (int32_t)shift};
     return scaled;

@@ -50,7 +50,7 @@ DAVAR_APART static void slide_around(tau_t *tau, const tau_t *end, const uint32_
 }
 
 #if defined(__GNUC__) && defined(__ARM_ARCH_PROFILE) && (__ARM_ARCH_PROFILE == 'M') && (__ARM_ARCH_ISA_THUMB == 2) &&  \
-    (NUMBER_SUM_BITS == 64U) && !defined(DAVAR_PORTABLE)
+    !defined(__ARM_BIG_ENDIAN) && (NUMBER_SUM_BITS == 64U) && !defined(DAVAR_PORTABLE)
 #include "slide_armv7m.h"
 #else
 /* Octaves share taps: the one that leaves the span of m is the middle one of 2 m. Both edges on their way along them. */

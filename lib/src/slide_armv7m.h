@@ -113,12 +113,13 @@ _Static_assert((offsetof(stages_t, ring.sample) == 0U) && (offsetof(stages_t, ri
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* they are in r0, r1 and r2 */
 __attribute__((naked, noinline)) static void slide_octaves(stages_t *stages, uint32_t head_index, uint32_t tail_index)
 {
-    __asm__ volatile("push {r4, r5, r6, r7, r8, r9, r10, r11, lr}\n" SLIDE_READ SLIDE_FIRST_TAPS SLIDE_REACH "bhs 2f\n"
+    __asm__ volatile("push {r3, r4, r5, r6, r7, r8, r9, r10, r11, lr}\n" SLIDE_READ SLIDE_FIRST_TAPS SLIDE_REACH
+                     "bhs 2f\n"
                      "1:\n" SLIDE_TURN SLIDE_TO_TURN "ldr r6, [sp, #8]\n" /* are there longer spans? */
                      "cmp r6, r8, lsl #1\n"
                      "bhs 1b\n"
                      "add sp, sp, #16\n"
-                     "pop {r4, r5, r6, r7, r8, r9, r10, r11, pc}\n");
+                     "pop {r3, r4, r5, r6, r7, r8, r9, r10, r11, pc}\n");
 }
 #pragma GCC diagnostic pop
 

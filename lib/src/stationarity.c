@@ -30,15 +30,15 @@ void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int
     result->exponent = top.exponent;
 }
 
-/* A finite, non-negative double taken apart: exact, and free of floating-point instructions. */
+/* A finite, non-negative double (-0.0 too) taken apart: exact, and free of floating-point instructions. */
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
-    const uint64_t bits = davar_bits_of_double(*value);
-    const int32_t exponent = (int32_t)(uint32_t)(bits >> 52U);
+    const uint64_t bits = davar_bits_of_double(*value) << 1U; /* without the sign */
+    const int32_t exponent = (int32_t)(uint32_t)(bits >> 53U);
     if (exponent == 0) {
-        return magnitude(bits, -1074);
+        return magnitude(bits, -1075);
     }
-    const davar_magnitude_t normal = {(UINT64_C(1) << 63U) | (bits << 11U), exponent - 1086};
+    const davar_magnitude_t normal = {(UINT64_C(1) << 63U) | (bits << 10U), exponent - 1086};
     return normal;
 }
 

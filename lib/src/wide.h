@@ -3,7 +3,7 @@
 #ifndef DAVAR_SRC_WIDE_H
 #define DAVAR_SRC_WIDE_H
 
-#include "machine.h"
+#include "ieee.h"
 #include "stationarity.h"
 
 #define WIDE_LIMBS 4U

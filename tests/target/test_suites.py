@@ -8,8 +8,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
-BEYOND_16_KB = {"wrap", "fit", "fit_mixture", "fit_plan", "codec", "api", "float", "state"}
-SUITES = {"arena", "arithmetic", "slide", "real", "scaled", "stationarity", "confidence", "taus"} | BEYOND_16_KB
+BEYOND_16_KB = {"wrap", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "api", "float", "state"}
+SUITES = {"arena", "arithmetic", "slide", "real", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 
 class Suites(unittest.TestCase):

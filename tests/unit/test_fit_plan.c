@@ -69,7 +69,8 @@ static double covariance(int m_i, int m_j)
     return squared_covariances(m_i, m_j) / (2.0 * m_i * m_j * n_i * n_j);
 }
 
-/* The weight of one Allan variance in a linear functional of the fit: the answer to y = 1 there and 0 elsewhere. */
+/* The weight of one Allan variance in a linear functional of the fit, as the plan has it (test_fit_white.c holds the shares
+ * that come of it to the formulas); its variance is what is tested here. */
 static double weight_of(int kind, int t)
 {
     return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;

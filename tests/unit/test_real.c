@@ -63,9 +63,10 @@ static void test_roots_of_doubles(void)
     random_t random = random_seeded(1U);
     for (unsigned i = 0U; i < EDGES; i++) {
         same_double(sqrt(edges[i]), davar_root_by_integers(edges[i]), edges[i], 0.0);
+        same_double(sqrt(-edges[i]), davar_root_by_integers(-edges[i]), -edges[i], 0.0);
     }
     for (unsigned i = 0U; i < TRIALS; i++) {
-        const double value = fabs(any_double(&random));
+        const double value = any_double(&random);
         same_double(sqrt(value), davar_root_by_integers(value), value, 0.0);
     }
 }
@@ -89,6 +90,9 @@ static void test_roots_of_floats(void)
                   0.0);
     }
     TEST_ASSERT_TRUE(isnan(davar_rootf_by_integers(NAN)));
+    TEST_ASSERT_TRUE(isnan(davar_rootf_by_integers(-1.0F)));
+    TEST_ASSERT_TRUE(isnan(davar_rootf_by_integers(-INFINITY)));
+    same_bits(davar_bits_of_float(-0.0F), davar_bits_of_float(davar_rootf_by_integers(-0.0F)), -0.0, 0.0);
 }
 
 static void test_quotients(void)

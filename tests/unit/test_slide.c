@@ -150,7 +150,7 @@ static void test_any_cluster_sizes_are_the_definition(void)
     }
 }
 
-/* A window of full scale that turns its sign once: the largest D and sums that the widths allow (2.4). */
+/* A window of full scale that turns its sign once: the largest D of these cluster sizes. */
 static void test_the_largest_differences_fit(void)
 {
     static const int16_t ends[2] = {INT16_MIN, INT16_MAX};

@@ -61,6 +61,9 @@ static void test_a_value_on_its_bound_is_inside(void)
     TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
     config.kurtosis_high = 0.0;
     TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+    config.kurtosis_low = -0.0;
+    config.kurtosis_high = 1.0;
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole));
 }
 
 /* K = 1 against Km = 7/3 (one in four of three): S = 4/3. Also subnormal and zero bounds. */
@@ -82,6 +85,9 @@ static void test_contribution_on_both_sides_of_its_bounds(void)
     config.contribution_low = 0.0;
     config.contribution_high = 0.0;
     TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole)); /* S = 0 */
+    config.contribution_low = -0.0;
+    config.contribution_high = 1.34;
+    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &first));
     config.contribution_high = 5e-324;
     TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
 }

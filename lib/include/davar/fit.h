@@ -1,5 +1,5 @@
 /* davar - stage [5]: the five noise coefficients from ADEV(tau), with honest intervals.
- * Pure functions in IEEE floating point with + - * / and sqrt only: the same bits on every target (5.14). */
+ * Pure functions in integers, and in IEEE floating point with + - * / and sqrt only: the same bits on every target (5.14). */
 #ifndef DAVAR_FIT_H
 #define DAVAR_FIT_H
 

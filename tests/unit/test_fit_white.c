@@ -1,0 +1,375 @@
+/* davar tests - the short cut of the fit, which is integers, against (5.4) to (5.11) in doubles, over random lists, windows and data. */
+#include "davar/confidence.h"
+#include "fit_fixture.h"
+#include "fit_plan.h"
+#include "fit_white.h"
+#include "random.h"
+
+#define TERMS 5
+#define WHITE 1
+#define TRIALS 2000U
+
+/* What (5.4) to (5.11) say, in units of N^2 per sample where nothing else is said. */
+typedef struct {
+    int count;
+    double m[DAVAR_TAUS_MAX];
+    double weight[DAVAR_TAUS_MAX];
+    double effective[DAVAR_TAUS_MAX]; /* differences, mirror images and window ends considered */
+    double edf[DAVAR_TAUS_MAX];
+    double y[DAVAR_TAUS_MAX];
+    double white; /* N^2 */
+    double share[TERMS];
+    double variance[TERMS];
+    double crowding[TERMS]; /* sum of the absolute parts of the variance over it */
+    double centre[TERMS];
+    double misfit_over_limit;
+    double near_threshold; /* the least distance of a significance from 3 */
+    bool explains;
+} expected_t;
+
+static double overlap(double a, double b)
+{
+    const double e = fmax(0.0, (2.0 * a) - b);
+    return (4.0 * a * a * a) + (2.0 * a) - ((4.0 / 3.0) * e * ((e * e) - 1.0));
+}
+
+static double shape(const expected_t *e, int term, int t)
+{
+    const double power[TERMS] = {0, 0, 1, 2, 3};
+    return (term == 0) ? (e->m[0] / e->m[t]) : pow(e->m[t] / e->m[e->count - 1], power[term]);
+}
+
+static void expect_weights(expected_t *e)
+{
+    const int last = e->count - 1;
+    double from = 1.0 / sqrt(e->m[0] * e->m[0] * e->m[0] / e->m[(last > 0) ? 1 : 0]);
+    for (int t = 0; t <= last; t++) {
+        const double above = sqrt(e->m[last] * e->m[last] * e->m[last] / e->m[(last > 0) ? last - 1 : 0]);
+        const double to = (t < last) ? (1.0 / sqrt(e->m[t] * e->m[t + 1])) : (0.5 / above);
+        e->weight[t] = from - to;
+        from = to;
+    }
+    e->weight[0] *= 1.0 + (2.35 * (1.0 - (1.0 / (e->m[0] * e->m[0]))));
+}
+
+static void expect_data(expected_t *e)
+{
+    const double window = (double)result.window_samples;
+    const double evidence = window / (window + (2.0 * (double)result.mirrored_samples));
+    e->count = result.tau_count;
+    for (int t = 0; t < e->count; t++) {
+        const double m = (double)result.tau[t].m;
+        const double all = window + 1.0 - (2.0 * m);
+        e->m[t] = m;
+        e->effective[t] = (all + (0.5 * m)) * ((double)result.tau[t].differences / all) * evidence;
+        e->edf[t] = fmax(1.0, 12.0 * m / ((8.0 * m * m) + 10.0) * e->effective[t]);
+        e->y[t] = result.tau[t].adev * result.tau[t].adev * m;
+    }
+}
+
+static double variance_of(const expected_t *e, const double f[], double *size)
+{
+    double variance = 0.0;
+    *size = 0.0;
+    for (int i = 0; i < e->count; i++) {
+        for (int j = 0; j < e->count; j++) {
+            const double s = (i < j) ? overlap(e->m[i], e->m[j]) : overlap(e->m[j], e->m[i]);
+            const double part = f[i] * f[j] * s / (2.0 * e->m[i] * e->m[j]) / e->effective[(i < j) ? i : j];
+            variance += part;
+            *size += fabs(part);
+        }
+    }
+    return variance;
+}
+
+static void expect_term(expected_t *e, int term)
+{
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    double f[DAVAR_TAUS_MAX];
+    for (int t = 0; t < e->count; t++) {
+        sum[0] += e->weight[t];
+        sum[1] += e->weight[t] * shape(e, term, t);
+    }
+    e->centre[term] = (term == WHITE) ? 0.0 : (sum[1] / sum[0]);
+    for (int t = 0; t < e->count; t++) {
+        const double x = shape(e, term, t) - e->centre[term];
+        sum[2] += e->weight[t] * x * x;
+    }
+    for (int t = 0; t < e->count; t++) {
+        f[t] = e->weight[t] * (shape(e, term, t) - e->centre[term]) / sum[2];
+        sum[3] += f[t] * e->y[t];
+    }
+    e->white = (term == WHITE) ? sum[3] : e->white;
+    e->share[term] = sum[3] / e->white;
+    double size;
+    e->variance[term] = variance_of(e, f, &size);
+    e->crowding[term] = size / fabs(e->variance[term]);
+}
+
+static double misfit_over_limit(const expected_t *e)
+{
+    double misfit = 0.0;
+    double spread = 0.0;
+    for (int j = 0; j < e->count; j++) {
+        misfit += 0.5 * e->edf[j] * pow((e->y[j] / e->white) - 1.0, 2.0);
+        for (int i = 0; i <= j; i++) {
+            const double r = overlap(e->m[i], e->m[j]) / sqrt(overlap(e->m[i], e->m[i]) * overlap(e->m[j], e->m[j]));
+            spread += ((i < j) ? 4.0 : 2.0) * r * r;
+        }
+    }
+    return misfit / ((double)(e->count - 1) + (5.0 * sqrt(spread)));
+}
+
+static void expect(expected_t *e)
+{
+    static const int order[TERMS] = {WHITE, 0, 2, 3, 4};
+    expect_data(e);
+    expect_weights(e);
+    e->near_threshold = 1e9;
+    e->explains = true;
+    for (int i = 0; i < TERMS; i++) {
+        expect_term(e, order[i]);
+        if (order[i] != WHITE) {
+            const double z = e->share[order[i]] / sqrt(e->variance[order[i]]);
+            e->explains = e->explains && !(z > 3.0);
+            e->near_threshold = fmin(e->near_threshold, fabs(z - 3.0));
+        }
+    }
+    e->misfit_over_limit = misfit_over_limit(e);
+    e->explains = e->explains && (e->misfit_over_limit <= 1.0);
+}
+
+/* From the share of a shape to the coefficient in its unit, at one sample per second (1.2). */
+static double coefficient(const expected_t *e, int term, double share)
+{
+    const double last = e->m[e->count - 1];
+    const double size[TERMS] = {e->m[0], 1.0, 1.0 / last, 1.0 / (last * last), 1.0 / (last * last * last)};
+    const double unit[TERMS] = {1.0 / 3.0, 3600.0, 3600.0 * 3600.0 * acos(-1.0) / (2.0 * log(2.0)),
+                                3.0 * 216000.0 * 216000.0, 2.0 * 12960000.0 * 12960000.0};
+    return sqrt(share * e->white * size[term] * unit[term]);
+}
+
+/* (5.11) */
+static double upper_bound(const expected_t *e, int term)
+{
+    const double margin = 1.645 * sqrt(e->variance[term]);
+    return coefficient(e, term, (fmax(0.0, e->share[term]) + margin) * (1.0 + margin));
+}
+
+/* Lower limit of N^2 over N^2, and whether a small change would move it by a step (5.10). */
+static double lower_limit(const expected_t *e, bool *is_at_step)
+{
+    double least;
+    double high;
+    davar_chi_square_interval(2.0 / e->variance[WHITE], &least, &high);
+    *is_at_step = false;
+    for (int k = 0; k < TERMS; k++) {
+        const double ratio = e->share[k] / (0.25 * sqrt(e->variance[k]));
+        if ((k != WHITE) && (ratio > 0.99)) {
+            const double left = 1.0 - (e->centre[k] * e->share[k]);
+            const double of_term = e->centre[k] * e->centre[k] * e->variance[k];
+            const double s = sqrt(0.5 * (e->variance[WHITE] + of_term)) / left;
+            double low = 0.0;
+            *is_at_step = *is_at_step || (ratio < 1.01) || (fabs(s - 0.36) < 0.01);
+            if ((s > 0.0) && (s < 0.36)) {
+                davar_chi_square_interval(1.0 / (s * s), &low, &high);
+            }
+            least = fmin(least, left * low);
+        }
+    }
+    return least;
+}
+
+/* ---- data ---- */
+
+/* Ascending: octaves, consecutive, geometric, or anything; from 1 or beyond. */
+static uint8_t any_list(random_t *random, uint32_t window, uint32_t m[])
+{
+    const uint64_t kind = random_next(random) % 4U;
+    const uint64_t most = 1U + (random_next(random) % DAVAR_TAUS_MAX);
+    uint64_t size = ((random_next(random) % 2U) == 0U) ? 1U : (1U + (random_next(random) % (1U + (window / 20U))));
+    uint8_t count = 0U;
+    while ((count < most) && ((2U * size) <= window)) {
+        const uint64_t steps[] = {size, 1U + (random_next(random) % 3U), 1U + (size / 3U),
+                                  1U + (random_next(random) % 100U)};
+        m[count++] = (uint32_t)size;
+        size += steps[kind];
+    }
+    return count;
+}
+
+/* White noise as its Allan variances scatter, one draw for sizes that are nearly the same; drift: some of K or Q beside it. */
+static void draw(random_t *random, double drift)
+{
+    const double size = pow(10.0, (20.0 * random_uniform(random)) - 10.0);
+    double scatter = 0.0;
+    for (int t = 0; t < result.tau_count; t++) {
+        const double m = (double)result.tau[t].m;
+        const double edf = fmax(1.0, 1.5 * (double)result.tau[t].differences / m);
+        if ((t == 0) || (m > (1.2 * (double)result.tau[t - 1].m))) {
+            scatter = random_gauss(random);
+        }
+        const double white = fmax(0.02, 1.0 + (0.7 * scatter * sqrt(2.0 / edf)));
+        const double walk = (drift > 0.0) ? (drift * m * m) : (-drift / m);
+        result.tau[t].adev = size * sqrt((white + walk) / m);
+    }
+}
+
+static bool any_window(random_t *random)
+{
+    uint32_t m[DAVAR_TAUS_MAX];
+    const uint32_t window = (uint32_t)pow(2.0, 4.0 + (18.0 * random_uniform(random)));
+    const uint8_t count = any_list(random, window, m);
+    memset(&result, 0, sizeof result);
+    if (count < 2U) {
+        return false; /* knows nothing of the rest: test_fit.c */
+    }
+    set_taus(window, m, count);
+    result.mirrored_samples = ((random_next(random) % 4U) == 0U) ? (uint32_t)(random_next(random) % (window / 2U)) : 0U;
+    const double left = ((random_next(random) % 4U) == 0U) ? random_uniform(random) : 1.0;
+    for (int t = 0; t < count; t++) {
+        result.tau[t].differences = (uint32_t)ceil(left * (double)result.tau[t].differences);
+    }
+    const double strength = pow(10.0, 4.0 - (8.0 * random_uniform(random)));
+    const double last = (double)m[count - 1U];
+    const double drifts[] = {0.0, 0.0, strength / (last * last), -strength};
+    draw(random, drifts[random_next(random) % 4U]);
+    return true;
+}
+
+/* ---- the tests ---- */
+
+static void assert_near(double expected, double actual, double relative)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(relative * expected, expected, actual);
+}
+
+static void assert_reported(const expected_t *e)
+{
+    bool is_at_step;
+    double low;
+    double high;
+    const double least = lower_limit(e, &is_at_step);
+    const double white = coefficient(e, WHITE, 1.0);
+    davar_chi_square_interval(2.0 / e->variance[WHITE], &low, &high);
+    assert_near(white, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
+    assert_near(white * sqrt(high), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-4);
+    if (!is_at_step) {
+        TEST_ASSERT_DOUBLE_WITHIN(0.003 * white, white * sqrt(least), term(DAVAR_ANGLE_RANDOM_WALK)->low);
+    }
+    for (int t = 0; t < e->count; t++) {
+        davar_chi_square_interval(e->edf[t], &low, &high);
+        assert_near(e->edf[t], result.tau[t].edf, 1e-5);
+        assert_near(result.tau[t].adev * sqrt(low), result.tau[t].low, 1e-5);
+        assert_near(result.tau[t].adev * sqrt(high), result.tau[t].high, 1e-5);
+    }
+}
+
+/* Of any size, beside a drift far above the white noise too. */
+static void assert_shares(const expected_t *e, const davar_white_t *white)
+{
+    for (int k = 0; k < TERMS; k++) {
+        const double share = fmax(0.0, e->share[k]);
+        if ((k != WHITE) && (e->crowding[k] < 1e3) && (share < (1000.0 * (double)plan.scale[k]))) {
+            const double found = (double)white->share[k] / (double)DAVAR_FIT_SHARE_ONE * (double)plan.scale[k];
+            TEST_ASSERT_DOUBLE_WITHIN((1e-3 * share) + (0.01 * sqrt(e->variance[k])), share, found);
+        }
+    }
+}
+
+static void assert_bounds(const expected_t *e)
+{
+    for (int k = 0; k < TERMS; k++) {
+        if ((k != WHITE) && (e->crowding[k] < 1e3)) { /* not the difference of nearly equal sums */
+            const double bound = upper_bound(e, k);
+            assert_near(bound, result.coefficient[k].high, 2e-3);
+        }
+    }
+}
+
+static void test_white_noise_or_not_is_decided_as_in_doubles(void)
+{
+    random_t random = random_seeded(21U);
+    unsigned white_noise = 0U;
+    unsigned other = 0U;
+    for (unsigned trial = 0U; trial < TRIALS; trial++) {
+        expected_t e;
+        davar_white_t white;
+        if (any_window(&random)) {
+            expect(&e);
+            davar_fit(&plan, 1.0, &result); /* brings the plan up to date */
+            TEST_ASSERT_TRUE(davar_white_fit(&plan, &result, &white));
+            assert_shares(&e, &white);
+            if ((e.near_threshold > 0.01) && (fabs(e.misfit_over_limit - 1.0) > 0.01)) {
+                TEST_ASSERT_EQUAL_INT(e.explains, white.explains);
+            }
+            if (e.explains && white.explains) {
+                assert_reported(&e);
+                assert_bounds(&e);
+            }
+            white_noise += e.explains ? 1U : 0U;
+            other += e.explains ? 0U : 1U;
+        }
+    }
+    TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) && (other > (TRIALS / 10U))); /* both were tried */
+}
+
+/* One Allan variance that no mix of terms makes, ten standard errors off or within reach: the limit of (5.9) is where it says. */
+static void test_the_misfit_is_where_the_formula_puts_it(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
+    unsigned kept = 0U;
+    for (int step = 0; step < 60; step++) {
+        expected_t e;
+        davar_white_t white;
+        memset(&result, 0, sizeof result);
+        set_taus(600U, m, 7U);
+        for (int t = 0; t < 7; t++) {
+            const double sign = (t % 2 == 0) ? 1.0 : -1.0; /* up and down: like no term */
+            result.tau[t].adev = sqrt((1.0 + (sign * 0.1 * step * sqrt(2.0 * (double)m[t] / 900.0))) / (double)m[t]);
+            result.tau[t].adev = (result.tau[t].adev > 0.0) ? result.tau[t].adev : 0.01;
+        }
+        expect(&e);
+        davar_fit(&plan, 1.0, &result);
+        TEST_ASSERT_TRUE(davar_white_fit(&plan, &result, &white));
+        if ((e.near_threshold > 0.01) && (fabs(e.misfit_over_limit - 1.0) > 0.01)) {
+            TEST_ASSERT_EQUAL_INT(e.explains, white.explains);
+        }
+        kept += e.explains ? 1U : 0U;
+    }
+    TEST_ASSERT_TRUE((kept > 5U) && (kept < 55U));
+}
+
+/* A plan that served another sample rate serves this one. */
+static void test_one_plan_serves_two_rates(void)
+{
+    const double white[] = {0, 1.0, 0, 0, 0};
+    set_octaves(600, 7);
+    set_model(white);
+    davar_fit(&plan, 1.0, &result);
+    assert_near(60.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
+    davar_fit(&plan, 0.01, &result);
+    assert_near(6.0, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
+}
+
+/* One that is 0 beside others stays 0, with its limits. */
+static void test_a_deviation_of_nothing_has_no_limits_beyond_it(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U};
+    set_taus(8U, m, 3U);
+    result.tau[0].adev = 1.0;
+    result.tau[1].adev = 0.7;
+    davar_fit(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[2].low);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[2].high);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_white_noise_or_not_is_decided_as_in_doubles);
+    RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
+    RUN_TEST(test_one_plan_serves_two_rates);
+    RUN_TEST(test_a_deviation_of_nothing_has_no_limits_beyond_it);
+    return UNITY_END();
+}
