@@ -327,12 +327,12 @@ static void test_limits_are_numbers_in_order_whatever_the_list(void)
         uint32_t m[DAVAR_TAUS_MAX];
         const unsigned steps = 1U + (unsigned)(random_next(&random) % DAVAR_TAUS_MAX);
         const double ratio = 1.0 + ((trial % 2U == 0U) ? 0.0 : random_uniform(&random));
-        double size = 1.0 + (double)(random_next(&random) % 40U);
         uint8_t count = 0U;
-        for (unsigned i = 0U; (i < steps) && (size < 1e6); i++) {
+        double size = 1.0 + (double)(random_next(&random) % 40U);
+        do {
             m[count++] = (uint32_t)size;
             size = floor(size * ratio) + 1.0;
-        }
+        } while ((count < steps) && (size < 1e6));
         set_taus((2U * m[count - 1U]) + 1U + (uint32_t)(random_next(&random) % 3000U), m, count);
         for (int t = 0; t < count; t++) {
             const double noise = 1.0 + (0.3 * random_gauss(&random));

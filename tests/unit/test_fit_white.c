@@ -293,7 +293,7 @@ static void test_white_noise_or_not_is_decided_as_in_doubles(void)
     unsigned white_noise = 0U;
     unsigned other = 0U;
     for (unsigned trial = 0U; trial < TRIALS; trial++) {
-        expected_t e;
+        expected_t e = {0};
         davar_white_t white;
         if (any_window(&random)) {
             expect(&e);
@@ -320,7 +320,7 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
     static const uint32_t m[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
     unsigned kept = 0U;
     for (int step = 0; step < 60; step++) {
-        expected_t e;
+        expected_t e = {0};
         davar_white_t white;
         memset(&result, 0, sizeof result);
         set_taus(600U, m, 7U);

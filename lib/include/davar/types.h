@@ -70,8 +70,8 @@ struct davar_plan; /* fit.h */
 
 /* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
 typedef struct {
-    double rate_hz;        /* samples per second, 1e-100 .. 1e100; no default */
-    double unit_per_count; /* q15, q31: deg/s per count, 1e-100 .. 1e100; no default */
+    double rate_hz;        /* samples per second, 1e-50 .. 1e50; no default */
+    double unit_per_count; /* q15, q31: deg/s per count, 1e-50 .. 1e50; no default */
     double full_scale;   /* f32: largest |rate| expected, deg/s, 1e-20 .. 1e20; from it on samples saturate (counted) */
     uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
     davar_mode_t mode;   /* default centred */
