@@ -18,9 +18,12 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 #define FRACTION_32 4294967296.0 /* 1.0 as 0.32 */
 #define ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
 #define SHARE_ONE (UINT32_C(1) << DAVAR_FIT_SHARE_BITS)
-#define SHARE_MOST                                                                                                     \
-    (SHARE_ONE << 6U) /* of an Allan variance: 64 times what white noise has: more is a misfit by itself */
-#define AMPLITUDE_LEAST (UINT64_C(1) << 23U) /* of white noise, for a root and a reciprocal */
+
+/* Of an Allan variance: 64 times what white noise has; more is a misfit by itself. */
+#define SHARE_MOST (SHARE_ONE << 6U)
+
+/* Of the amplitude of white noise: enough for a root and a reciprocal. */
+#define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
 
 /* --- the data ---------------------------------------------------------------------------------------------------- */
 

@@ -88,11 +88,10 @@ static double root_of(uint64_t mantissa, uint32_t exponent)
     return davar_double_of_bits(half | (root & FRACTION));
 }
 
-/* Of 0, infinity, NaN and what is negative: all but the last are their own. size: the bits without the sign. */
-static double special_root(double value, uint64_t size)
+/* Of 0, infinity, NaN and what is negative: all but the last are their own. */
+static double special_root(double value)
 {
-    const bool is_negative = (davar_bits_of_double(value) >> 63U) != 0U;
-    return (is_negative && (size != 0U)) ? (double)NAN : value;
+    return (value < 0.0) ? (double)NAN : value;
 }
 
 double davar_root_by_integers(double value)
@@ -100,7 +99,7 @@ double davar_root_by_integers(double value)
     uint64_t bits = davar_bits_of_double(value);
     uint32_t exponent = (uint32_t)(bits >> FRACTION_BITS);
     if ((exponent >= 0x7FFU) || (bits == 0U)) { /* a set sign is an exponent beyond that of infinity */
-        return special_root(value, bits << 1U);
+        return special_root(value);
     }
     bits <<= 11U;
     if (exponent == 0U) { /* subnormal: counted from the bit that would be the first of a mantissa */
@@ -116,7 +115,7 @@ float davar_rootf_by_integers(float value)
     uint32_t bits = davar_bits_of_float(value);
     uint32_t exponent = bits >> 23U;
     if ((exponent >= 0xFFU) || (bits == 0U)) {
-        return (float)special_root((double)value, (uint64_t)bits << 33U);
+        return (float)special_root((double)value);
     }
     bits <<= 8U;
     if (exponent == 0U) {
