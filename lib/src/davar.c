@@ -114,14 +114,19 @@ static void float_missing(davar_t *davar)
 /* Floats that go in together, so that a grid has more than one at a time. */
 #define FLOATS 32U
 
-/* Samples from the first that are finite and come up to the next epoch, as counts; returns how many. */
-static size_t float_run(davar_t *davar, const float *rates, size_t count, int32_t *counts)
+/* Of `count` samples those that can go in together: none is behind the next epoch. */
+static size_t together(const davar_window_t *window, size_t count)
 {
-    const davar_window_t *const window = &davar->window;
     const uint32_t wait = (window->skip > 0U) ? window->skip : window->wait;
-    const size_t most = (wait < FLOATS) ? wait : FLOATS;
+    const uint32_t room = (count < FLOATS) ? (uint32_t)count : FLOATS;
+    return (wait > room) ? room : wait;
+}
+
+/* Samples from the first that are finite, `most` at most, as counts; returns how many. */
+static size_t float_run(davar_t *davar, const float *rates, size_t most, int32_t *counts)
+{
     size_t run = 0U;
-    while ((run < count) && (run < most) && door_admits(rates[run])) {
+    while ((run < most) && door_admits(rates[run])) {
         counts[run] = door_counts(davar, rates[run]);
         run++;
     }
@@ -136,7 +141,8 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
     size_t consumed = 0U;
     while ((consumed < count) && (davar->produced == produced)) {
         int32_t counts[FLOATS];
-        const size_t run = float_run(davar, &rates[consumed], count - consumed, counts);
+        const size_t most = together(&davar->window, count - consumed);
+        const size_t run = float_run(davar, &rates[consumed], most, counts);
         if (run > 0U) {
             davar->in_gap = false;
             consumed += davar_q31_push(davar, counts, run);

@@ -46,7 +46,7 @@ DAVAR_APART static void grid_run_two(const group_t *group, uint32_t from, uint32
     sum_t wider_sum = tau[1].sum;
     DAVAR_UNROLLED
     for (const sample_t *const end = newest + n; newest != end; newest++, middle++, oldest++, eldest++) {
-        const difference_t shared = *oldest;
+        const difference_t shared = (difference_t)*oldest;
         head += *newest - (2 * (difference_t)*middle) + shared;
         wider += *newest - (2 * shared) + *eldest;
         sum_add_square(&sum, head);

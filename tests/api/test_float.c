@@ -236,7 +236,7 @@ static void test_samples_that_come_together_are_as_samples_one_by_one(void)
             TEST_ASSERT_EQUAL_INT(DAVAR_OK, davar_init_f32(&davar[i], &config, memory[i], sizeof memory[i]));
         }
         for (unsigned block = 0U; block < 20U; block++) {
-            const size_t count = 1U + (random_next(&random) % 300U);
+            const size_t count = 1U + (size_t)(random_next(&random) % 300U);
             for (size_t i = 0U; i < count; i++) {
                 rates[i] = rough_sample(&random);
             }
