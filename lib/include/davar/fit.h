@@ -45,11 +45,12 @@ void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
  * entries from the first with differences == 0 on are left out), window length result->window_samples with
- * result->mirrored_samples in it, sample period tau0_s (> 0). Writes result->coefficient[], and edf, low, high of every tau entry from the noise mix that was found.
+ * result->mirrored_samples in it, sample period tau0_s (> 0). Writes result->coefficient[], and edf, low, high of every tau
+ * entry from the noise mix that was found.
  * A pure function of result and tau0_s: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.
- * Cost: white noise O(T), any other mix O(T^2) (some twenty times as much on a PC at T = 8, a hundred without a double FPU: the
- * README has a table), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack. Formulas
+ * Cost: white noise O(T), any other mix O(T^2) (at T = 8 about ten times as much, a hundred without a double FPU: the README's
+ * table), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack. Formulas
  * (5.3) to (5.11). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result);
