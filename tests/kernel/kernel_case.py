@@ -19,7 +19,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab/davarlab"))
+sys.path.insert(0, str(ROOT / "tools/lab"))
 SIM, NODE = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_NODE", "davar-node")
 RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
 REPLAY = (RECORDING, "--lsb", "0.05", "--stride", "100", "--progress", "never")
@@ -128,7 +128,7 @@ class KernelCase(unittest.TestCase):
     def listen(self, interface, patience_s=0.1):
         """A Receiver fed by a thread; stop_listening() ends it when nothing more comes."""
         import can
-        import wire
+        from davarlab.wire import frames as wire
         receiver = wire.Receiver()
         bus = can.Bus(interface="socketcan", channel=interface, fd=True)
         done, collected = threading.Event(), []

@@ -114,7 +114,7 @@ class Link(KernelCase):
 class Bus(KernelCase):
     def test_a_full_transmit_queue_is_waited_for_and_loses_nothing(self):
         import os
-        import wire
+        from davarlab.wire import frames as wire
         line = SerialCan()
         self.addCleanup(line.close)
         sim = self.start(SIM, *REPLAY, "--out", f"can:{line.name}")
@@ -165,7 +165,7 @@ class Bus(KernelCase):
         return receiver.faults.good - before
 
     def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_every_lost_one_is_counted(self):
-        import wire
+        from davarlab.wire import frames as wire
         line, receiver = SerialCan(), wire.Receiver()
         self.addCleanup(line.close)
         node = self.node("--out", f"can:{line.name}")

@@ -16,10 +16,11 @@ from kernel_case import REPLAY, ROOT, SIM, KernelCase, shell, sim_csv, wait_for
 from test_readme import listeners
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab import errors, source, wire  # noqa: E402
+from davarlab import errors  # noqa: E402
+from davarlab.wire import frames as wire, source  # noqa: E402
 
 # The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
-LIVE = "import sys, json, argparse\nfrom davarlab import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 RESULTS = len(sim_csv())
 FRAMES = RESULTS * 17 + 16
 

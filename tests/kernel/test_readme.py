@@ -17,7 +17,7 @@ from kernel_case import ROOT, KernelCase, near, shell, wait_for
 from test_gpio import Chip
 from test_serial import take
 
-import wire
+from davarlab.wire import frames as wire
 
 SECTION = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## On the wire\n")[1].split("\n## ")[0]
 COMMANDS = re.findall(r"^```sh\n(.*?)\n```$", SECTION, re.DOTALL | re.MULTILINE)

@@ -9,7 +9,7 @@ import unittest
 
 from kernel_case import REPLAY, SIM, KernelCase, near, sim_csv, wait_for
 
-import wire
+from davarlab.wire import frames as wire
 
 
 def take(text, receiver):

@@ -7,9 +7,9 @@ import time
 
 import elsewhere
 import numpy as np
-from davarlab import diagnose, improve
+from davarlab.diagnosis import diagnose, improve
 from davarlab.model import Model, Term
-from davarlab.recording import Recording
+from davarlab.data.recording import Recording
 
 N, B = "coefficient_deg_per_sqrt_h", "coefficient_deg_per_h"
 

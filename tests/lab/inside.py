@@ -4,9 +4,12 @@ import itertools
 import unittest
 
 import numpy as np
-from davarlab import candidates, diagnose, estimate, model, refine, signals, states
-from davarlab.parts import Bench, Part
-from davarlab.recording import Recording
+from davarlab import model
+from davarlab.data import signals
+from davarlab.diagnosis import candidates, diagnose
+from davarlab.inference import estimate, refine, states
+from davarlab.inference.parts import Bench, Part
+from davarlab.data.recording import Recording
 from scipy import stats
 
 RATE = 50.0

@@ -4,15 +4,16 @@ import unittest
 from types import SimpleNamespace as Made
 
 import numpy as np
-from davarlab.candidates import Candidate
+from davarlab.diagnosis.candidates import Candidate
 from davarlab.cli import parser
-from davarlab.compare import Cell
+from davarlab.diagnosis.compare import Cell
 from davarlab.effects import table
-from davarlab.estimate import Estimate
-from davarlab.improve import Improvement, Step
+from davarlab.inference.estimate import Estimate
+from davarlab.diagnosis.improve import Improvement, Step
 from davarlab.model import Model, Term
-from davarlab.parts import Part
-from davarlab.recording import Recording
+from davarlab.inference.parts import Part
+from davarlab.data.recording import Recording
+from davarlab.diagnosis import evidence
 from davarlab.report import terminal, words
 
 MODEL = Model(50.0, "gyro_z_dps", [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})])
@@ -77,14 +78,14 @@ class Sentences(unittest.TestCase):
         self.assertNotIn("surest", words.misfit(comparison(0.0, [cell(655.0, 3.8, 10.3)])))
 
     def test_a_candidate_is_credited_with_what_it_takes_from_the_refit(self):
-        self.assertIsNone(words.share(float("nan"), step(0.13, 0.0)))
-        self.assertIsNone(words.share(0.02, step(0.031, 0.2)))
-        self.assertAlmostEqual(words.share(0.13, step(0.13, 0.0)), 0)
-        self.assertAlmostEqual(words.share(0.08, step(0.13, 0.0)), 50)
+        self.assertIsNone(evidence.share(float("nan"), step(0.13, 0.0)))
+        self.assertIsNone(evidence.share(0.02, step(0.031, 0.2)))
+        self.assertAlmostEqual(evidence.share(0.13, step(0.13, 0.0)), 0)
+        self.assertAlmostEqual(evidence.share(0.08, step(0.13, 0.0)), 50)
 
     def test_gains_and_odds_are_written_as_they_are_meant(self):
         def said(gain, log_p):
-            return words.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
+            return evidence.why(Candidate("warm_up", Part("warm_up"), gain, log_p), None)
         for gain in (-604.1, -0.04):
             self.assertTrue(said(gain, 0.0).startswith("no gain in likelihood; "))
         self.assertIn("more than 1e300", said(4000.0, -4000.0))
@@ -119,7 +120,7 @@ class Notes(unittest.TestCase):
     def test_a_column_that_does_not_move_is_named(self):
         for moving in (False, True):
             temperature = 25 + moving * np.arange(50000) / 5e4
-            notes = words.notes(Recording({"gyro_z_dps": self.noise, "temp_degC": temperature}, 50.0), MODEL)
+            notes = evidence.notes(Recording({"gyro_z_dps": self.noise, "temp_degC": temperature}, 50.0), MODEL)
             self.assertEqual([note for note in notes if "temp_degC did not move: temperature and" in note] == [], moving)
 
 

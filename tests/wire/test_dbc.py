@@ -11,7 +11,8 @@ import cantools
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/lab"))
 
-from davarlab import dbc, errors  # noqa: E402
+from davarlab import errors  # noqa: E402
+from davarlab.wire import dbc  # noqa: E402
 
 ORIGINAL = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 

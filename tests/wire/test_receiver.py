@@ -12,9 +12,9 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/lab/davarlab"))
+sys.path.insert(0, str(ROOT / "tools/lab"))
 
-import wire  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
 
 WIRE_MD = " ".join((ROOT / "lib/WIRE.md").read_text(encoding="utf-8").split())
 FAULTS = int(os.environ.get("DAVAR_WIRE_FAULTS", "1000000"))

@@ -9,7 +9,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/lab"))
 
-from davarlab import errors, record, wire  # noqa: E402
+from davarlab import errors  # noqa: E402
+from davarlab.wire import frames as wire, record  # noqa: E402
 
 
 def result(n, channel=0, taus=3):

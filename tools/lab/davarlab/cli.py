@@ -7,10 +7,12 @@ import math
 import os
 import sys
 
-from . import compare, diagnose, files, improve, model as models, option_types, recording as recordings, simulate
+from . import files, model as models, option_types, simulate
+from .data import recording as recordings
+from .diagnosis import compare, diagnose, evidence, improve
 from .effects import own, table
 from .errors import BadInput
-from .report import terminal, words
+from .report import terminal
 
 DETAIL = 3
 
@@ -118,7 +120,7 @@ def run_compare(options):
     state = diagnose.judged(diagnose.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
     report(options, recording, model, found, state)
-    emit(options, comparison_json(found), terminal.comparison(found, words.notes(recording, model)))
+    emit(options, comparison_json(found), terminal.comparison(found, evidence.notes(recording, model)))
     return 0 if found.adequate else 1
 
 
@@ -209,7 +211,7 @@ def run_effects(options):
 
 def run_plot(options):
     files.check_ending(options.output, (".png", ".pdf", ".svg"))
-    from . import plot
+    from .report import plot
     recording, model = load(options)
     found = compare.compare(recording, model, progress)
     plot.draw(found, options.output)
@@ -218,7 +220,7 @@ def run_plot(options):
 
 
 def run_export(options):
-    from . import export
+    from .report import export
     files.check_ending(options.output, (".h", ".csv"))
     table = export.table_of(models.read(options.model), options.window, options.tolerance)
     files.write_whole(options.output, export.text(table, options.output).encode())
@@ -227,7 +229,7 @@ def run_export(options):
 
 
 def run_import(options):
-    from . import logs
+    from .data import logs
     found = logs.imported(options.log, options.rate, options.rename, options.scale)
     recordings.write(found, options.output)
     emit(options, {"recording": options.output, "samples": found.samples, "rate_hz": found.rate_hz},
@@ -236,19 +238,19 @@ def run_import(options):
 
 
 def run_benchmark(options):
-    from . import benchmark
+    from .diagnosis import benchmark
     result = benchmark.run(range(options.first_seed, options.first_seed + options.seeds), options.size, options.only, options.jobs, progress)
     emit(options, result, benchmark.text(result))
     return 0
 
 
 def run_live(options):
-    from . import live  # python-can and cantools are needed here only
+    from .wire import live  # python-can and cantools are needed here only
     return live.run(options)
 
 
 def run_dbc(options):
-    from . import dbc
+    from .wire import dbc
     channels = sorted(set(options.channel or [0]))
     files.write_whole(options.output, dbc.moved(options.base, channels).encode())
     emit(options, {"dbc": options.output, "base": options.base, "channels": channels}, options.output)
@@ -256,7 +258,7 @@ def run_dbc(options):
 
 
 def run_nulls(options):
-    from . import nulls
+    from .diagnosis import nulls
     result = nulls.run(options.recordings, options.first_seed, options.seconds, not options.adequacy_only, options.jobs, progress)
     emit(options, result, nulls.text(result))
     return 0

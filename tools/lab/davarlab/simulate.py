@@ -3,9 +3,9 @@
 import numpy as np
 
 from . import model as models
+from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .errors import BadInput
-from .recording import MINIMUM_SAMPLES, Recording
 
 SAMPLES_MAX = 10 ** 8  # 6 GB
 DEFAULTS = {"duration_s": 7200.0, "seed": 1, "vibration_g": 0.05, "tilt_g": 0.01, "temperature_degC": 3.0}

@@ -3,12 +3,20 @@
 from functools import partial
 
 import numpy as np
+from scipy import ndimage
 
-from .. import signals
-from ..changes import vibration_square
-from .base import INFINITE, Effect, Parameter
-from .means import AXIS, axes
+from ..data import signals
+from .base import Effect, INFINITE, Parameter
+from .means import axes, AXIS
 from .spectra import correlation_times, gauss_markov
+
+
+def vibration_square(recording, axis, blocks, together=1):
+    """Mean square of the accelerometer's fast part around each block, over so many blocks together, g^2."""
+    window, count = max(3, int(recording.rate_hz)), len(blocks.energy)
+    fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
+    square = (fast[:count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1) * window / (window - 1)
+    return ndimage.uniform_filter1d(square, together, mode="nearest")
 
 
 def lorentzian(f, rate_hz, shape):

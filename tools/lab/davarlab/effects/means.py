@@ -4,8 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from .. import signals
-from .base import INFINITE, Effect, Parameter
+from ..data import signals
+from .base import Effect, INFINITE, Parameter
 
 ANY = (-INFINITE, INFINITE)
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import fft
 
-from .base import INFINITE, Effect, Parameter
+from .base import Effect, INFINITE, Parameter
 
 MEMORIES = (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25)
 RESPONSES = ("sampled", "bilinear", "analogue")

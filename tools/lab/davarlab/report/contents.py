@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 
-from .. import contributions, diagnose, improve, model as models
+from .. import model as models
+from ..diagnosis import contributions, diagnose, evidence, improve
 from ..effects import table
 from . import pictures, words
 
@@ -88,7 +89,7 @@ def candidate_rows(found):
             evidence = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
             shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
                           "evidence": evidence, "effect": table.find(kind),
-                          "after": None if joined else after, "share": words.share(candidate.error_after, found.base),
+                          "after": None if joined else after, "share": evidence.share(candidate.error_after, found.base),
                           "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:
             (imitators if candidate.p_value * count < diagnose.FAMILY_WISE else chance).append(words.name(kind))
@@ -120,7 +121,7 @@ def measured(run, comparison, better, state, model, estimates):
     added = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
     shocks = state.shocks.times if "shocks" in model.kinds else ()
     return {"run": run_facts(run), "gap_note": words.gap_note(run.recording),
-            "notes": words.notes(run.recording, run.model),
+            "notes": evidence.notes(run.recording, run.model),
             "given_names": [words.name(kind) for kind in run.model.kinds], "comparison": comparison, "better": better,
             "misfit": words.misfit(comparison), "failed": words.failed_tests((better or comparison).tests),
             "where": comparison.where[:WHERE_MAX], "tests": test_rows(comparison, better),

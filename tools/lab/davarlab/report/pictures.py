@@ -6,10 +6,9 @@ import textwrap
 
 import numpy as np
 
-from .. import plot
 from ..effects import table
-from ..plot import plt
-from . import words
+from . import plot, words
+from .plot import plt
 
 WIDTH = 5.9  # inches; at the 96 pixels of a browser's inch half of a page
 STRETCHES = 500

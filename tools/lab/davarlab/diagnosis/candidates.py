@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from . import changes, modulation, refine, signals, states
-from .effects import table
-from .parts import Part, as_spectra
+from ..data import signals
+from ..effects import table
+from ..inference import changes, modulation, refine, states
+from ..inference.parts import as_spectra, Part
 
 # What chance does with a free shape: the tail of the gain is TRIALS times that of one chi-square (a line: TRIALS n exp(-gain)),
 # DESIGN 4. Measured by parametric bootstrap, `tools/davarlab nulls`, 240 recordings of 2 h, rounded up in the second digit.
@@ -111,24 +112,12 @@ def line(bench, parts, fit):
     return Candidate("sinusoid", part, gain, min(0.0, float(np.log(TRIALS["sinusoid"] * len(w)) - max(gain, 0))))
 
 
-def variance_shapes(parts, recording, blocks):
-    """Rows of the variance of the blocks that the parts say: the constant first."""
-    rows = [np.ones(len(blocks.energy))]
-    for part in parts:
-        if part.kind == "vibration_noise":
-            rows.append(part.effect.variants.get(part.form, changes.vibration_square)(recording, part.shape["axis"], blocks))
-        if part.kind == "noise_step":
-            time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
-            rows.append(((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float))
-    return np.array(rows)
-
-
 def vibration(bench, parts, blocks):
-    rows = variance_shapes(parts, bench.recording, blocks)
+    rows = modulation.variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[2], None
     effect = table.find("vibration_noise")
     for part in [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in effect.forms]:
-        square = variance_shapes([part], bench.recording, blocks)[1]
+        square = modulation.variance_shapes([part], bench.recording, blocks)[1]
         if square.max() <= 0:
             continue
         gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
@@ -138,11 +127,11 @@ def vibration(bench, parts, blocks):
 
 
 def noise_step(bench, parts, blocks):
-    rows = variance_shapes(parts, bench.recording, blocks)
+    rows = modulation.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, before = changes.fit(blocks, rows)
     low, high, _, _ = changes.best_interval(blocks, variance)
     part = Part("noise_step", {"start_s": low * blocks.period_s, "stop_s": high * blocks.period_s})
-    gain = changes.fit(blocks, variance_shapes(parts + [part], bench.recording, blocks))[2] - before
+    gain = changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[2] - before
     shaken = [part.kind for part in parts if part.role == "variance"]
     if "vibration_noise" in shaken:
         where = 1 + shaken.index("vibration_noise")
@@ -163,7 +152,7 @@ def decode_states(bench, parts, telegraph):
     trial = refine.refined(bench, parts + [telegraph.part], only=("telegraph_noise",))
     joint = bench.fit(trial)
     telegraph.part = trial[-1]
-    rest = bench.y - bench.y.mean() - mean_course(bench, trial, joint)
+    rest = bench.y - bench.y.mean() - bench.mean_course(trial, joint)
     index = [p.kind for p in trial if p.role == "spectrum"].index("telegraph_noise")
     dwell = telegraph.part.shape["mean_dwell_s"]
     start = (float(np.sqrt(max(joint.sizes[index], 1e-30))), dwell, white_beside(bench, joint, dwell))
@@ -228,17 +217,6 @@ def slow_noise(bench, parts, fit):
     return signals.inverse(np.concatenate([[0.0], c * (1 - np.interp(np.log(data.f), np.log(data.f_bin), share))]))
 
 
-def mean_course(bench, parts, fit):
-    """The sum of the mean parts, deg/s."""
-    total, keys = np.zeros(len(bench.y)), bench.all_keys(parts)
-    courses = [course for part in parts if part.role == "mean" for course in bench.courses(part)]
-    for key, value, course in zip(keys, fit.coefficients, courses):
-        scale = bench.data.scale(key)
-        if scale:
-            total += value / scale * (course - course.mean())
-    return total
-
-
 def simplest_first(found):
     """A slow warm-up is a ramp that bends, noise with a long memory a random walk that turns: they are named only when the bend itself is
     significant (likelihood ratio at 1 %)."""
@@ -250,7 +228,7 @@ def simplest_first(found):
 
 def scatter_of(bench, parts, fit, blocks):
     """Of the energies per bin, when the model lets the white level change; None: chi-square."""
-    rows = variance_shapes(parts, bench.recording, blocks)
+    rows = modulation.variance_shapes(parts, bench.recording, blocks)
     if len(rows) == 1:
         return None
     return modulation.dispersion(bench, modulation.white_share(bench, parts, fit), blocks, changes.fit(blocks, rows)[1])

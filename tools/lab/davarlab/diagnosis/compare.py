@@ -5,8 +5,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import special, stats
 
-from . import adequacy, allan, candidates, changes, diagnose, parts as parts_of, signals
-from .estimate import vector_likelihood
+from ..data import signals
+from ..effects.changes import vibration_square
+from ..inference import adequacy, allan, changes, parts as parts_of
+from ..inference.estimate import vector_likelihood
+from . import diagnose
 
 WINDOWS = (1, 4, 16)
 SIGNIFICANT = 4.0
@@ -55,7 +58,7 @@ def model_series(state, sizes=None):
         return sum(size * part.effect.spectrum(f, bench.data.rate_hz, part.shape)
                    * (gain if part.kind == "angle_random_walk" else 1) for part, size in zip(noise, sizes))
 
-    return spectrum, candidates.mean_course(bench, active, state.fit), diagnose.relative_variance(state)[0]
+    return spectrum, bench.mean_course(active, state.fit), diagnose.relative_variance(state)[0]
 
 
 def cells_of(state, y):
@@ -164,7 +167,7 @@ def whiter(model, part, state):
             inside = (min(term.parameters["stop_s"], span) - min(term.parameters["start_s"], span)) / span
             factor += (term.parameters["ratio"] ** 2 - 1) * max(inside, 0)
         if term.kind == "vibration_noise" and white > 0:
-            square = changes.vibration_square(state.bench.recording, term.parameters["axis"], blocks).mean()
+            square = vibration_square(state.bench.recording, term.parameters["axis"], blocks).mean()
             factor += term.parameters["coefficient_dps_per_g"] ** 2 * square / (
                 white ** 2 * state.bench.recording.rate_hz)
     return factor

@@ -8,10 +8,11 @@ from multiprocessing import Pool
 import numpy as np
 from scipy import stats
 
-from . import benchmark, candidates, diagnose, simulate
-from .errors import BadInput
-from .model import Model, Term
-from .recording import MINIMUM_SAMPLES
+from .. import simulate
+from ..data.recording import MINIMUM_SAMPLES
+from ..errors import BadInput
+from ..model import Model, Term
+from . import benchmark, candidates, diagnose
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from

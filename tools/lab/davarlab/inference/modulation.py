@@ -2,9 +2,22 @@
 
 import numpy as np
 
-from . import signals
+from ..data import signals
+from ..effects.changes import vibration_square
 
 GROUPS = 8
+
+
+def variance_shapes(parts, recording, blocks):
+    """Rows of the variance of the blocks that the parts say: the constant first."""
+    rows = [np.ones(len(blocks.energy))]
+    for part in parts:
+        if part.kind == "vibration_noise":
+            rows.append(part.effect.variants.get(part.form, vibration_square)(recording, part.shape["axis"], blocks))
+        if part.kind == "noise_step":
+            time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
+            rows.append(((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float))
+    return np.array(rows)
 
 
 def white_share(bench, parts, fit):

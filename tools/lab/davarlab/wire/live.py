@@ -6,7 +6,7 @@ import signal
 import sys
 from dataclasses import asdict
 
-from . import wire
+from . import frames as wire
 from .record import Recorder, row
 from .source import Source
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import cantools
 
-DBC_PATH = Path(__file__).resolve().parents[2] / "davar.dbc"
+DBC_PATH = Path(__file__).resolve().parents[3] / "davar.dbc"
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
 HISTORY = 15  # frames of one identifier that are remembered: one less than Counter can tell apart

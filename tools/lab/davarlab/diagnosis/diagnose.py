@@ -4,10 +4,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import adequacy, candidates, changes, events, modulation, refine, signals
-from .effects import table
-from .errors import BadInput
-from .parts import Bench, Part, as_spectra, part_of
+from ..data import events, signals
+from ..effects import table
+from ..errors import BadInput
+from ..inference import adequacy, changes, modulation, refine
+from ..inference.parts import as_spectra, Bench, Part, part_of
+from . import candidates
 
 FAMILY_WISE = 0.01
 ADEQUATE = 0.01
@@ -94,7 +96,7 @@ def relative_variance(state):
     """White level per sample over its mean, when the model lets it change; and the blocks it comes from."""
     w = state.bench.residual(state.parts, state.fit)
     blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
-    rows = candidates.variance_shapes(state.parts, state.bench.recording, blocks)
+    rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
     if len(rows) == 1:
         return None, blocks
     variance = changes.fit(blocks, rows)[1]
@@ -155,7 +157,7 @@ def joined(state, part):
 
 def cleaned_again(state):
     """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
-    course = candidates.mean_course(state.bench, state.parts, state.fit)
+    course = state.bench.mean_course(state.parts, state.fit)
     shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz)
     shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
     if np.array_equal(shocks.clean, state.shocks.clean):
@@ -205,7 +207,7 @@ def loss_without(state, rest, part):
         return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
     recording = state.bench.recording
     blocks = changes.blocks_of(state.bench.residual(state.parts, state.fit), recording.rate_hz)
-    with_it, without = (changes.fit(blocks, candidates.variance_shapes(parts, recording, blocks))[2]
+    with_it, without = (changes.fit(blocks, modulation.variance_shapes(parts, recording, blocks))[2]
                         for parts in (state.parts, rest))
     return with_it - without
 

@@ -13,7 +13,7 @@ import time
 import can
 import serial
 
-from .errors import BadInput
+from ..errors import BadInput
 
 POLL_S = 0.05
 BAUD = 115200

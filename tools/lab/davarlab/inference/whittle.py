@@ -5,23 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, optimize
 
-from . import signals
+from ..data import signals
 
-SINGLE_ORDINATES = 80
-BIN_RATIO = 1.04
-TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
-TOP_NEAREST = 512
 ITERATIONS = 60
-
-
-def bin_edges(ordinates):
-    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end."""
-    first = min(SINGLE_ORDINATES, ordinates)
-    count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
-    grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
-    nearest = max(first, ordinates // TOP_NEAREST)
-    top = np.round(nearest * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))) if 2 * nearest < ordinates else []
-    return np.unique(np.concatenate([np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates]]))
 
 
 @dataclass
@@ -40,7 +26,7 @@ class Data:
     def __init__(self, y, rate_hz):
         self.rate_hz, self.samples = rate_hz, len(y)
         self.f = signals.frequencies(len(y), rate_hz)
-        self.edges = bin_edges(len(y) - 1)
+        self.edges = signals.bin_edges(len(y) - 1)
         self.starts, self.counts = self.edges[:-1], np.diff(self.edges).astype(float)
         self.f_bin = np.add.reduceat(self.f, self.starts) / self.counts
         self.columns, self.products, self.spectra = {}, {}, {}

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import signals
-from .effects import table
+from ..data import signals
+from ..effects import table
 from .whittle import Data, maximise
 
 
@@ -110,6 +110,16 @@ class Bench:
     def fit(self, parts, restricted=False, near=None):
         """`near`: level of a similar fit to start from."""
         return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted)
+
+    def mean_course(self, parts, fit):
+        """The sum of the mean parts, deg/s."""
+        total, keys = np.zeros(len(self.y)), self.all_keys(parts)
+        courses = [course for part in parts if part.role == "mean" for course in self.courses(part)]
+        for key, value, course in zip(keys, fit.coefficients, courses):
+            scale = self.data.scale(key)
+            if scale:
+                total += value / scale * (course - course.mean())
+        return total
 
     def residual(self, parts, fit):
         """Whitened residual in time, unit variance when the model is true."""

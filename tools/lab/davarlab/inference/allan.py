@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import BadInput
+from ..errors import BadInput
 
 TAUS_MAX = 24
 
@@ -15,7 +15,7 @@ TAUS_MAX = 24
 @cache
 def library():
     """The shared library that tools/davarlab builds."""
-    default = Path(__file__).resolve().parents[3] / "build/tools/tools/lab/libdavar_lab.so"
+    default = Path(__file__).resolve().parents[4] / "build/tools/tools/lab/libdavar_lab.so"
     path = os.environ.get("DAVAR_LAB_LIBRARY", str(default))
     try:
         found = ctypes.CDLL(path)

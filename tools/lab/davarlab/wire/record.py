@@ -3,7 +3,7 @@
 import csv
 import math
 
-from .errors import BadInput
+from ..errors import BadInput
 
 FIELDS = ["channel", "epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
           "arw_low_deg_per_sqrt_h", "arw_high_deg_per_sqrt_h", "arw_relative_uncertainty", "bi_deg_per_h",

@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 
+from ..errors import BadInput
 from . import recording as recordings
-from .errors import BadInput
 
 
 def renamed(names, mapping, path):

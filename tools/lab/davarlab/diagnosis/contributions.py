@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import allan, candidates, changes
+from ..inference import allan, changes, modulation
 
 
 def of_spectrum(bench, parts, part, size, taus):
@@ -31,7 +31,7 @@ def white_shares(state):
     changing = [part.kind for part in state.parts if part.kind in ("vibration_noise", "noise_step")]
     if not changing or state.blocks is None:
         return {}
-    rows = candidates.variance_shapes(state.parts, state.bench.recording, state.blocks)
+    rows = modulation.variance_shapes(state.parts, state.bench.recording, state.blocks)
     sizes, variance, _ = changes.fit(state.blocks, rows)
     return {kind: size * row.mean() / variance.mean() for kind, size, row in zip(changing, sizes[1:], rows[1:])}
 

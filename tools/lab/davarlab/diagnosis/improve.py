@@ -4,10 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import compare, diagnose, estimate
-from .model import Model, Term
-from .parts import as_spectra
-from .report import words
+from ..inference import estimate
+from ..inference.parts import as_spectra
+from ..model import Model, Term
+from . import compare, diagnose, evidence
 
 
 @dataclass
@@ -128,7 +128,7 @@ def described(recording, model, found, base, held_out, detail):
             outside = held_out_errors(held_out, joined)[0]
             parameters = entries[-1]
         out.append(Candidate(candidate.kind, candidate.gain, float(np.exp(candidate.log_p)), after, outside, parameters,
-                             words.why(candidate, words.share(after, base))))
+                             evidence.why(candidate, evidence.share(after, base))))
     return out
 
 
@@ -153,4 +153,4 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
         steps.append(replace(step_of(state.parts[-1].kind, result, better, held_out), p_value=state.adequacy.p_value))
     shown = described(recording, model, found, base or steps[0], held_out, detail)
     return Improvement(comparison, found, steps, found.verdict, final, entries, shown, comparisons, base,
-                       words.notes(recording, model))
+                       evidence.notes(recording, model))

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import optimize
 
-from . import signals
+from ..data import signals
 
 TURNS_LEAST = 40  # in the record: from here on the noise is white across the lobe of a line
 PIECES = 1000

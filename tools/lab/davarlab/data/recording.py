@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from . import files
-from .errors import BadInput
+from .. import files
+from ..errors import BadInput
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 MINIMUM_SAMPLES = 1000

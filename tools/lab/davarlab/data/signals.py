@@ -4,6 +4,10 @@ import numpy as np
 from scipy import fft, ndimage
 
 SUDDEN = 2.0
+SINGLE_ORDINATES = 80
+BIN_RATIO = 1.04
+TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
+TOP_NEAREST = 512
 
 
 def transform(x):
@@ -18,6 +22,16 @@ def inverse(c):
 def frequencies(samples, rate_hz):
     """Of the ordinates 1 .. samples - 1 of the transform."""
     return np.arange(1, samples) * rate_hz / (2 * samples)
+
+
+def bin_edges(ordinates):
+    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end."""
+    first = min(SINGLE_ORDINATES, ordinates)
+    count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
+    grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
+    nearest = max(first, ordinates // TOP_NEAREST)
+    top = np.round(nearest * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))) if 2 * nearest < ordinates else []
+    return np.unique(np.concatenate([np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates]]))
 
 
 def denoised(x):

@@ -6,7 +6,6 @@ import numpy as np
 from scipy import ndimage, stats
 
 from . import signals
-from .whittle import bin_edges
 
 THRESHOLD = 5.6
 REACH = 4
@@ -27,7 +26,7 @@ class Shocks:
 def self_whitened(y):
     c = signals.transform(y - np.median(y))
     c[0] = 0
-    edges = bin_edges(len(y) - 1)
+    edges = signals.bin_edges(len(y) - 1)
     power = np.add.reduceat(c[1:] ** 2, edges[:-1]) / np.diff(edges)
     c[1:] /= np.sqrt(np.repeat(np.maximum(ndimage.median_filter(power, 9), 1e-30), np.diff(edges)))
     return signals.inverse(c)

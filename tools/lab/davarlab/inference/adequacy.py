@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from scipy import fft, ndimage, stats
 
-from . import signals
+from ..data import signals
 
 BANDS = 14
 TIMES = 24

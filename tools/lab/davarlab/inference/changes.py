@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, optimize, special
-
-from . import signals
+from scipy import optimize, special
 
 
 @dataclass
@@ -42,14 +40,6 @@ def fit(blocks, shapes):
 def size_covariance(blocks, shapes, variance):
     design = shapes / variance * np.sqrt(blocks.length / 2)
     return np.linalg.pinv(design @ design.T)
-
-
-def vibration_square(recording, axis, blocks, together=1):
-    """Mean square of the accelerometer's fast part around each block, over so many blocks together, g^2."""
-    window, count = max(3, int(recording.rate_hz)), len(blocks.energy)
-    fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
-    square = (fast[:count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1) * window / (window - 1)
-    return ndimage.uniform_filter1d(square, together, mode="nearest")
 
 
 def best_interval(blocks, variance):

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import allan, parts as parts_of
-from .errors import BadInput
-from .model import Model
+from ..errors import BadInput
+from ..inference import allan, parts as parts_of
+from ..model import Model
 
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
 

@@ -4,8 +4,8 @@ import copy
 
 import cantools
 
-from . import wire
-from .errors import BadInput
+from ..errors import BadInput
+from . import frames as wire
 
 LAST = 0x7FF  # standard identifiers have 11 bits
 

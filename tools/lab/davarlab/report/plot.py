@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle  # noqa: E402
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter  # noqa: E402
 from scipy import stats  # noqa: E402
 
-from . import files  # noqa: E402
+from .. import files  # noqa: E402
 
 GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"
 FADED, FULL, MARKED = 2.0, 4.0, 4.0  # |z| at which a cell of the map begins to be coloured, is in full colour, has a dot

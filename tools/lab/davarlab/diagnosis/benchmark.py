@@ -8,9 +8,10 @@ from multiprocessing import Pool
 
 import numpy as np
 
-from . import diagnose, improve, simulate
-from .errors import BadInput
-from .model import Model, Term
+from .. import simulate
+from ..errors import BadInput
+from ..model import Model, Term
+from . import diagnose, improve
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4

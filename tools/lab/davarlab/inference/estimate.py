@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, stats
 
-from . import candidates, changes, modulation
+from . import changes, modulation
 from .refine import numeric_shapes
 from .whittle import size_covariance
 
@@ -152,7 +152,7 @@ def dynamic_estimates(bench, parts, fit, blocks):
     if not dynamic:
         return {}
     blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
-    rows = candidates.variance_shapes(parts, bench.recording, blocks)
+    rows = modulation.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, _ = changes.fit(blocks, rows)
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
     white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")

@@ -1,0 +1,1 @@
+"""Recordings: reading, plain operations on signals, what is in a record and is no noise."""

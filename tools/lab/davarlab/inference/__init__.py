@@ -1,0 +1,1 @@
+"""The likelihood of a model on one recording: its maximum, intervals, what is left over."""

@@ -1,0 +1,1 @@
+"""The stream of a device: frames, sources, the receiver, its recording."""
