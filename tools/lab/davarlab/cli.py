@@ -9,10 +9,10 @@ import sys
 
 from . import files, model as models, option_types, simulate
 from .data import recording as recordings
-from .diagnosis import compare, diagnose, evidence, improve
+from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
 from .errors import BadInput
-from .report import terminal
+from .report import terminal, words
 
 DETAIL = 3
 
@@ -69,16 +69,22 @@ def load_held_out(options, model):
 
 
 def estimates_json(entries):
-    return {name: {"value": e.value, "low": e.low, "high": e.high} for name, e in entries.items()}
+    return {name: {"value": e.value, "low": e.low, "high": e.high} | ({"undetermined": True} if e.undetermined else {})
+            for name, e in entries.items()}
 
 
 def fitted_json(model, entries):
     return [{"kind": term.kind, "parameters": estimates_json(entry)} for term, entry in zip(model.terms, entries)]
 
 
+def judgement_json(j):
+    return {"adequacy": j.adequacy, "adequate": j.adequate, "largest_deviation": j.largest, "shown_to_tau_s": j.shown_to_tau_s,
+            "said": words.in_ascii(words.adequacy(j))}
+
+
 def comparison_json(c):
     return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
-            "p_value": c.p_value, "adequate": bool(c.adequate), "tests": c.tests,
+            "p_value": c.p_value, **judgement_json(c.judgement), "tests": c.tests,
             "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
             "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,
                        "model_dps": w.model_dps, "ratio": w.ratio, "z": w.z} for w in c.where]}
@@ -94,10 +100,13 @@ def run_simulate(options):
 
 def run_fit(options):
     recording, model = load(options)
-    fitted, entries = improve.fit(recording, model, progress)
+    state = state_of.judged(state_of.start(recording, model, progress))
+    progress("intervals")
+    fitted, entries = improve.fitted_model(state, model)
     if options.output:
         models.write(fitted, options.output)
-    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output}, terminal.estimates(fitted, entries))
+    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output, **judgement_json(state.judgement),
+                   "intervals_hold": state.judgement.adequate}, terminal.fit(fitted, entries, state.judgement, []))
     return 0
 
 
@@ -117,7 +126,7 @@ def report(options, recording, model, found, state=None):
 
 def run_compare(options):
     recording, model = load(options)
-    state = diagnose.judged(diagnose.start(recording, model, progress))
+    state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
     report(options, recording, model, found, state)
     emit(options, comparison_json(found), terminal.comparison(found, evidence.notes(recording, model)))
@@ -126,9 +135,11 @@ def run_compare(options):
 
 def diagnosis_json(found):
     alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
-    return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.diagnosis.added,
+    return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.added, "final": judgement_json(found.judgement),
+            "useless": [part.kind for part in found.diagnosis.useless],
             "steps": [vars(step) for step in found.steps], "refitted": found.refitted and vars(found.refitted), "notes": found.notes,
-            "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "alternatives": alternatives,
+            "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.judgement.p_value,
+            "alternatives": alternatives,
             "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
                             "error_held_out_after": c.error_held_out_after,
                             "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}
@@ -152,9 +163,11 @@ def run_improve(options):
     report(options, recording, model, found)
     steps = [vars(step) for step in found.steps]
     emit(options, {"steps": steps, "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
+                   **judgement_json(found.judgement), "error": found.judgement.error, "error_floor": found.judgement.floor,
+                   "p_value": found.judgement.p_value, "useless": [part.kind for part in found.diagnosis.useless],
                    "notes": found.notes, "model": options.output, "fitted": fitted_json(found.model, found.estimates)},
          terminal.improvement(found))
-    return 1 if found.verdict == "unknown" else 0
+    return 0 if found.judgement.adequate else 1
 
 
 def start_value(effect, parameter, rate_hz):

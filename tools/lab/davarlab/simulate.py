@@ -3,6 +3,7 @@
 import numpy as np
 
 from . import model as models
+from .data import signals
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .errors import BadInput
@@ -51,16 +52,27 @@ def contribution(term, recording, rng, white):
         lambda f: effect.spectrum(f, recording.rate_hz, parameters), recording.samples, recording.rate_hz, rng)
 
 
-def filtered_white(terms, recording, rng):
-    """The white noise, through the sensor's low pass where there is one."""
+def in_front(term):
+    """Is the effect in front of the sensor's filters: all but counts and single wild samples are."""
+    effect = table.find(term.kind)
+    return effect.in_front and effect.role != "events"
+
+
+def white_noise(terms, recording, rng):
     size = np.sqrt(sum(table.find(t.kind).dps(t.parameters) ** 2 for t in terms if t.kind == "angle_random_walk"))
-    noise = size * np.sqrt(recording.rate_hz) * rng.standard_normal(recording.samples)
-    for term in terms:
-        if term.kind == "low_pass":
-            gain = np.sqrt(spectra.one_pole(np.fft.rfftfreq(len(noise), 1 / recording.rate_hz), recording.rate_hz,
-                                            term.parameters))
-            noise = np.fft.irfft(np.fft.rfft(noise) * gain, len(noise))
-    return noise
+    return size * np.sqrt(recording.rate_hz) * rng.standard_normal(recording.samples)
+
+
+def behind_filters(terms, gyro, recording, rng):
+    """What the sensor's filters leave of the gyro, and the noise behind them."""
+    filters = [(table.find(term.kind), term.parameters) for term in terms if table.find(term.kind).role == "filter"]
+    if not filters:
+        return gyro
+    f = np.concatenate([[0.0], signals.frequencies(len(gyro), recording.rate_hz)])
+    gain = np.prod([effect.spectrum(f, recording.rate_hz, effect.shape_of(values)) for effect, values in filters], axis=0)
+    noise = np.sqrt(sum(values.get(effect.behind, 0.0) ** 2 for effect, values in filters))
+    found = signals.inverse(signals.transform(gyro) * np.sqrt(gain))
+    return found + noise * rng.standard_normal(len(gyro)) if noise else found
 
 
 def make(terms, rate_hz, column="gyro_z_dps", **settings):
@@ -73,10 +85,14 @@ def make(terms, rate_hz, column="gyro_z_dps", **settings):
     for axis, gravity in zip("xyz", (0.0, 0.0, 1.0)):
         columns[f"accel_{axis}_g"] = accelerometer(time, gravity, settings, rng)
     recording = Recording(columns, rate_hz, notes={"description": "SIMULATED by davarlab"})
-    gyro = white = filtered_white(terms, recording, rng)
-    for term in terms:
-        if term.kind not in ("angle_random_walk", "low_pass"):
-            gyro = gyro + contribution(term, recording, rng, white)
+    gyro = white = white_noise(terms, recording, rng)
+    others = [term for term in terms if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"]
+    front, rest = ([term for term in others if in_front(term) == wanted] for wanted in (True, False))
+    for term in front:
+        gyro = gyro + contribution(term, recording, rng, white)
+    gyro = behind_filters(terms, gyro, recording, rng)
+    for term in rest:
+        gyro = gyro + contribution(term, recording, rng, white)
     columns[column] = gyro + rng.uniform(-0.5, 0.5)
     return recording
 

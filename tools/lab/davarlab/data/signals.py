@@ -8,6 +8,7 @@ SINGLE_ORDINATES = 80
 BIN_RATIO = 1.04
 TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
 TOP_NEAREST = 512
+BAND_STEPS = np.concatenate([np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)])  # edges about a line, in half widths
 
 
 def transform(x):
@@ -24,14 +25,17 @@ def frequencies(samples, rate_hz):
     return np.arange(1, samples) * rate_hz / (2 * samples)
 
 
-def bin_edges(ordinates):
-    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end."""
+def bin_edges(ordinates, bands=()):
+    """Starts of the bins and the end: single ordinates first, then a geometric series, and one towards the end; about each of the bands
+    (centre, half width in ordinates) half a half width, growing away from it."""
     first = min(SINGLE_ORDINATES, ordinates)
     count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
     grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
     nearest = max(first, ordinates // TOP_NEAREST)
     top = np.round(nearest * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))) if 2 * nearest < ordinates else []
-    return np.unique(np.concatenate([np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates]]))
+    fine = [np.round(centre + np.concatenate([-BAND_STEPS, BAND_STEPS]) * width).astype(int) for centre, width in bands]
+    edges = np.unique(np.concatenate([np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates], *fine]))
+    return edges[(edges >= 0) & (edges <= ordinates)]
 
 
 def denoised(x):

@@ -96,14 +96,14 @@ def one(job):
     result = improve.improved(recording, Model(RATE_HZ, COLUMN, base), found)
     truth = {(t.kind, k): v for t in base + hidden for k, v in t.parameters.items() if not isinstance(v, str)}
     covered = {}
-    if kinds is not None and sorted(found.added) == sorted(kinds):
+    if kinds is not None and sorted(result.added) == sorted(kinds):
         for term, entry in zip(result.model.terms, result.estimates):
             for key, e in entry.items():
-                if (term.kind, key) in truth and not isinstance(e.value, str) and e.high > e.low:
+                if (term.kind, key) in truth and e.low is not None:
                     covered[f"{term.kind}.{key}"] = bool(e.low <= truth[term.kind, key] <= e.high)
     last = result.steps[-1]
-    return {"name": name, "seed": seed, "kinds": kinds, "verdict": found.verdict, "added": found.added,
-            "first": found.ranking[0].kind, "p_value": found.states[-1].adequacy.p_value, "given_p": result.steps[0].p_value,
+    return {"name": name, "seed": seed, "kinds": kinds, "verdict": result.verdict, "added": result.added,
+            "first": found.ranking[0].kind, "p_value": result.judgement.p_value, "given_p": result.steps[0].p_value,
             "covered": covered, "seconds": spent, "before": result.steps[0].error, "after": last.error,
             "floor": last.error_floor, "alternatives": found.alternatives,
             "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01}}

@@ -1,49 +1,36 @@
 """Every effect that a model lacks, tried: the gain in likelihood and what chance would give (DESIGN 4)."""
 
-from dataclasses import dataclass
-
 import numpy as np
-from scipy import stats
 
 from ..data import signals
 from ..effects import table
 from ..inference import changes, modulation, refine, states
-from ..inference.parts import as_spectra, Part
+from ..inference.parts import Part, as_spectra
+from ..inference.whittle import generalised_least_squares, score_of_column, score_of_row
+from . import filters, lines
+from .candidate import Candidate, log_tail
 
-# What chance does with a free shape: the tail of the gain is TRIALS times that of one chi-square (a line: TRIALS n exp(-gain)),
-# DESIGN 4. Measured by parametric bootstrap, `tools/davarlab nulls`, 240 recordings of 2 h, rounded up in the second digit.
-# Not measured: angle_random_walk and bias_instability (in every model there), low_pass (no gain at all by chance: a bound).
-TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 0.35,
-          "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 0.5, "warm_up": 2.1, "rate_ramp": 0.83, "sinusoid": 3.1,
-          "temperature": 1.1, "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
-          "vibration_noise": 2.8, "noise_step": 1.1e4}
 HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter: as much,
 # since levels are sought in white noise)
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
+SCREENED = 4  # shapes of an effect that are fitted
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
-APART, APART_BINS = 0.1, 20  # of a line's frequency, and half bins: how far another one is a line of its own
-LINES_MAX = 4
+REPEATED = {"sinusoid": 8, "narrow_band": 16}  # effects of which a sensor may have more than one
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
-BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"))
-
-
-@dataclass
-class Candidate:
-    """`gain` in log-likelihood, `log_p` of that gain by chance, the part as it would join."""
-    kind: str
-    part: Part
-    gain: float
-    log_p: float
+BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"),
+         ("sinusoid", "narrow_band"))
 
 
 def shapes_of(effect, recording):
-    """The product of an effect's grids."""
+    """The product of an effect's grids; what a model file need not say of a filter is at its default: it is asked when the filter joins."""
     found = [{}]
     for name in effect.shape_names:
-        values = effect.grid.get(name, lambda _: [])(recording)
-        found = [{**shape, name: value if isinstance(value, str) else float(value)} for shape in found for value in values]
+        parameter = next(p for p in effect.parameters if p.name == name)
+        late = effect.role == "filter" and parameter.default is not None
+        values = [parameter.default] if late else effect.grid.get(name, lambda _: [])(recording)
+        found = [{**shape, name: value if isinstance(value, (str, int)) else float(value)} for shape in found for value in values]
     return found
 
 
@@ -51,39 +38,53 @@ def available(effect, recording):
     return all(any(name.startswith(need) for name in recording.columns) for need in effect.needs)
 
 
-def log_tail(gain, trials):
-    x = max(2 * gain, 0.0)
-    tail = stats.chi2.logsf(x, 1) if x < 500 else -x / 2 - 0.5 * np.log(np.pi * x / 2)
-    return min(0.0, float(np.log(trials) + tail))
-
-
 def robust_gain(bench, parts, part):
     """The gain with the scatter of the products themselves: vibration must not pass for correlation with vibration."""
     full = bench.fit(parts + [part])
-    white = np.sqrt(np.interp(np.log(bench.data.f), np.log(bench.data.f_bin), full.level))
-    x = signals.inverse(np.concatenate([[0.0], bench.data.columns[bench.keys(part)[0]][0] / white]))
+    white = np.sqrt(bench.data.at_ordinates(full.level))
+    column = np.zeros(len(white) + 1)
+    known = bench.data.columns[bench.keys(part)[0]][0]
+    column[1:len(known) + 1] = known / white[:len(known)]
+    x = signals.inverse(column)
     spread = np.sum((x * bench.residual(parts + [part], full)) ** 2)
     return float((full.coefficients[-1] * np.sum(x ** 2)) ** 2 / max(spread, 1e-300) / 2)
+
+
+def screened(bench, parts, fit, effect):
+    """The shapes and forms of an effect that score best beside the model: those that are worth a fit."""
+    forms = ("raw",) if effect.role == "filter" else effect.forms
+    found = [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in forms]
+    if effect.role == "filter" or len(found) <= SCREENED:
+        return found
+    if effect.role == "mean":
+        keys = bench.all_keys(parts)
+        scores = [score_of_column(bench.data, keys, fit.level, bench.keys(part)[0]) for part in found]
+    else:
+        gain, rows = bench.gain(parts), bench.rows(parts)
+        residual = generalised_least_squares(bench.data, bench.all_keys(parts), fit.level)[2]
+        scores = [score_of_row(bench.data, rows, residual, fit.level, bench.row(part, gain)) for part in found]
+    best = np.argsort(scores)[::-1][:SCREENED]
+    for index in set(range(len(found))) - set(best) if effect.role == "mean" and not effect.slow else ():
+        bench.forget(found[index])
+    return [found[index] for index in sorted(best)]
 
 
 def stationary(bench, parts, fit, effect, scatter=None):
     """Spectra, filters and regressors: the best of their shapes. `scatter`: of the energies where the white level changes."""
     robust = effect.role == "mean" and "accel" in effect.needs
     best = None
-    for shape in shapes_of(effect, bench.recording):
-        for form in effect.forms:
-            part = Part(effect.kind, shape, form)
-            full = bench.fit(parts + [part], near=fit.level)
-            gain = full.log_likelihood - fit.log_likelihood
-            if scatter is not None and part.role != "mean":
-                gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
-            if robust and gain > max(ROBUST_FROM, best.gain if best else 0.0):
-                gain = min(gain, robust_gain(bench, parts, part))
-            if best is None or gain > best.gain:
-                best = Candidate(effect.kind, part, gain, 0.0)
+    for part in screened(bench, parts, fit, effect):
+        full = bench.fit(parts + [part], near=fit.level)
+        gain = full.log_likelihood - fit.log_likelihood
+        if scatter is not None and part.role != "mean":
+            gain = modulation.discounted(gain, fit.level, full.level, bench.data.counts, scatter)
+        if robust and gain > max(ROBUST_FROM, best.gain if best else 0.0):
+            gain = min(gain, robust_gain(bench, parts, part))
+        if best is None or gain > best.gain:
+            best = Candidate(effect.kind, part, gain, 0.0)
     if best:
-        best.log_p = log_tail(best.gain, TRIALS.get(effect.kind, 3.0))
-    return best
+        best.log_p = log_tail(effect.kind, best.gain)
+    return filters.candidate(bench, parts, fit, best) if best and effect.role == "filter" else best
 
 
 def beside_both(bench, parts, fit, effect, scatter):
@@ -93,23 +94,6 @@ def beside_both(bench, parts, fit, effect, scatter):
         other = stationary(bench, noise, bench.fit(noise), effect, scatter)
         found = min(found, other, key=lambda candidate: candidate.gain)
     return found
-
-
-def line(bench, parts, fit):
-    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model has: what is left there is that line,
-    drifting."""
-    w = bench.residual(parts, fit)
-    power = np.abs(np.fft.rfft(w, 2 * len(w))) ** 2 / len(w)
-    power[:6] = 0
-    power[-4:] = 0
-    frequency = np.arange(len(power)) * bench.recording.rate_hz / (2 * len(w))
-    for known in [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]:
-        power[np.abs(frequency - known) < APART * known + APART_BINS * frequency[1]] = 0
-    f = frequency[np.argmax(power)]
-    part = Part("sinusoid", {"frequency_hz": float(f)})
-    part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
-    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
-    return Candidate("sinusoid", part, gain, min(0.0, float(np.log(TRIALS["sinusoid"] * len(w)) - max(gain, 0))))
 
 
 def vibration(bench, parts, blocks):
@@ -122,7 +106,7 @@ def vibration(bench, parts, blocks):
             continue
         gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
         if best is None or gain > best.gain:
-            best = Candidate(effect.kind, part, gain, log_tail(gain, TRIALS[effect.kind]))
+            best = Candidate(effect.kind, part, gain, log_tail(effect.kind, gain))
     return best
 
 
@@ -136,7 +120,7 @@ def noise_step(bench, parts, blocks):
     if "vibration_noise" in shaken:
         where = 1 + shaken.index("vibration_noise")
         gain /= float(np.mean(changes.excess_scatter(blocks, variance, sizes[where] * rows[where] / variance)[low:high]))
-    return Candidate("noise_step", part, gain, log_tail(gain, TRIALS["noise_step"]))
+    return Candidate("noise_step", part, gain, log_tail("noise_step", gain))
 
 
 def with_states(bench, parts, fit, found):
@@ -210,11 +194,9 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
 def slow_noise(bench, parts, fit):
     """The expected course of what is not white in the noise (a Wiener filter), deg/s."""
     data = bench.data
-    c = data.columns["gyro"][0].copy()
-    for key, value in zip(bench.all_keys(parts), fit.coefficients):
-        c -= value * data.columns[key][0]
+    c = data.without(fit.coefficients, bench.all_keys(parts))
     share = modulation.white_share(bench, parts, fit)
-    return signals.inverse(np.concatenate([[0.0], c * (1 - np.interp(np.log(data.f), np.log(data.f_bin), share))]))
+    return signals.inverse(np.concatenate([[0.0], c * (1 - data.at_ordinates(share))]))
 
 
 def simplest_first(found):
@@ -238,13 +220,15 @@ def ranked(bench, parts, fit, skip=()):
     """All candidates, least likely by chance first."""
     blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
     kinds = [part.kind for part in parts]
-    have, found = set(kinds) - ({"sinusoid"} if kinds.count("sinusoid") < LINES_MAX else set()) | set(skip), []
+    have, found = {kind for kind in kinds if kinds.count(kind) >= REPEATED.get(kind, 1)} | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     for effect in table.TABLE.values():
         if effect.kind in have or effect.kind == "shocks" or not available(effect, bench.recording):
             continue
         if effect.kind == "sinusoid":
-            found.append(line(bench, parts, fit))
+            found.append(lines.sharp(bench, parts, fit))
+        elif effect.kind == "narrow_band":
+            found.append(lines.wide(bench, parts, fit))
         elif effect.kind == "vibration_noise":
             found.append(vibration(bench, parts, blocks))
         elif effect.kind == "noise_step":

@@ -3,29 +3,14 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy import special, stats
+from scipy import stats
 
 from ..data import signals
 from ..effects.changes import vibration_square
-from ..inference import adequacy, allan, changes, parts as parts_of
+from ..inference import changes
 from ..inference.estimate import vector_likelihood
-from . import diagnose
-
-WINDOWS = (1, 4, 16)
-SIGNIFICANT = 4.0
-
-
-@dataclass
-class Cell:
-    """One window and one tau: measured and model Allan deviation, and how far apart they are."""
-    tau_s: float
-    start_s: float
-    stop_s: float
-    measured_dps: float
-    model_dps: float
-    ratio: float
-    z: float
-    freedom: float
+from . import judge, state as state_of
+from .judge import Judgement
 
 
 @dataclass
@@ -33,83 +18,17 @@ class Comparison:
     samples: int
     rate_hz: float
     effects: list
-    error: float
-    error_floor: float
-    p_value: float
-    adequate: bool
+    judgement: Judgement
     cells: list
     tests: dict
     where: list = field(default_factory=list)
     spectrum: tuple = ()  # f, measured over model, degrees of freedom
     correlations: dict = field(default_factory=dict)  # column -> (correlation, p)
 
-
-def model_series(state, sizes=None):
-    """What a fitted state expects: spectrum of an ordinate, deterministic course, variance factor per sample or None."""
-    bench, active = state.bench, state.parts
-    sizes = state.fit.sizes if sizes is None else sizes
-    noise = [part for part in active if part.role == "spectrum"] or [parts_of.Part("angle_random_walk")]
-    filters = [part for part in active if part.role == "filter"]
-
-    def spectrum(f):
-        gain = np.ones_like(f)
-        for part in filters:
-            gain = gain * part.effect.spectrum(f, bench.data.rate_hz, part.shape)
-        return sum(size * part.effect.spectrum(f, bench.data.rate_hz, part.shape)
-                   * (gain if part.kind == "angle_random_walk" else 1) for part, size in zip(noise, sizes))
-
-    return spectrum, bench.mean_course(active, state.fit), diagnose.relative_variance(state)[0]
-
-
-def cells_of(state, y):
-    """Cells of the whole record and of its quarters and sixteenths."""
-    bench = state.bench
-    spectrum, course, variance = model_series(state)
-    variance = np.ones(len(y)) if variance is None else variance
-    found = []
-    for count in WINDOWS:
-        window = len(y) // count // 2 * 2
-        taus = allan.octaves(window)
-        noise = allan.expected(spectrum, taus, bench.data.rate_hz)
-        slopes = np.gradient(np.log(noise), np.log(taus)) if len(taus) > 1 else np.array([-1.0])
-        measured = remembered(bench.recording.measured, y, window, taus) ** 2
-        known = allan.windows(course, window, taus) ** 2 if np.any(course) else np.zeros_like(measured)
-        for row in range(len(measured)):
-            part = variance[row * window:(row + 1) * window]
-            local = noise * np.where(slopes < -0.5, part.mean(), 1.0)
-            found += row_cells(row, window, taus, slopes, measured[row], local, known[row], bench.data.rate_hz)
-    return found
-
-
-def remembered(known, y, window, taus):
-    """Allan deviations of y in windows, measured once however many models are compared with them."""
-    key = (hash(y.tobytes()), window)
-    if key not in known:
-        known[key] = allan.windows(y, window, taus)
-    return known[key]
-
-
-def row_cells(row, window, taus, slopes, measured, noise, known, rate_hz):
-    found = []
-    for i, m in enumerate(taus):
-        model = noise[i] + known[i]
-        share = noise[i] / model
-        freedom = allan.freedom(slopes[i], m, window) / max(share ** 2 + 2 * share * (1 - share), 1e-3)
-        ratio = measured[i] / model
-        z = adequacy.normal_score(ratio, freedom)
-        found.append(Cell(m / rate_hz, row * window / rate_hz, (row + 1) * window / rate_hz, float(np.sqrt(measured[i])),
-                          float(np.sqrt(model)), float(np.sqrt(ratio)), float(z), float(freedom)))
-    return found
-
-
-def error_of(cells):
-    return float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells])))
-
-
-def floor_of(cells):
-    half = np.array([cell.freedom for cell in cells]) / 2
-    square = special.polygamma(1, half) + (special.digamma(half) - np.log(half)) ** 2
-    return float(np.sqrt(np.mean(square) / 4) / np.log(10))
+    error = property(lambda self: self.judgement.error)
+    error_floor = property(lambda self: self.judgement.floor)
+    p_value = property(lambda self: self.judgement.p_value)
+    adequate = property(lambda self: self.judgement.adequate)
 
 
 def residual_spectrum(state):
@@ -125,7 +44,7 @@ def correlations(state, column):
     """Of the whitened residual with every other column, slow part (below rate / 100) and whole."""
     bench, found = state.bench, {}
     w = state.bench.residual(state.parts, state.fit)
-    level = np.sqrt(np.interp(np.log(bench.data.f), np.log(bench.data.f_bin), state.fit.level))
+    level = np.sqrt(bench.data.at_ordinates(state.fit.level))
     for name, values in bench.recording.columns.items():
         if name in ("time_s", column) or name.startswith("gyro_") or np.ptp(values) == 0:
             continue
@@ -137,9 +56,9 @@ def correlations(state, column):
 
 def as_given(state, model):
     """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
-    bench = state.bench
     given = [part if part.form == "decoded" else replace(part, shape=part.shape | {name: value for name, value in term.parameters.items() if name in part.shape})
              for part, term in zip(state.parts, model.terms)]
+    bench = state.bench.resolving(given)
     sizes, coefficients = [], []
     for part, term in zip(given, model.terms):
         size = part.effect.dps(term.parameters)
@@ -148,10 +67,11 @@ def as_given(state, model):
         elif part.role == "mean":
             coefficients += line_as_given(bench, part, size) if part.kind == "sinusoid" else [
                 size * bench.data.scale(bench.keys(part)[0])]
-    sizes, coefficients = np.array(sizes or [1e-30]), np.array(coefficients)
-    level = np.maximum(bench.rows(given).T @ sizes, 1e-30)
+    behind = [term.parameters.get(part.behind, 0.0) ** 2 for part, term in zip(given, model.terms) if part.behind]
+    sizes, coefficients = np.array((sizes or [1e-30]) + behind), np.array(coefficients)
+    level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(), 1e-30)
     fit = type(state.fit)(sizes, coefficients, vector_likelihood(bench, given, sizes, coefficients), level, np.zeros((0, 0)))
-    return diagnose.State(bench, given, fit, state.shocks)
+    return state_of.State(bench, given, fit, state.shocks)
 
 
 def whiter(model, part, state):
@@ -176,57 +96,49 @@ def whiter(model, part, state):
 def line_as_given(bench, part, amplitude):
     """The file has no phase: it is taken from the recording, the amplitude from the file."""
     keys = bench.keys(part)
-    values = np.array([bench.data.columns["gyro"][0] @ bench.data.columns[key][0] / (bench.data.scale(key) or 1)
-                       for key in keys])
+    values = np.array([bench.data.product("gyro", key).sum() / (bench.data.scale(key) or 1) for key in keys])
     values *= amplitude / max(float(np.hypot(*values)), 1e-300)
     return [float(value * bench.data.scale(key)) for value, key in zip(values, keys)]
 
 
-def strip_shocks(state, recording, model):
-    return state.shocks.clean if "shocks" in state.model_kinds else recording.rate_dps(model.column)
+def of_state(state, column):
+    """The comparison that a judged state comes to."""
+    where = sorted((cell for cell, off in zip(state.cells, judge.proven(state.cells)) if off), key=lambda cell: -abs(cell.z))
+    recording = state.bench.recording
+    return Comparison(recording.samples, recording.rate_hz, state.model_kinds, state.judgement, state.cells, state.adequacy.tests,
+                      where[:40], residual_spectrum(state), correlations(state, column))
 
 
-def compare_state(state, recording, model, p_value):
-    cells = cells_of(state, strip_shocks(state, recording, model))
-    where = sorted((cell for cell in cells if abs(cell.z) > SIGNIFICANT), key=lambda cell: -abs(cell.z))
-    return Comparison(recording.samples, recording.rate_hz, state.model_kinds, error_of(cells), floor_of(cells),
-                      p_value, p_value >= diagnose.ADEQUATE, cells, state.adequacy.tests, where[:40],
-                      residual_spectrum(state), correlations(state, model.column))
-
-
-def cells_as_given(recording, model, fitted):
-    """The cells alone, of the model as given; `fitted`: its effects refitted on the recording."""
-    return cells_of(as_given(fitted, model), strip_shocks(fitted, recording, model))
-
-
-def error_as_given(recording, model, fitted):
-    return error_of(cells_as_given(recording, model, fitted))
-
-
-def loss_of(fitted, given):
+def loss_of(fitted, state):
     """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many they are."""
-    return (2 * (fitted.fit.log_likelihood - given.fit.log_likelihood), len(fitted.fit.sizes) + len(fitted.fit.coefficients))
+    return (2 * (fitted.fit.log_likelihood - state.fit.log_likelihood), len(fitted.fit.sizes) + len(fitted.fit.coefficients))
 
 
-def sizes_agree(fitted, given):
+def sizes_agree(fitted, state):
     """Were the given parameters fitted on this recording."""
-    loss, free = loss_of(fitted, given)
+    loss, free = loss_of(fitted, state)
     return loss < 0.02 * free
 
 
-def given_p_value(fitted, given):
+def given_p_value(fitted, state):
     """p of the shape of the refitted model, and of the given parameters against the fitted ones (7.2)."""
-    if sizes_agree(fitted, given):
+    if sizes_agree(fitted, state):
         return fitted.adequacy.p_value
-    loss, free = loss_of(fitted, given)
+    loss, free = loss_of(fitted, state)
     p = min(fitted.adequacy.p_value, float(stats.chi2.sf(loss, free)))
     return 1 - (1 - p) ** 2
 
 
+def given(fitted, model):
+    """The state of the model with the parameters of the file, judged (7.4)."""
+    state = as_given(fitted, model)
+    state.adequacy, state.cells = fitted.adequacy, state_of.cells_of(state)
+    state.judgement = judge.judged(state.cells, given_p_value(fitted, state))
+    return state
+
+
 def compare(recording, model, progress=lambda text: None, fitted=None):
     """The model as given against the recording."""
-    fitted = fitted or diagnose.judged(diagnose.start(recording, model, progress))
+    fitted = fitted or state_of.judged(state_of.start(recording, model, progress))
     progress("Allan deviations")
-    given = as_given(fitted, model)
-    given.adequacy = fitted.adequacy
-    return compare_state(given, recording, model, given_p_value(fitted, given))
+    return of_state(given(fitted, model), model.column)

@@ -3,18 +3,13 @@
 import numpy as np
 
 from ..inference import allan, changes, modulation
+from ..inference.parts import spectrum_of
 
 
 def of_spectrum(bench, parts, part, size, taus):
-    filters = [other for other in parts if other.role == "filter"] if part.kind == "angle_random_walk" else []
-
-    def spectrum(f):
-        value = part.effect.spectrum(f, bench.data.rate_hz, part.shape)
-        for cut in filters:
-            value = value * cut.effect.spectrum(f, bench.data.rate_hz, cut.shape)
-        return value
-
-    return np.sqrt(size * allan.expected(spectrum, taus, bench.data.rate_hz))
+    filters = [other for other in parts if other.role == "filter"] if part.effect.in_front else []
+    spectrum = spectrum_of([part, *filters], [size], bench.data.rate_hz)
+    return np.sqrt(allan.expected(allan.on_grid(spectrum, bench.data.rate_hz), taus))
 
 
 def of_course(bench, part, coefficients, taus):

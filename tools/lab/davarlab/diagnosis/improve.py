@@ -1,13 +1,13 @@
 """Fit, and the loop: compare, diagnose, add, refit, with the history of the error (DESIGN 9)."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..inference import estimate
 from ..inference.parts import as_spectra
 from ..model import Model, Term
-from . import compare, diagnose, evidence
+from . import cells, compare, diagnose, evidence, judge, state as state_of
 
 
 @dataclass
@@ -36,15 +36,20 @@ class Candidate:
 
 @dataclass
 class Improvement:
+    """`added`: the kinds that the final model has more than the given one; `judgement`: of the final model; `comparisons`: of the given
+    model, and of the final one when it is another; `refitted`: the given effects with their sizes fitted, None: those of the file are as
+    good; `useless`: parts that are likelier than chance and do not lower the error."""
     comparison: compare.Comparison
     diagnosis: diagnose.Diagnosis
     steps: list
     verdict: str
+    added: list
+    judgement: judge.Judgement
     model: Model
     estimates: list
     candidates: list = field(default_factory=list)
-    comparisons: list = field(default_factory=list)  # one per step
-    refitted: Step | None = None  # the given effects with their sizes fitted; None: those of the file are as good
+    comparisons: list = field(default_factory=list)
+    refitted: Step | None = None
     notes: list = field(default_factory=list)  # what is unusual about the recording, in words
 
     @property
@@ -79,44 +84,36 @@ def fitted_model(state, model):
     return Model(state.bench.recording.rate_hz, model.column, terms), found
 
 
-def fit(recording, model, progress=lambda text: None):
-    """Parameters of the model's own effects on this recording."""
-    state = diagnose.judged(diagnose.start(recording, model, progress))
-    progress("intervals")
-    return fitted_model(state, model)
-
-
 def held_out_errors(held_out, model):
     """(error, floor) on the held-out recording of the model as it is; None, None without one."""
     if held_out is None:
         return None, None
-    cells = compare.cells_as_given(held_out, model, diagnose.start(held_out, model))
-    return compare.error_of(cells), compare.floor_of(cells)
+    found = compare.given(state_of.judged(state_of.start(held_out, model)), model).judgement
+    return found.error, found.floor
 
 
-def step_of(added, result, model, held_out):
-    """result: the comparison with the model."""
+def step_of(added, state, model, held_out):
+    """state: with the parameters of the model."""
     error, floor = held_out_errors(held_out, model)
-    return Step(added, result.effects, result.error, result.error_floor, error, result.p_value, floor)
+    found = state.judgement
+    return Step(added, state.model_kinds, found.error, found.floor, error, found.p_value, floor)
 
 
-def refitted(recording, model, state, held_out):
-    """The step from the sizes of the file to the best ones; None when those of the file are as good (7.2)."""
-    if compare.sizes_agree(state, compare.as_given(state, model)):
+def refitted(model, state, given, held_out):
+    """The step from the sizes of the file to the best ones; None when those of the file are as good (7.4)."""
+    if compare.sizes_agree(state, given):
         return None
-    better, _ = fitted_model(state, model)
-    return replace(step_of(None, compare.compare(recording, better, fitted=state), better, held_out),
-                   p_value=state.adequacy.p_value)
+    return step_of(None, state, fitted_model(state, model)[0], held_out)
 
 
 def with_candidate(found, candidate):
     """The model as given with one candidate: the second state of the search when it is the one that was taken first."""
     first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
     taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
-    return second if taken else diagnose.joined(first, candidate.part)
+    return second if taken else state_of.joined(first, candidate.part)
 
 
-def described(recording, model, found, base, held_out, detail):
+def described(model, found, base, held_out, detail):
     """The first `detail` candidates with their error after and parameters, the others with their gain. base: the step before them."""
     out = []
     for rank, candidate in enumerate(found.ranking):
@@ -124,7 +121,7 @@ def described(recording, model, found, base, held_out, detail):
         if rank < detail:
             state = with_candidate(found, candidate)
             joined, entries = fitted_model(state, model)
-            after = compare.error_as_given(recording, joined, state)
+            after = cells.error_of(state_of.cells_of(state))
             outside = held_out_errors(held_out, joined)[0]
             parameters = entries[-1]
         out.append(Candidate(candidate.kind, candidate.gain, float(np.exp(candidate.log_p)), after, outside, parameters,
@@ -138,19 +135,35 @@ def improve(recording, model, held_out=None, progress=lambda text: None, detail=
     return improved(recording, model, found, held_out, progress, detail)
 
 
+def as_it_is(model):
+    """The given model's parameters as estimates, which they are not."""
+    return [{name: estimate.Estimate(value) for name, value in term.parameters.items()} for term in model.terms]
+
+
+def verdict_of(found, added, judgement):
+    if not judgement.adequate:
+        return "unknown"
+    return next((candidate.kind for candidate in found.ranking if candidate.kind in added), added[0] if added else "none")
+
+
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
-    """What a diagnosis comes to: errors, parameters, words."""
-    comparison = compare.compare(recording, model, progress, found.states[0])
-    steps = [step_of(None, comparison, model, held_out)]
-    base = refitted(recording, model, found.states[0], held_out)
-    comparisons = [comparison]
-    final, entries = fitted_model(found.states[-1], model)
+    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error is not above the given one's."""
+    given = compare.given(found.states[0], model)
+    steps = [step_of(None, given, model, held_out)]
+    base = refitted(model, found.states[0], given, held_out)
     for before, state in zip(found.states, found.states[1:]):
         progress(f"adding {state.parts[-1].kind}")
-        better, _ = fitted_model(state, model)
-        result = compare.compare(recording, better, fitted=state)
-        comparisons.append(result)
-        steps.append(replace(step_of(state.parts[-1].kind, result, better, held_out), p_value=state.adequacy.p_value))
-    shown = described(recording, model, found, base or steps[0], held_out, detail)
-    return Improvement(comparison, found, steps, found.verdict, final, entries, shown, comparisons, base,
-                       evidence.notes(recording, model))
+        step = step_of(state.parts[-1].kind, state, fitted_model(state, model)[0] if held_out else None, held_out)
+        if held_out and step.error_held_out > steps[-1].error_held_out and step.error_held_out > judge.CLEARLY * step.error_floor_held_out:
+            break
+        steps.append(step)
+    last = found.states[len(steps) - 1]
+    if last.judgement.error > given.judgement.error:  # the file's sizes do better than the likeliest ones: they stay
+        last, steps = None, steps[:1]
+    final, entries = fitted_model(last, model) if last else (model, as_it_is(model))
+    added = final.kinds[len(model.terms):]
+    judgement = last.judgement if last else given.judgement
+    comparisons = [compare.of_state(given, model.column)] + ([compare.of_state(last, model.column)] if added else [])
+    shown = described(model, found, base or steps[0], held_out, detail)
+    return Improvement(comparisons[0], found, steps, verdict_of(found, added, judgement), added, judgement, final, entries, shown, comparisons,
+                       base, evidence.notes(recording, model))

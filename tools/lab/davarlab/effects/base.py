@@ -25,7 +25,7 @@ class Effect:
     """One physical effect. The first parameter is its size, the others its shape (axis: x, y, z).
 
     role      spectrum   stationary noise; `spectrum(f, rate_hz, shape)` of size 1
-              filter     acts on the white noise; `spectrum` is its power gain
+              filter     acts on everything in front of it; `spectrum` is its power gain
               mean       a known course of time; `regressor(recording, shape)` of size 1
               variance   white noise whose variance changes
               events     isolated outliers
@@ -33,6 +33,9 @@ class Effect:
     grid      shape parameter -> function of the recording that gives the values worth trying
     variants  name -> other regressors of the same effect, tried beside it: what a record cannot say of the physics (over how long the
               body averages), or how much of the noise of a logged column is taken out
+    slow      of a course: it does not move within half a second
+    in_front  is this noise in front of the sensor's filters; that of counts is behind
+    behind    of a filter: the parameter that is the standard deviation of white noise behind it, deg/s
     simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
     """
     kind: str
@@ -47,6 +50,9 @@ class Effect:
     grid: dict = field(default_factory=dict)
     needs: tuple = ()
     variants: dict = field(default_factory=dict)
+    slow: bool = False
+    in_front: bool = True
+    behind: str = ""
 
     @property
     def size(self):
@@ -54,7 +60,7 @@ class Effect:
 
     @property
     def shape_names(self):
-        return [parameter.name for parameter in self.parameters[0 if self.role == "filter" else 1:]]
+        return [parameter.name for parameter in self.parameters[0 if self.role == "filter" else 1:] if parameter.name != self.behind]
 
     @property
     def forms(self):

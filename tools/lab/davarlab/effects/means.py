@@ -62,7 +62,7 @@ def sudden_vibration_square(recording, shape):
 RATE_RAMP = Effect(
     "rate_ramp", "The bias moves steadily: ageing, a supply that drifts.",
     (Parameter("coefficient_deg_per_h2", "deg/h^2", *ANY, 1 / 3600 ** 2),),
-    "Record twice as long: a ramp goes on, a warm-up bends, a random walk turns.", "mean", "slope +1", regressor=ramp)
+    "Record twice as long: a ramp goes on, a warm-up bends, a random walk turns.", "mean", "slope +1", regressor=ramp, slow=True)
 SINUSOID = Effect(
     "sinusoid", "A periodic motion or an electrical line.",
     (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6)),
@@ -72,13 +72,13 @@ TEMPERATURE = Effect(
     "temperature", "The bias follows the temperature of the die.",
     (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),),
     "Heat and cool the sensor twice: the bias must follow both times.", "mean", "the temperature's own, at long tau",
-    regressor=temperature, needs=("temp_degC",))
+    regressor=temperature, needs=("temp_degC",), slow=True)
 TEMPERATURE_RATE = Effect(
     "temperature_rate", "Gradients inside the package follow the rate of the temperature.",
     (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
     "Heat at two rates to the same temperature: the bias differs while it heats, not after.", "mean",
     "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",),
-    variants={"over 1 s": partial(temperature_rate, half_s=0.5)})
+    variants={"over 1 s": partial(temperature_rate, half_s=0.5)}, slow=True)
 G_SENSITIVITY = Effect(
     "g_sensitivity", "Acceleration bends the structure: the rate follows the specific force along an axis.",
     (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),
@@ -89,9 +89,9 @@ VIBRATION_RECTIFICATION = Effect(
     (Parameter("coefficient_dps_per_g2", "deg/s/g^2", *ANY), AXIS),
     "Shake at two levels: the bias grows with the square of the rms.", "mean", "steps of bias while it vibrates",
     regressor=vibration_square, grid={"axis": axes}, needs=("accel",),
-    variants={f"over {s} s": partial(vibration_square, window_s=s) for s in (1, 5)} | {"sudden": sudden_vibration_square})
+    variants={f"over {s} s": partial(vibration_square, window_s=s) for s in (1, 5)} | {"sudden": sudden_vibration_square}, slow=True)
 WARM_UP = Effect(
     "warm_up", "After power-on the bias settles exponentially.",
     (Parameter("amplitude_dps", "deg/s", *ANY), Parameter("time_constant_s", "s", 1e-3, 1e7)),
     "Switch off for an hour and on again: the same course must come back.", "mean", "slope up to +1 at long tau",
-    regressor=warm_up, grid={"time_constant_s": time_constants})
+    regressor=warm_up, grid={"time_constant_s": time_constants}, slow=True)

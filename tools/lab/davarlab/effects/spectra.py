@@ -6,7 +6,6 @@ from scipy import fft
 from .base import Effect, INFINITE, Parameter
 
 MEMORIES = (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25)
-RESPONSES = ("sampled", "bilinear", "analogue")
 
 
 def angular(f, rate_hz):
@@ -41,18 +40,12 @@ def gauss_markov(f, rate_hz, shape):
     return (1 - decay ** 2) / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
 
 
-def one_pole(f, rate_hz, shape):
-    """Power gain of a pole at the cutoff, 1 at low frequencies, in the response that the shape names: "sampled", the discrete pole
-    exp(-2 pi fc / rate), as of an analogue pole that is sampled or of exponential smoothing; "bilinear", the digital filter of that name;
-    "analogue", 1 / (1 + (f / fc)^2), as of a pole at a much higher rate whose images are kept out."""
-    response = shape.get("response", "sampled")
-    if response == "sampled":
-        decay = np.exp(-2 * np.pi * shape["cutoff_hz"] / rate_hz)
-        return (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
-    if response == "analogue":
-        return 1 / (1 + (f / shape["cutoff_hz"]) ** 2)
-    edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
-    return 1 / (1 + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge)) ** 2)
+def narrow_band(f, rate_hz, shape):
+    """A line with a width: unit variance, Lorentzian about its frequency, wrapped at the sample rate."""
+    memory = np.exp(-2 * np.pi * shape["half_width_hz"] / rate_hz)
+    level = (1 - memory) ** 2
+    return sum(0.5 * (1 - memory ** 2) / (level + 4 * memory * np.sin(angular(f + side * shape["frequency_hz"], rate_hz) / 2) ** 2)
+               for side in (-1, 1))
 
 
 def from_spectrum(spectrum, samples, rate_hz, rng):
@@ -75,18 +68,14 @@ def simulate_quantization(recording, parameters, rng, _):
 
 
 def correlation_times(recording):
-    return np.geomspace(4 / recording.rate_hz, recording.samples / recording.rate_hz / 5, 24)
-
-
-def cutoffs(recording):
-    return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 12)
+    return np.geomspace(8 / recording.rate_hz, recording.samples / recording.rate_hz / 5, 24)
 
 
 QUANTIZATION = Effect(
     "quantization", "The angle is known in steps only, so the rate carries differenced angle noise.",
     (Parameter("coefficient_deg", "deg", 0, INFINITE), Parameter("memory", "", -0.95, 0.95, default=0.0)),
     "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.", "spectrum",
-    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization, grid={"memory": lambda _: MEMORIES})
+    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization, grid={"memory": lambda _: MEMORIES}, in_front=False)
 ANGLE_RANDOM_WALK = Effect(
     "angle_random_walk", "White rate noise, thermal and electronic; its integral is a random walk of angle.",
     (Parameter("coefficient_deg_per_sqrt_h", "deg/sqrt(h)", 0, INFINITE, 1 / 60),),
@@ -108,8 +97,8 @@ GAUSS_MARKOV = Effect(
     "same: average over a tenth of the dwell (twice the correlation time); two peaks in the histogram are telegraph noise. Keep the temperature still: "
     "what then is gone was heat that the gyro feels later than the thermometer.", "spectrum",
     "a hump at 1.9 correlation times", gauss_markov, grid={"correlation_time_s": correlation_times})
-LOW_PASS = Effect(
-    "low_pass", "The sensor's own bandwidth cuts its white noise.",
-    (Parameter("cutoff_hz", "Hz", 1e-3, 1e6), Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0])),
-    "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.", "filter",
-    "slope between 0 and -1/2 below the time constant", one_pole, grid={"cutoff_hz": cutoffs, "response": lambda _: RESPONSES})
+NARROW_BAND = Effect(
+    "narrow_band", "A line with a width: a fan, a mount that rings, an alias of either.",
+    (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6), Parameter("half_width_hz", "Hz", 1e-9, 1e6)),
+    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.", "spectrum",
+    "a hump at 0.4 periods, without ripples", narrow_band)

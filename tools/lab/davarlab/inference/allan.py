@@ -66,13 +66,34 @@ def response(m):
     return ripples * width * 4 / (np.sin(np.pi * middle) * m) ** 2
 
 
-def expected(spectrum, taus, rate_hz):
-    """Allan variance of noise with an ordinate variance spectrum(f): the integral over the response of D (8.1)."""
-    power = spectrum(grid()[0] * rate_hz)
+def on_grid(spectrum, rate_hz):
+    return spectrum(grid()[0] * rate_hz)
+
+
+def expected(power, taus):
+    """Allan variance of noise with this ordinate variance on the grid: the integral over the response of D (8.1)."""
     return np.array([power @ response(int(m)) for m in taus])
 
 
-def freedom(slope, m, window):
-    """Degrees of freedom of the overlapping estimate where the variance goes as tau ** slope."""
-    edf = [library().davar_lab_edf(kind, int(m), int(window)) for kind in (0, 1, 2, 3)]
-    return float(np.interp(slope, [-2, -1, 0, 1], edf))
+LONG = 64  # cluster sizes in a window, from which its length does not bear on how differences go together
+FINE = 16  # lags of a cluster size
+
+
+def freedom(spectrum, power, m, window, rate_hz):
+    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the autocovariance of
+    the M = window - 2 m + 1 differences (8.3)."""
+    count = window - 2 * m + 1
+    if count > LONG * m:  # Parseval
+        width = grid()[1]
+        power = power * response(m) / width
+        return float(2 * count * (power @ width) ** 2 / (power ** 2 @ width))
+    step = max(1, m // FINE)
+    lags = -(-count // step)
+    points = 1 << (2 * lags).bit_length()
+    nu = np.arange(points + 1) / (2 * points * step)
+    nu[0] = nu[1] / 4
+    power = spectrum(nu * rate_hz) * np.sin(np.pi * nu * m) ** 4 / np.sin(np.pi * nu) ** 2
+    covariance = np.fft.irfft(power)[:lags]
+    weight = 2 * (1 - np.arange(lags) * step / count)
+    weight[0] = 1
+    return float(count * covariance[0] ** 2 / (step * np.sum(np.maximum(weight, 0) * covariance ** 2)))

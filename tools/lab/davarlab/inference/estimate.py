@@ -12,17 +12,23 @@ from .whittle import size_covariance
 Z = float(stats.norm.ppf(0.975))
 
 
+VAGUE = np.log(10.0)  # reach of a 95 % interval of a logarithm, from which the record does not determine the parameter
+
+
 @dataclass
 class Estimate:
+    """A parameter with its 95 % interval. low, high None: it has none, because it is a word or was taken as it is, or, when `undetermined`,
+    because the record says next to nothing about it."""
     value: float | str
-    low: float | str
-    high: float | str
+    low: float | None = None
+    high: float | None = None
+    undetermined: bool = False
 
 
 def vector_likelihood(bench, parts, sizes, coefficients):
     """Log-likelihood with every parameter given."""
     data, keys = bench.data, bench.all_keys(parts)
-    level = np.maximum(bench.rows(parts).T @ sizes, 1e-30)
+    level = np.maximum(bench.rows(parts).T @ sizes + bench.fixed(), 1e-30)
     energy = data.product("gyro", "gyro").copy()
     for i, a in enumerate(keys):
         energy -= 2 * coefficients[i] * data.product("gyro", a)
@@ -87,23 +93,24 @@ def shape_step(bench, part):
 
 
 def interval(value, error, relative):
+    value, reach = float(value), Z * error
+    if not np.isfinite(value) or not np.isfinite(reach) or reach <= 0 or relative and reach > VAGUE:
+        return Estimate(value, undetermined=True)
     if relative:
-        reach = np.exp(min(Z * error, 50.0))
-        return Estimate(float(value), *sorted((float(value / reach), float(value * reach))))
-    return Estimate(float(value), float(value - Z * error), float(value + Z * error))
+        return Estimate(value, *sorted((float(value * np.exp(-reach)), float(value * np.exp(reach)))))
+    return Estimate(value, float(value - reach), float(value + reach))
 
 
 def wider(one, two):
     """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the model put in another way."""
-    return {name: e if isinstance(e.value, str) else Estimate(e.value, min(e.low, two[name].low), max(e.high, two[name].high))
+    return {name: e if e.low is None or two[name].low is None else Estimate(e.value, min(e.low, two[name].low), max(e.high, two[name].high))
             for name, e in one.items()}
 
 
-def spectrum_estimates(part, size, error, bound):
+def spectrum_estimate(scale, size, error, bound):
     """`bound`: standard error of the size itself, for one that is fitted as nothing."""
-    scale = part.effect.size.scale
     if size <= 0:
-        return Estimate(0.0, 0.0, float(np.sqrt(Z * bound)) / scale)
+        return Estimate(0.0, 0.0, float(np.sqrt(Z * bound)) / scale) if np.isfinite(bound) else Estimate(0.0, undetermined=True)
     return interval(np.sqrt(size) / scale, error / 2, True)
 
 
@@ -120,23 +127,27 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
     """One dictionary name -> Estimate per part, in the order of the parts."""
     size_errors, shape_errors, coefficient_errors = standard_errors(bench, parts, fit)
     found, s, c = [], 0, 0
+    behind = max(1, sum(part.role == "spectrum" for part in parts))
     dynamic = dynamic_estimates(bench, parts, fit, blocks)
     bounds = np.sqrt(np.diag(size_covariance(bench.data, bench.rows(parts), fit.level)))
     for index, part in enumerate(parts):
         entry = {}
         if part.role == "spectrum":
-            entry[part.effect.size.name] = spectrum_estimates(part, fit.sizes[s], size_errors[s], bounds[s])
+            entry[part.effect.size.name] = spectrum_estimate(part.effect.size.scale, fit.sizes[s], size_errors[s], bounds[s])
             s += 1
         elif part.role == "mean":
             keys = bench.keys(part)
             entry[part.effect.size.name] = mean_estimates(bench, part, keys, fit.coefficients[c:c + len(keys)],
                                                           coefficient_errors[c:c + len(keys)])
             c += len(keys)
+        elif part.behind:
+            entry[part.behind] = spectrum_estimate(1.0, fit.sizes[behind], size_errors[behind], bounds[behind])
+            behind += 1
         elif part.kind == "shocks":
             entry = shock_estimates(shocks, bench.recording)
         for name, value in part.shape.items():
             error = shape_errors.get((index, name))
-            entry[name] = Estimate(value, value, value) if error is None else interval(value, error, True)
+            entry[name] = Estimate(value) if error is None else interval(value, error, True)
         entry.update(dynamic.get(part.kind, {}))
         if part.form == "decoded":
             entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key])
@@ -157,7 +168,7 @@ def dynamic_estimates(bench, parts, fit, blocks):
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
     white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")
                         if p.kind == "angle_random_walk"), 0)
-    share = float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts))
+    share = max(float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts)), 1e-6)
     sizes, errors = sizes / variance.mean() / share, errors / variance.mean() / share  # of the white noise, mean 1
     sizes[0] -= 1 / share - 1  # the rest of the spectrum is in the blocks too, and constant
     level = fit.sizes[white_index]  # (deg/s)^2/Hz, mean
@@ -173,15 +184,23 @@ def dynamic_estimates(bench, parts, fit, blocks):
         if kind == "noise_step":
             ratio = np.sqrt(1 + size / sizes[0])
             found[kind] = {"ratio": interval(ratio, (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio ** 2),
-                                             True)}
+                                             True)} | ends(dynamic, blocks, ratio)
     return found
+
+
+def ends(parts, blocks, ratio):
+    """Where a noise step begins and stops: within a block, and within what the likelihood of a block on the wrong side leaves open."""
+    part = next(part for part in parts if part.kind == "noise_step")
+    nats = 0.5 * blocks.length * abs(ratio ** 2 - 1 - 2 * np.log(max(ratio, 1e-3)))
+    reach = blocks.period_s * (0.5 + 3 / max(nats, 1e-3))
+    return {name: Estimate(part.shape[name], part.shape[name] - reach, part.shape[name] + reach) for name in ("start_s", "stop_s")}
 
 
 def of_levels(estimate, course):
     """The size of levels that are +-1 where the column is their posterior mean: sum(y m) / n, the maximum of the chain's likelihood, for the
     sum(y m) / sum(m^2) of least squares (6.4)."""
     factor = float(np.mean(course ** 2))
-    return Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
+    return estimate if estimate.low is None else Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
 
 
 def shock_estimates(shocks, recording):

@@ -9,6 +9,9 @@ from ..effects import table
 from .whittle import Data, maximise
 
 
+SLOW_S, SLOW_LEAST = 0.5, 10000  # a slow course: what moves in half a second, and at least so many means
+
+
 @dataclass(frozen=True)
 class Part:
     """An effect with its shape; `form` says which variant of the regressor (raw: the effect's own) or decoded states."""
@@ -25,6 +28,11 @@ class Part:
         return "mean" if self.form == "decoded" else "spectrum" if self.effect.role == "states" else self.effect.role
 
     @property
+    def behind(self):
+        """The parameter of a filter that says what noise is behind it, when there is some."""
+        return self.effect.behind if self.form == "behind" else ""
+
+    @property
     def key(self):
         return (self.kind, self.form, *self.shape.values())
 
@@ -33,7 +41,8 @@ class Part:
 
 
 def part_of(term):
-    return Part(term.kind, table.find(term.kind).shape_of(term.parameters))
+    effect = table.find(term.kind)
+    return Part(term.kind, effect.shape_of(term.parameters), "behind" if term.parameters.get(effect.behind) else "raw")
 
 
 def as_spectra(parts):
@@ -44,21 +53,40 @@ def as_spectra(parts):
     return [replace(part, form="raw") if part.form == "decoded" else part for part in parts]
 
 
-class Bench:
-    """The recording, cleaned of shocks, with rows and columns for every part that is asked for."""
+def spectrum_of(parts, sizes, rate_hz, counts=None):
+    """The variance of an ordinate as a function of the frequency in Hz: what Bench.rows and these sizes give per bin."""
+    def at(f):
+        shapes = {part.key: part.effect.spectrum(f, rate_hz, part.shape) for part in parts if part.role in ("spectrum", "filter")}
+        gain = np.prod([np.ones_like(f)] + [shapes[part.key] for part in parts if part.role == "filter"], axis=0)
+        rows = [shapes[part.key] * (gain if part.effect.in_front else 1.0) for part in parts if part.role == "spectrum"]
+        rows = (rows or [rate_hz * gain]) + [np.ones_like(f) for part in parts if part.behind]
+        return sum(size * row for size, row in zip(sizes, rows) if size) + (np.zeros_like(f) if counts is None else counts(f))
 
-    def __init__(self, recording, y):
-        self.recording, self.y = recording, y
-        self.data = Data(y, recording.rate_hz)
+    return at
+
+
+class Bench:
+    """The recording, cleaned of shocks, with rows and columns for every part that is asked for. `counts`: spectrum of what is known of
+    the counts that the gyro comes in, behind every filter; None: nothing."""
+
+    def __init__(self, recording, y, counts=None, data=None):
+        self.recording, self.y, self.counts = recording, y, counts
+        self.data = data or Data(y, recording.rate_hz)
         self.decoded = {}
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
-        other = Bench(self.recording, y)
+        other = Bench(self.recording, y, self.counts, self.data.with_gyro(y))
         other.decoded = dict(self.decoded)
-        other.data.columns.update({key: value for key, value in self.data.columns.items() if key != "gyro"})
-        other.data.products = {pair: value for pair, value in self.data.products.items() if "gyro" not in pair}
-        other.data.spectra = dict(self.data.spectra)
+        return other
+
+    def resolving(self, parts):
+        """The same with bins that are narrow enough for the narrow bands among the parts; itself when they are already (1.3)."""
+        bands = tuple((part.shape["frequency_hz"], part.shape["half_width_hz"]) for part in parts if part.kind == "narrow_band")
+        if self.data.resolves(bands):
+            return self
+        other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands))
+        other.decoded = self.decoded
         return other
 
     def courses(self, part):
@@ -75,8 +103,9 @@ class Bench:
         count = 2 if part.kind == "sinusoid" else 1
         keys = [f"{part.key}:{i}" for i in range(count)]
         if keys[0] not in self.data.columns:
+            together = self.together if part.effect.slow and part.form != "decoded" else 1
             for key, course in zip(keys, self.courses(part)):
-                self.data.add(key, course)
+                self.data.add(key, course, together)
         return keys
 
     def forget(self, part):
@@ -88,10 +117,10 @@ class Bench:
 
     def row(self, part, gain):
         shape = self.data.binned(part.key, lambda f: part.effect.spectrum(f, self.data.rate_hz, part.shape))
-        return shape * gain if part.kind == "angle_random_walk" else shape
+        return shape * gain if part.effect.in_front else shape
 
     def gain(self, parts):
-        """What the sensor's low pass leaves of its white noise, per bin."""
+        """What the sensor's filters leave of everything in front of them, per bin."""
         gain = np.ones_like(self.data.f_bin)
         for part in parts:
             if part.role == "filter":
@@ -100,26 +129,34 @@ class Bench:
         return gain
 
     def rows(self, parts):
+        """One per spectrum, in the order of the parts; then one, white, per filter that says what is behind it."""
         gain = self.gain(parts)
         found = [self.row(part, gain) for part in parts if part.role == "spectrum"]
-        return np.array(found) if found else self.row(Part("angle_random_walk"), gain)[None, :]
+        found = found or [self.row(Part("angle_random_walk"), gain)]
+        return np.array(found + [np.ones_like(gain) for part in parts if part.behind])
+
+    def fixed(self):
+        """What is known of the counts, per bin; nothing: 0."""
+        return 0.0 if self.counts is None else self.data.binned("counts", self.counts)
 
     def all_keys(self, parts):
         return [key for part in parts if part.role == "mean" for key in self.keys(part)]
 
     def fit(self, parts, restricted=False, near=None):
         """`near`: level of a similar fit to start from."""
-        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted)
+        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed())
 
     def mean_course(self, parts, fit):
         """The sum of the mean parts, deg/s."""
-        total, keys = np.zeros(len(self.y)), self.all_keys(parts)
-        courses = [course for part in parts if part.role == "mean" for course in self.courses(part)]
-        for key, value, course in zip(keys, fit.coefficients, courses):
-            scale = self.data.scale(key)
-            if scale:
-                total += value / scale * (course - course.mean())
-        return total
+        if not len(fit.coefficients):
+            return np.zeros(len(self.y))
+        gyro = self.data.columns["gyro"][0]
+        return signals.inverse(np.concatenate([[0.0], gyro - self.data.without(fit.coefficients, self.all_keys(parts))]))
+
+    @property
+    def together(self):
+        """Samples of which a slow course need only know the mean."""
+        return max(1, min(int(SLOW_S * self.data.rate_hz), self.data.samples // SLOW_LEAST))
 
     def residual(self, parts, fit):
         """Whitened residual in time, unit variance when the model is true."""

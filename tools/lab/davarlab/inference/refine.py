@@ -14,11 +14,24 @@ def numeric_shapes(part):
         "spectrum", "filter", "mean") and part.form != "decoded" else []
 
 
-def half_width(bench, part):
+def half_width(bench, part, name):
     """How far to look, in natural logarithm; of a line half its lobe, within which there is one peak only."""
     if part.kind == "sinusoid":
         return 0.5 / turns(bench, part)
+    if part.kind == "narrow_band" and name == "frequency_hz":
+        return min(0.45, 2 * part.shape["half_width_hz"] / part.shape["frequency_hz"])
     return 0.45
+
+
+def bounds(bench, part, name):
+    """Where a shape makes sense on this recording: (least, most)."""
+    rate, samples = bench.data.rate_hz, bench.data.samples
+    parameter = next(p for p in part.effect.parameters if p.name == name)
+    least, most = {("gauss_markov", "correlation_time_s"): (8 / rate, np.inf),
+                   ("low_pass", "cutoff_hz"): (0, rate),
+                   ("narrow_band", "frequency_hz"): (0, rate / 2),
+                   ("narrow_band", "half_width_hz"): (0.75 * rate / samples, 0.03 * rate)}.get((part.kind, name), (0, np.inf))
+    return max(least, parameter.low), min(most, parameter.high)
 
 
 def turns(bench, part):
@@ -53,10 +66,14 @@ def refine_one(bench, parts, index, name):
     part = parts[index]
     if part.kind == "sinusoid" and turns(bench, part) > TURNS_LEAST:
         return line_refined(bench, parts, index)
-    centre, width = part.shape[name], half_width(bench, part)
+    centre, width = part.shape[name], half_width(bench, part, name)
+    least, most = bounds(bench, part, name)
+
+    def at(x):
+        return part.moved(name, float(min(max(centre * np.exp(x), least), most)))
 
     def loss(x):
-        moved = part.moved(name, float(centre * np.exp(x)))
+        moved = at(x)
         trial = parts[:index] + [moved] + parts[index + 1:]
         value = -bench.fit(trial).log_likelihood
         if moved.role == "mean":
@@ -68,15 +85,15 @@ def refine_one(bench, parts, index, name):
     if best.fun >= -bench.fit(parts).log_likelihood:
         return parts
     bench.forget(part)
-    return parts[:index] + [part.moved(name, float(centre * np.exp(best.x)))] + parts[index + 1:]
+    return parts[:index] + [at(best.x)] + parts[index + 1:]
 
 
-def refined(bench, parts, sweeps=1, only=None):
-    """Parts with their shapes at the maximum of the likelihood; `only`: kinds to move."""
+def refined(bench, parts, sweeps=1, only=None, only_last=False):
+    """Parts with their shapes at the maximum of the likelihood; `only`: kinds to move; `only_last`: the last part alone."""
     parts = list(parts)
     for _ in range(sweeps):
         for index in range(len(parts)):
-            if only is None or parts[index].kind in only:
+            if (only is None or parts[index].kind in only) and (not only_last or index == len(parts) - 1):
                 for name in numeric_shapes(parts[index]):
                     parts = refine_one(bench, parts, index, name)
     return parts

@@ -1,5 +1,6 @@
 """The likelihood of a recording in the cosine domain, and its maximum (DESIGN 1 to 3)."""
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from scipy import linalg, optimize
 from ..data import signals
 
 ITERATIONS = 60
+WELL_POSED = 1e-5  # least pivot of a Cholesky factor of rows with unit norm
 
 
 @dataclass
@@ -23,18 +25,43 @@ class Fit:
 class Data:
     """A recording in the cosine domain: the gyro and, on demand, columns; all products summed per bin and remembered."""
 
-    def __init__(self, y, rate_hz):
+    def __init__(self, y, rate_hz, edges=None):
         self.rate_hz, self.samples = rate_hz, len(y)
         self.f = signals.frequencies(len(y), rate_hz)
-        self.edges = signals.bin_edges(len(y) - 1)
-        self.starts, self.counts = self.edges[:-1], np.diff(self.edges).astype(float)
-        self.f_bin = np.add.reduceat(self.f, self.starts) / self.counts
-        self.columns, self.products, self.spectra = {}, {}, {}
+        self.columns, self.bands, self.logarithms = {}, (), None
+        self.cut(signals.bin_edges(len(y) - 1))
         self.add("gyro", y)
 
-    def add(self, key, x):
-        """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0."""
-        c = signals.transform(x - x.mean())[1:]
+    def cut(self, edges):
+        """Takes these bins: what was summed per bin is forgotten."""
+        self.edges, self.starts, self.counts = edges, edges[:-1], np.diff(edges).astype(float)
+        self.f_bin = np.add.reduceat(self.f, self.starts) / self.counts
+        self.products, self.spectra = {}, {}
+
+    def with_gyro(self, y):
+        """The same columns and bins with another gyro record."""
+        other = copy.copy(self)
+        other.columns = dict(self.columns)
+        other.products = {pair: value for pair, value in self.products.items() if "gyro" not in pair}
+        other.add("gyro", y)
+        return other
+
+    def resolves(self, bands):
+        return set(bands) <= set(self.bands)
+
+    def resolving(self, bands):
+        """The same columns with bins that are narrow about each band (frequency, half width in Hz) (1.3)."""
+        other, scale = copy.copy(self), 2 * self.samples / self.rate_hz
+        other.bands = bands
+        other.cut(signals.bin_edges(self.samples - 1, [(f * scale, width * scale) for f, width in bands]))
+        return other
+
+    def add(self, key, x, together=1):
+        """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0. Of a slow one, means of `together`
+        samples say all: the ordinates behind theirs are 0 and not kept (1.4)."""
+        count = len(x) // together
+        x = x[:count * together].reshape(count, together).mean(axis=1) if together > 1 else x
+        c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
         norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
         ok = norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
         self.columns[key] = (c / norm if ok else c * 0, norm if ok else 0.0)
@@ -45,8 +72,20 @@ class Data:
     def product(self, a, b):
         key = (a, b) if a <= b else (b, a)
         if key not in self.products:
-            self.products[key] = np.add.reduceat(self.columns[a][0] * self.columns[b][0], self.starts)
+            x, y = self.columns[a][0], self.columns[b][0]
+            length = min(len(x), len(y))
+            starts = self.starts[:np.searchsorted(self.starts, length)]
+            self.products[key] = np.zeros(len(self.starts))
+            self.products[key][:len(starts)] = np.add.reduceat(x[:length] * y[:length], starts)
         return self.products[key]
+
+    def without(self, coefficients, keys):
+        """The gyro's ordinates less those of the columns."""
+        c = self.columns["gyro"][0].copy()
+        for key, value in zip(keys, coefficients):
+            column = self.columns[key][0]
+            c[:len(column)] -= value * column
+        return c
 
     def binned(self, key, spectrum):
         """A spectrum at the bins (narrow enough that the value at the mean frequency is the mean within 2e-4)."""
@@ -56,10 +95,13 @@ class Data:
 
     def whitened(self, level, coefficients, keys):
         """The residual with the model's spectrum divided out: unit white noise when the model is true."""
-        c = self.columns["gyro"][0].copy()
-        for key, value in zip(keys, coefficients):
-            c -= value * self.columns[key][0]
-        return c / np.sqrt(np.interp(np.log(self.f), np.log(self.f_bin), level))
+        return self.without(coefficients, keys) / np.sqrt(self.at_ordinates(level))
+
+    def at_ordinates(self, level):
+        """A level per bin at every ordinate."""
+        if self.logarithms is None:
+            self.logarithms = np.log(self.f)
+        return np.interp(self.logarithms, np.log(self.f_bin), level)
 
 
 def generalised_least_squares(data, keys, level):
@@ -69,7 +111,7 @@ def generalised_least_squares(data, keys, level):
         return np.zeros(0), np.zeros((0, 0)), energy, np.zeros_like(energy)
     cross = np.array([data.product(key, "gyro") for key in keys])
     gram = np.array([[data.product(a, b) for b in keys] for a in keys])
-    inverse = linalg.pinvh((gram / level).sum(axis=2))
+    inverse = inverse_of((gram / level).sum(axis=2))
     beta = inverse @ (cross / level).sum(axis=1)
     residual = energy - 2 * beta @ cross + np.einsum("i,ijb,j->b", beta, gram, beta)
     leverage = np.einsum("ij,jib->b", inverse, gram) / level
@@ -83,27 +125,73 @@ def log_likelihood(data, energy, level):
 def non_negative_step(shapes, energy, counts, level):
     """One step of Fisher scoring: weighted least squares of energy/counts on the shapes, sizes >= 0."""
     weight = np.sqrt(counts / 2) / level
-    design = shapes.T * weight[:, None]
-    norm = np.linalg.norm(design, axis=0)
-    return optimize.nnls(design / norm, energy / counts * weight)[0] / norm
+    design = shapes * weight
+    norm = np.sqrt(np.einsum("ij,ij->i", design, design))
+    design, wanted = design / norm[:, None], energy / counts * weight
+    free = solved(design @ design.T, design @ wanted)
+    if free is None or free.min() < 0:
+        free = optimize.nnls(design.T, wanted)[0]
+    return free / norm
 
 
-def maximise(data, shapes, keys, near=None, restricted=False):
-    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from. With `restricted`,
-    leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
+def solved(matrix, right):
+    """The solution of well-posed normal equations; None: they are not."""
+    try:
+        factor = linalg.cho_factor(matrix, check_finite=False)
+    except linalg.LinAlgError:
+        return None
+    return linalg.cho_solve(factor, right, check_finite=False) if factor[0].diagonal().min() > WELL_POSED else None
+
+
+def inverse_of(matrix):
+    """Of a symmetric matrix; the pseudo-inverse where columns are too much alike."""
+    size = np.diag(matrix)
+    if size.min() <= 0:
+        return linalg.pinvh(matrix)
+    scale = 1 / np.sqrt(np.outer(size, size))
+    found = solved(matrix * scale, np.eye(len(matrix)))
+    return linalg.pinvh(matrix) if found is None else found * scale
+
+
+def score_of_row(data, shapes, residual, level, row):
+    """What a further spectrum would gain, to second order: its score beside the others over its information, squared (4.2)."""
+    weight = data.counts / (2 * level ** 2)
+    others = shapes * weight
+    slope = row @ (weight * (residual / data.counts - level))
+    information = row ** 2 @ weight
+    if len(shapes):
+        cross = others @ row
+        information -= cross @ inverse_of(others @ shapes.T) @ cross
+    return 0.5 * max(slope, 0.0) ** 2 / information if information > 0 else 0.0
+
+
+def score_of_column(data, keys, level, key):
+    """What a further column would gain at this level, exactly (4.2)."""
+    others = np.array([data.product(a, key) for a in keys]) / level if keys else np.zeros((0, len(level)))
+    beta, inverse, *_ = generalised_least_squares(data, keys, level)
+    slope, information = (data.product(key, "gyro") / level).sum(), (data.product(key, key) / level).sum()
+    cross = others.sum(axis=1)
+    slope, information = slope - cross @ beta, information - cross @ inverse @ cross
+    return 0.5 * slope ** 2 / information if information > 1e-9 else 0.0
+
+
+def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
+    """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from; `fixed`: variance that is there
+    besides. With `restricted`, leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
     counts = data.counts
     energy = data.product("gyro", "gyro")
+    least = 1e-12 * energy.sum() / counts.sum()
     level = near if near is not None else np.maximum(energy / counts, 1e-30)
     if near is None and keys:
         first = non_negative_step(shapes, energy, counts, level.mean() + 0 * level)
-        level = np.maximum(shapes.T @ first, 1e-12 * level.max())
+        level = np.maximum(shapes.T @ first + fixed, 1e-12 * level.max())
     sizes, before = None, -np.inf
     for iteration in range(ITERATIONS):
         beta, covariance, residual, leverage = generalised_least_squares(data, keys, level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
-        step = non_negative_step(shapes, residual * counts / free, counts, level)
+        step = non_negative_step(shapes, residual * counts / free - counts * fixed, counts, level)
         sizes = step if sizes is None else 0.5 * (sizes + step) if iteration % 7 == 6 else step
-        level = np.maximum(shapes.T @ sizes, 1e-12 * energy.sum() / counts.sum())
+        level = np.maximum(shapes.T @ sizes + fixed, least)
         now = log_likelihood(data, residual, level)
         if abs(now - before) < 1e-6 * (1 + abs(now) * 1e-6):
             break

@@ -11,7 +11,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from .. import model as models
-from ..diagnosis import contributions, diagnose, evidence, improve
+from ..diagnosis import contributions, evidence, improve, judge, search
 from ..effects import table
 from . import pictures, words
 
@@ -79,12 +79,12 @@ def parameter_rows(model, given, estimates):
 
 def candidate_rows(found):
     """(candidates to show, names of those that only imitate what was added, names of those that are chance)."""
-    count, added, shown, imitators, chance = len(found.candidates), found.diagnosis.added, [], [], []
+    count, added, shown, imitators, chance = len(found.candidates), found.added, [], [], []
     remaining = {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining} if added else {}
     fitted = dict(zip(found.model.kinds, found.estimates))
     for index, candidate in enumerate(found.candidates):
         kind, after = candidate.kind, remaining.get(candidate.kind)
-        joined, lasting = kind in added, after is not None and after * count < diagnose.FAMILY_WISE
+        joined, lasting = kind in added, after is not None and after * count < search.FAMILY_WISE
         if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
             evidence = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
             shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
@@ -92,15 +92,8 @@ def candidate_rows(found):
                           "after": None if joined else after, "share": evidence.share(candidate.error_after, found.base),
                           "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:
-            (imitators if candidate.p_value * count < diagnose.FAMILY_WISE else chance).append(words.name(kind))
+            (imitators if candidate.p_value * count < search.FAMILY_WISE else chance).append(words.name(kind))
     return shown, imitators, chance
-
-
-def tested_beside(diagnosis):
-    """The kinds beside which the remaining candidates were tried: all that were added, or all but the last when the search
-    stopped at its longest."""
-    last = diagnosis.added[-1]
-    return diagnosis.added[:-1] if any(c.kind == last for c in diagnosis.remaining) else diagnosis.added
 
 
 def test_rows(given, better):
@@ -148,7 +141,7 @@ def of_improvement(run, found):
     return {**measured(run, found.comparison, better, found.diagnosis.states[-1], found.model, found.estimates),
             "title": "Which effect is missing", "tone": tone, "verdict": verdict, "found": found,
             "improvement": words.improvement(found), "next": words.what_next(found, run),
-            "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "adequate_at": diagnose.ADEQUATE,
+            "p_value_after": found.judgement.p_value, "adequate_at": judge.ADEQUATE,
             "candidates": shown, "imitators": imitators, "chance_kinds": chance,
-            "added": words.listed(tested_beside(found.diagnosis)) if found.diagnosis.added else None,
+            "added": words.listed(found.diagnosis.added) if found.diagnosis.added else None,
             "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None}

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadInput
-from ..inference import allan, parts as parts_of
+from ..inference import allan
+from ..inference.parts import part_of, spectrum_of
 from ..model import Model
 
 DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "sinusoid")
@@ -13,23 +14,18 @@ DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "si
 
 def noise_variance(model, taus, rate_hz):
     """Allan variance of the stationary part of a model and of its ramp and lines; what a static device sees."""
-    given = [parts_of.part_of(term) for term in model.terms]
-    filters = [part for part in given if part.effect.role == "filter"]
-    total = np.zeros(len(taus))
-    for part, term in zip(given, model.terms):
-        size, tau = part.effect.dps(term.parameters) if part.effect.role != "filter" else 0.0, np.array(taus) / rate_hz
-        if part.effect.role in ("spectrum", "states"):
-            def spectrum(f, part=part):
-                value = part.effect.spectrum(f, rate_hz, part.shape)
-                for cut in filters if part.kind == "angle_random_walk" else []:
-                    value = value * cut.effect.spectrum(f, rate_hz, cut.shape)
-                return value
-            total += size ** 2 * allan.expected(spectrum, taus, rate_hz)
-        elif term.kind == "rate_ramp":
-            total += size ** 2 * tau ** 2 / 2
-        elif term.kind == "sinusoid":
-            x = np.pi * term.parameters["frequency_hz"] * tau
-            total += size ** 2 * np.sin(x) ** 4 / x ** 2
+    pairs = [(part_of(term), term.parameters) for term in model.terms]
+    noise = [(part, values) for part, values in pairs if part.effect.role in ("spectrum", "states", "filter")]
+    sizes = [part.effect.dps(values) ** 2 for part, values in noise if part.role == "spectrum"] or [0.0]
+    sizes += [values.get(part.behind, 0.0) ** 2 for part, values in noise if part.behind]
+    total = allan.expected(allan.on_grid(spectrum_of([part for part, _ in noise], sizes, rate_hz), rate_hz), taus)
+    tau = np.array(taus) / rate_hz
+    for part, values in pairs:
+        if part.kind == "rate_ramp":
+            total += part.effect.dps(values) ** 2 * tau ** 2 / 2
+        elif part.kind == "sinusoid":
+            x = np.pi * values["frequency_hz"] * tau
+            total += part.effect.dps(values) ** 2 * np.sin(x) ** 4 / x ** 2
     return total
 
 
@@ -60,7 +56,7 @@ def table_of(model, window, tolerance):
 def description(table):
     lines = [f"{term.kind}: " + ", ".join(f"{k} = {v if isinstance(v, str) else format(v, '.6g')}"
                                           for k, v in term.parameters.items()) for term in table.model.terms]
-    left_out = [term.kind for term in table.model.terms if parts_of.part_of(term).effect.role not in DEVICE_ROLES
+    left_out = [term.kind for term in table.model.terms if part_of(term).effect.role not in DEVICE_ROLES
                 and term.kind not in DEVICE_KINDS]
     return lines + ([f"not in the table, which holds steady noise, ramp and lines only: {', '.join(left_out)}"] if left_out else [])
 

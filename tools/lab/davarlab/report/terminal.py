@@ -12,6 +12,10 @@ def p_text(p, sign="= "):
 
 def interval(estimate):
     """Both ends with as many digits as tell them apart."""
+    if estimate.undetermined:
+        return "undetermined"
+    if estimate.low is None:
+        return ""
     low, high = next(((a, b) for digits in range(5, 10) for a, b in [(f"{estimate.low:.{digits}g}", f"{estimate.high:.{digits}g}")]
                       if a != b or digits == 9))
     return f"95 %: {low} .. {high}"
@@ -30,9 +34,17 @@ def estimates(model, entries):
     return "\n".join(lines)
 
 
+def fit(model, entries, judgement, seen):
+    """What `fit` prints: the judge first, then the parameters."""
+    lines = [words.in_ascii(words.adequacy(judgement)), *(words.in_ascii(words.observation(one)) for one in seen)]
+    if not judgement.adequate:
+        lines.append("The intervals below hold for a model that is true; this one is rejected.")
+    return "\n".join(lines) + "\n\n" + estimates(model, entries)
+
+
 def comparison(c, notes=()):
-    lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}: "
-             f"{'adequate' if c.adequate else 'not adequate'}", words.in_ascii(words.misfit(c)), *notes]
+    lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
+             words.in_ascii(words.adequacy(c.judgement)), words.in_ascii(words.misfit(c)), *notes]
     lines += [f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
               f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)" for w in c.where[:WHERE_MAX]]
     lines += [f"  residual goes with {name}: correlation {r:+.3f}" for name, (r, p) in c.correlations.items() if p < 1e-3]
@@ -45,12 +57,14 @@ def verdict(found):
     failed = words.failed_tests(found.comparisons[-1].tests)
     if found.verdict == "unknown" and failed:
         lines.append(f"What fails: {failed}.")
+    if found.diagnosis.useless:
+        lines.append(f"Likelier than chance, but the Allan deviation is no better with it: {words.listed(part.kind for part in found.diagnosis.useless)}.")
     return words.in_ascii("\n".join(lines + words.confirmations(found)))
 
 
 def candidates(found):
     """What was found, with its size beside the others; then what else was tried, as it did beside the model as given."""
-    added, lines = found.diagnosis.added, []
+    added, lines = found.added, []
     fitted = dict(zip(found.model.kinds, found.estimates))
     if added:
         lines = ["Added, in this order, fitted beside each other:"]

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from ..diagnosis.compare import SIGNIFICANT
-from ..diagnosis.diagnose import ADEQUATE, FAMILY_WISE
+from ..diagnosis.search import FAMILY_WISE
+from ..diagnosis.judge import ADEQUATE
 from ..effects import table
 from ..inference.adequacy import INDEPENDENT
 
@@ -16,13 +16,9 @@ PLAIN_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 # What each test of adequacy looks at (davarlab.adequacy).
 TESTS = {
     "spectrum": "power of the residual at every frequency",
-    "bias step": "one sudden step of the bias",
     "time and frequency": "power in octaves of frequency and 24 stretches of time, together",
     "largest cell": "the worst single octave and stretch",
-    "line": "one sharp spectral line",
     "narrow band": "a narrow band with too much power",
-    "amplitudes": "tails too heavy or too light (kurtosis)",
-    "jumps": "a short excursion of the mean",
     "shocks": "single wild samples",
 }
 
@@ -39,7 +35,7 @@ def name(kind):
 
 def listed(kinds, shown=name, joint=" and "):
     names = [shown(kind) for kind in kinds]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
+    return "nothing" if not names else names[0] if len(names) == 1 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
 
 
 def number(value, digits=4):
@@ -89,8 +85,9 @@ def bare_value(parameter, estimate):
 
 
 def value_with_interval(parameter, estimate):
-    low, high = number(estimate.low, 3), number(estimate.high, 3)
-    return bare_value(parameter, estimate) + ("" if low == high else f", 95\u00a0%: {low} to {high}")
+    if estimate.low is None:
+        return bare_value(parameter, estimate) + (" (undetermined)" if estimate.undetermined else "")
+    return bare_value(parameter, estimate) + f", 95\u00a0%: {number(estimate.low, 3)} to {number(estimate.high, 3)}"
 
 
 def strength(kind, estimates, shown=value_with_interval):
@@ -104,24 +101,52 @@ def clause(kind):
     return physics[0].lower() + physics[1:]
 
 
+def adequacy(judgement):
+    """The judge's sentence: the same on a page, in a terminal and of the JSON's word."""
+    shown = (f"5 % is shown up to {number(judgement.shown_to_tau_s, 3)} s of averaging, beyond it is not contradicted." if judgement.shown_to_tau_s
+             else "The record is too short to show 5 % at any averaging time.")
+    if judgement.adequacy == "statistical":
+        return f"The model is statistically adequate: what is left over is what chance leaves (p = {chance(judgement.p_value)}). {shown}"
+    if judgement.adequacy == "practical":
+        small = f"at most {abs(judgement.largest['percent']):.2g} % ({place(judgement.largest)}) is proven" if judgement.largest else "none is proven"
+        return (f"The model is practically adequate within 5 %, though something is left over (p = {chance(judgement.p_value)}): of deviations of "
+                f"the Allan deviation {small}. {shown}")
+    if judgement.largest and abs(judgement.largest["percent"]) > 5:
+        return f"The model is not adequate: the Allan deviation is {off(judgement.largest)} at the least."
+    if not judgement.error == judgement.error:
+        return "The model cannot be judged: the record has no averaging time that nine windows fit in."
+    beside = f"; proven is {off(judgement.largest)}" if judgement.largest else ""
+    return f"The model is not adequate: its error is {judgement.error / judgement.floor:.2f} times that of a true model{beside}."
+
+
+def place(deviation):
+    return f"at {number(deviation['tau_s'], 3)} s, from {deviation['start_s']:.0f} to {deviation['stop_s']:.0f} s"
+
+
+def off(deviation):
+    return f"{abs(deviation['percent']):.2g} % {'above' if deviation['percent'] > 0 else 'below'} the model's {place(deviation)}"
+
+
+def observation(one):
+    """What is in the record and no error of the sensor."""
+    return f"In the record: {name(one.kind)}: {one.detail}"
+
+
 def misfit(comparison):
-    """Where the whole record is off, and by how much at most, in one sentence."""
-    whole = [cell for cell in comparison.cells if cell.start_s == 0 and
-             cell.stop_s >= 0.99 * comparison.samples / comparison.rate_hz]
-    off = [cell for cell in whole if abs(cell.z) > SIGNIFICANT]
-    if off:
-        farthest, surest = max(off, key=lambda cell: abs(np.log(cell.ratio))), max(off, key=lambda cell: abs(cell.z))
-        span = f"between {off[0].tau_s:.3g} and {off[-1].tau_s:.3g} s" if len(off) > 1 else f"at {off[0].tau_s:.3g} s only"
-        least_doubt = "" if surest is farthest else (f"; surest at {surest.tau_s:.3g} s ({times(surest.ratio)}, "
-                                                     f"{surest.z:+.0f} standard deviations)")
-        return (f"Over the whole record the measured Allan deviation is off {span}, farthest "
-                f"at {farthest.tau_s:.3g} s ({times(farthest.ratio)}, {farthest.z:+.0f} standard deviations){least_doubt}.")
-    local = max(comparison.cells, key=lambda cell: abs(cell.z))
-    if abs(local.z) > SIGNIFICANT:
-        return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between "
-                f"{local.start_s:.0f} and {local.stop_s:.0f} s it is {times(local.ratio)} at "
-                f"{local.tau_s:.3g} s.")
-    return "The measured Allan deviation agrees with the model at every averaging time and in every part of the record."
+    """Where the whole record is off, and by how much at most, in one sentence; what the judge takes for chance is not."""
+    span = comparison.samples / comparison.rate_hz
+    away = [cell for cell in comparison.where if cell.start_s == 0 and cell.stop_s >= 0.99 * span]
+    if away:
+        away.sort(key=lambda cell: cell.tau_s)
+        farthest = max(away, key=lambda cell: abs(np.log(cell.ratio)))
+        reach = f"between {away[0].tau_s:.3g} and {away[-1].tau_s:.3g} s" if len(away) > 1 else f"at {away[0].tau_s:.3g} s only"
+        return (f"Over the whole record the measured Allan deviation is off {reach}, farthest at {farthest.tau_s:.3g} s "
+                f"({times(farthest.ratio)}, {farthest.z:+.0f} standard deviations).")
+    if comparison.where:
+        local = comparison.where[0]
+        return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between {local.start_s:.0f} and "
+                f"{local.stop_s:.0f} s it is {times(local.ratio)} at {local.tau_s:.3g} s.")
+    return "No averaging time and no part of the record is off by more than chance."
 
 
 def times(ratio):
@@ -137,9 +162,8 @@ def failed_tests(tests):
 
 
 def verdict_of_comparison(comparison):
-    if comparison.adequate:
-        return "good", "The model explains this recording: what is left over is what chance leaves."
-    return "bad", "The model does not explain this recording: measurement and model differ by more than chance can do."
+    tone = {"statistical": "good", "practical": "good", "no": "bad"}[comparison.judgement.adequacy]
+    return tone, adequacy(comparison.judgement)
 
 
 def helpful(found):
@@ -148,7 +172,7 @@ def helpful(found):
 
 
 def verdict_of_unknown(found):
-    added = found.diagnosis.added
+    added = found.added
     if not added:
         return "Something is missing that this tool does not know: none of its effects explains the misfit."
     errors = f"(error {found.base.error:.3f} to {found.last.error:.3f})"
@@ -170,7 +194,7 @@ def verdict_held_out(found):
 
 
 def verdict_of_missing(found):
-    added = found.diagnosis.added
+    added = found.added
     sizes = found.estimates[-len(added):]
     if len(added) == 1:
         if found.diagnosis.alternatives and found.diagnosis.ranking[0].kind == added[0]:
@@ -192,11 +216,11 @@ def verdict_of_diagnosis(found):
 
 def verdict_of_recording(found):
     if found.verdict == "unknown":
-        return "bad", verdict_of_unknown(found)
-    if found.diagnosis.added:
-        return "missing", verdict_of_missing(found)
+        return "bad", f"{verdict_of_unknown(found)} {adequacy(found.judgement)}"
+    if found.added:
+        return "missing", f"{verdict_of_missing(found)} {adequacy(found.judgement)}"
     if found.comparison.adequate:
-        return "good", "Nothing is missing: the model explains this recording, and what is left over is what chance leaves."
+        return "good", f"Nothing is missing. {adequacy(found.judgement)}"
     return "missing", ("No effect is missing, but the sizes in the model file are off: with the same effects refitted the "
                        "model explains this recording.")
 
@@ -206,7 +230,7 @@ def improvement(found):
     refitted = f" ({found.refitted.error:.3f} refitted)" if found.refitted else ""
     if len(found.steps) == 1:
         return f"The error is {first.error:.3f}{refitted}; a true model would give about {found.last.error_floor:.3f}."
-    sentence = (f"With {listed(found.diagnosis.added)} added the error goes from {first.error:.3f}{refitted} to {last.error:.3f}; "
+    sentence = (f"With {listed(found.added)} added the error goes from {first.error:.3f}{refitted} to {last.error:.3f}; "
                 f"a true model would give about {last.error_floor:.3f}.")
     if last.error_held_out is not None:
         sentence += f" On the held-out recording it goes from {first.error_held_out:.3f} to {last.error_held_out:.3f}."
@@ -215,7 +239,7 @@ def improvement(found):
 
 def confirmations(found):
     """How to make sure of each effect that was found, and to tell it from its likes."""
-    added = found.diagnosis.added if found.verdict != "unknown" or helpful(found) else []
+    added = found.added if found.verdict != "unknown" or helpful(found) else []
     lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in added]
     return lines + [f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
                     f"apart: {table.find(kind).confirm}" for kind in found.diagnosis.alternatives]
@@ -223,7 +247,7 @@ def confirmations(found):
 
 def what_next(found, run):
     """Actions in order: (what to do, the command that does it or None)."""
-    added, lines = found.diagnosis.added, []
+    added, lines = found.added, []
     if found.verdict == "unknown":
         lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
                       "says more about an unknown effect than any list. An effect of your own joins the list with",
@@ -242,7 +266,7 @@ def after_comparison(comparison, state, run):
     """The same after `davarlab compare`; state: the effects refitted."""
     if comparison.adequate:
         return []
-    if state.adequacy.p_value >= ADEQUATE:
+    if state.judgement.adequate:
         return [("The same effects with other sizes would do. Refit them:", run.follow_up("fit", "-o", "FITTED.toml"))]
     return [("Find out what is missing:", run.follow_up("diagnose", "--report", "DIAGNOSIS.html"))]
 

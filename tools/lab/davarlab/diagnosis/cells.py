@@ -1,0 +1,116 @@
+"""Measured and expected Allan deviations of the whole record, its quarters and sixteenths (DESIGN 8)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from ..inference import adequacy, allan
+from ..inference.parts import spectrum_of
+
+WINDOWS = (1, 4, 16)
+COURSE = 2.0  # turns that a line's phase must be lost in, in a window: a narrower one is a course, no noise (8.4)
+
+
+@dataclass
+class Cell:
+    """One window and one tau: measured and model Allan deviation, and how far apart they are."""
+    tau_s: float
+    start_s: float
+    stop_s: float
+    measured_dps: float
+    model_dps: float
+    ratio: float
+    z: float
+    freedom: float
+
+
+def narrow(part, window_s):
+    return part.kind == "narrow_band" and part.shape["half_width_hz"] * window_s < COURSE
+
+
+class Expectation:
+    """What the fitted noise gives: Allan variance, degrees of freedom, the share of the sensor's white noise, and the Allan variance of
+    lines that keep their phase in a window; one value per tau."""
+
+    def __init__(self, state):
+        self.bench, self.parts, self.sizes = state.bench, state.parts, state.fit.sizes
+        self.noise = [part for part in self.parts if part.role == "spectrum"] or [None]
+        self.cached = {}
+
+    def spectrum(self, chosen, rest):
+        """Of the chosen parts; `rest`: with what is behind the filters and in the counts."""
+        kept = [part is None or chosen(part) for part in self.noise]
+        sizes = self.sizes * np.append(kept, np.full(len(self.sizes) - len(kept), float(rest)))
+        return spectrum_of(self.parts, sizes, self.bench.data.rate_hz, self.bench.counts if rest else None)
+
+    def on_grid(self, name, chosen, rest):
+        if name not in self.cached:
+            self.cached[name] = allan.on_grid(self.spectrum(chosen, rest), self.bench.data.rate_hz)
+        return self.cached[name]
+
+    def of(self, window, taus):
+        rate = self.bench.data.rate_hz
+        steady = tuple(part for part in self.noise if part is not None and narrow(part, window / rate))
+
+        def loud(part):
+            return part not in steady
+
+        power = self.on_grid(("noise", len(steady)), loud, True)
+        variance = allan.expected(power, taus)
+        spectrum = self.spectrum(loud, True)
+        freedom = np.array([allan.freedom(spectrum, power, int(m), window, rate) for m in taus])
+        white = self.on_grid("white", lambda part: part.kind == "angle_random_walk", False)
+        lines = self.on_grid(("steady", len(steady)), lambda part: part in steady, False) if steady else None
+        return (variance, freedom, allan.expected(white, taus) / np.maximum(variance, 1e-300),
+                allan.expected(lines, taus) if steady else np.zeros(len(taus)))
+
+
+def cells_of(state, y, relative=None):
+    """Cells of the record and of its quarters and sixteenths; `relative`: the white level per sample over its mean, None: constant."""
+    bench = state.bench
+    course, expectation, found = bench.mean_course(state.parts, state.fit), Expectation(state), []
+    for count in WINDOWS:
+        window = len(y) // count // 2 * 2
+        taus = allan.octaves(window)
+        if not taus:
+            continue
+        noise, freedom, share, steady = expectation.of(window, taus)
+        measured = remembered(bench.recording.measured, y, window, taus) ** 2
+        known = allan.windows(course, window, taus) ** 2 if np.any(course) else np.zeros_like(measured)
+        for row in range(len(measured)):
+            level = 1.0 if relative is None else float(relative[row * window:(row + 1) * window].mean())
+            local = noise * (1 + share * (level - 1))
+            found += row_cells(row, window, taus, measured[row], local, known[row] + steady, freedom, bench.data.rate_hz)
+    return found
+
+
+def remembered(known, y, window, taus):
+    """Allan deviations of y in windows, measured once however many models are compared with them."""
+    key = (hash(y.tobytes()), window)
+    if key not in known:
+        known[key] = allan.windows(y, window, taus)
+    return known[key]
+
+
+def row_cells(row, window, taus, measured, noise, known, freedom, rate_hz):
+    """`known`: variance of what is no noise, which makes the sum scatter less (8.2)."""
+    model = noise + known
+    share = noise / model
+    freedom = freedom / np.maximum(share ** 2 + 2 * share * (1 - share), 1e-3)
+    ratio = measured / model
+    z = adequacy.normal_score(ratio, freedom)
+    return [Cell(m / rate_hz, row * window / rate_hz, (row + 1) * window / rate_hz, float(np.sqrt(measured[i])), float(np.sqrt(model[i])),
+                 float(np.sqrt(ratio[i])), float(z[i]), float(freedom[i])) for i, m in enumerate(taus)]
+
+
+def error_of(cells):
+    return float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells]))) if cells else float("nan")
+
+
+def floor_of(cells):
+    if not cells:
+        return float("nan")
+    half = np.array([cell.freedom for cell in cells]) / 2
+    square = special.polygamma(1, half) + (special.digamma(half) - np.log(half)) ** 2
+    return float(np.sqrt(np.mean(square) / 4) / np.log(10))

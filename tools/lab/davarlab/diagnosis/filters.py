@@ -1,0 +1,43 @@
+"""The sensor's filter: which one, in which response, and is there noise behind it (DESIGN 4)."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..inference import refine
+from .candidate import Candidate, log_tail
+
+CRUDE = 6.0  # log-likelihood units of the best of a grid, from which a filter is worth a closer look
+
+
+def worth(bench, parts):
+    """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm of the samples)."""
+    return bench.fit(parts).log_likelihood - 0.5 * np.log(bench.data.samples) * sum(bool(part.behind) for part in parts)
+
+
+def unsaid(part):
+    """The part with every combination of what has a default in its shape and is not a number."""
+    found = [part]
+    for parameter in part.effect.parameters:
+        if parameter.values and parameter.default is not None:
+            found = [one.moved(parameter.name, value) for one in found for value in parameter.values]
+    return found
+
+
+def responding(bench, parts):
+    """Filters in whichever response the gyro follows best beside the parts that are known by now."""
+    for index, part in enumerate(parts):
+        if part.role == "filter":
+            others = [replace(one, form=form) for one in unsaid(part) for form in part.effect.forms]
+            trials = [refine.refined(bench, parts[:index] + [other] + parts[index + 1:], only=(part.kind,)) for other in others]
+            parts = max([parts] + trials, key=lambda trial: worth(bench, trial))
+    return parts
+
+
+def candidate(bench, parts, fit, crude):
+    """A filter that gained on its grid, in its best response and at its best shape."""
+    if crude.gain < CRUDE:
+        return crude
+    part = responding(bench, parts + [crude.part])[-1]
+    gain = worth(bench, parts + [part]) - fit.log_likelihood
+    return Candidate(part.kind, part, gain, log_tail(part.kind, gain))

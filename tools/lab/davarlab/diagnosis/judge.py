@@ -1,0 +1,73 @@
+"""One judge, two words: statistically adequate, practically adequate within 5 %, or not (DESIGN 7)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special, stats
+
+from .cells import error_of, floor_of
+
+ADEQUATE = 0.01
+TOLERANCE = 1.05  # factor of the Allan deviation that matters to nobody
+FAMILY_WISE = 0.01
+CLEARLY = 1.25  # times its floor: 99.5 % of true models are below
+
+
+@dataclass
+class Judgement:
+    """adequacy: "statistical", "practical" or "no"; largest: the largest proven deviation {percent, tau_s, start_s, stop_s}, None when none is
+    proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none."""
+    adequacy: str
+    error: float
+    floor: float
+    p_value: float
+    largest: dict | None
+    shown_to_tau_s: float
+
+    @property
+    def adequate(self):
+        return self.adequacy != "no"
+
+
+def proven(cells):
+    """By which factor at least each true ratio is off, as a signed logarithm, beyond its family-wise 99 % interval; 0: nothing is proven
+    (7.2)."""
+    freedom, tail = np.array([cell.freedom for cell in cells]), FAMILY_WISE / (2 * len(cells))
+    ratio = np.log([max(cell.ratio, 1e-9) for cell in cells])
+    low = ratio - 0.5 * np.log(stats.chi2.isf(tail, freedom) / freedom)
+    high = ratio - 0.5 * np.log(np.maximum(stats.chi2.ppf(tail, freedom), 1e-300) / freedom)
+    return np.maximum(low, 0.0) + np.minimum(high, 0.0)
+
+
+def largest_of(cells):
+    """The largest proven deviation and its signed logarithm."""
+    if not cells:
+        return None, 0.0
+    off = proven(cells)
+    worst = int(np.argmax(np.abs(off)))
+    if off[worst] == 0:
+        return None, 0.0
+    cell = cells[worst]
+    return {"percent": 100 * float(np.expm1(off[worst])), "tau_s": cell.tau_s, "start_s": cell.start_s, "stop_s": cell.stop_s}, float(off[worst])
+
+
+def shown_to(cells):
+    """The longest tau up to which the whole record shows that the model is within the tolerance (TOST at 5 %) (7.3)."""
+    longest = max((cell.stop_s - cell.start_s for cell in cells), default=0.0)
+    shown = 0.0
+    for cell in (cell for cell in cells if cell.stop_s - cell.start_s == longest):
+        spread = np.sqrt(special.polygamma(1, cell.freedom / 2)) / 2
+        if abs(np.log(max(cell.ratio, 1e-9))) + 1.645 * spread > np.log(TOLERANCE):
+            break
+        shown = cell.tau_s
+    return float(shown)
+
+
+def judged(cells, p_value):
+    """p_value: of the residual (inference/adequacy.py)."""
+    error, floor = error_of(cells), floor_of(cells)
+    largest, off = largest_of(cells)
+    small = not error > CLEARLY * floor
+    word = "statistical" if small and off == 0 and p_value >= ADEQUATE else \
+        "practical" if small and abs(off) <= np.log(TOLERANCE) else "no"
+    return Judgement(word, error, floor, p_value, largest, shown_to(cells))

@@ -1,0 +1,76 @@
+"""Lines, sharp and with a width: where the whitened residual stands above its surroundings (DESIGN 4)."""
+
+import numpy as np
+
+from ..inference import refine
+from ..inference.parts import Part
+from .candidate import Candidate, log_tail_of_line
+
+APART, APART_BINS = 0.1, 20  # of a line's frequency, and half bins: how far another one is a line of its own
+LOWEST = 30  # ordinates: what is slower has no spectrum of its own in the record
+WIDEST = 0.03  # of the sample rate: what is wider is no line
+NARROWEST = 1.5  # ordinates: what is narrower is sharp
+HOPEFUL = 8.0  # log-likelihood units of a crude box, from which a place is worth a closer look
+TRIED = 2  # of the strongest places, refined
+
+
+def sharp(bench, parts, fit):
+    """The strongest line of the whitened residual, twice oversampled. Not beside one that the model has: what is left there is that line,
+    drifting."""
+    w = bench.residual(parts, fit)
+    power = np.abs(np.fft.rfft(w, 2 * len(w))) ** 2 / len(w)
+    power[:6] = 0
+    power[-4:] = 0
+    frequency = np.arange(len(power)) * bench.recording.rate_hz / (2 * len(w))
+    for known in [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]:
+        power[np.abs(frequency - known) < APART * known + APART_BINS * frequency[1]] = 0
+    part, peak = Part("sinusoid", {"frequency_hz": float(frequency[np.argmax(power)])}), float(power.max())
+    if peak < np.log(len(w)):  # chance, as nearly every time
+        return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
+    part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
+    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
+
+
+def excess(energy, width):
+    """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a model's own), and the starts."""
+    starts = np.arange(0, len(energy) - width, max(1, width // 4))
+    total = np.concatenate([[0.0], np.cumsum(energy)])
+    ratio = (total[starts + width] - total[starts]) / width
+    return np.where(ratio > 1, 0.5 * width * (ratio - 1 - np.log(np.maximum(ratio, 1.0))), 0.0), starts
+
+
+def places(energy):
+    """(centre, half width, gain) in ordinates of the strongest boxes, best first, none within another."""
+    found, width = [], 4
+    while width <= 4 * WIDEST * len(energy):
+        gain, starts = excess(energy, width)
+        best = int(np.argmax(gain)) if len(gain) else 0
+        if len(gain) and gain[best] > 0:
+            found.append((starts[best] + width / 2, width / 4, float(gain[best])))
+        width = int(1.5 * width)
+    found.sort(key=lambda place: -place[2])
+    kept = []
+    for place in found:
+        if all(abs(place[0] - other[0]) > 2 * (place[1] + other[1]) for other in kept):
+            kept.append(place)
+    return kept[:TRIED]
+
+
+def wide(bench, parts, fit):
+    """The line with a width that gains most; None where nothing stands out."""
+    energy = bench.data.whitened(fit.level, fit.coefficients, bench.all_keys(parts)) ** 2
+    energy[:LOWEST] = 1.0
+    scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None
+    for centre, half_width, crude in places(energy):
+        width = min(max(half_width, NARROWEST), WIDEST * 2 * len(bench.y))
+        part = Part("narrow_band", {"frequency_hz": float(centre * scale), "half_width_hz": float(width * scale)})
+        if crude < HOPEFUL:
+            best = best or Candidate("narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y)))
+            continue
+        fine = bench.resolving(parts + [part])
+        part = refine.refined(fine, parts + [part], only_last=True)[-1]
+        gain = fine.fit(parts + [part]).log_likelihood - fine.fit(parts).log_likelihood
+        if best is None or gain > best.gain:
+            best = Candidate("narrow_band", part, gain, log_tail_of_line(part.kind, gain, len(bench.y)))
+    return best

@@ -1,0 +1,140 @@
+"""A model at its best on one recording, and before the judge."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..data import events
+from ..errors import BadInput
+from ..inference import adequacy, changes, modulation, refine
+from ..inference.parts import as_spectra, Bench, part_of
+from . import candidates, cells, filters, judge
+
+MOVING = 0.02  # of the samples, that must differ from the one before
+
+
+@dataclass
+class State:
+    """A model at its best on one recording."""
+    bench: Bench
+    parts: list
+    fit: object
+    shocks: object
+    blocks: object = None
+    adequacy: object = None
+    cells: list = None
+    judgement: object = None
+
+    @property
+    def model_kinds(self):
+        return [part.kind for part in self.parts]
+
+    @property
+    def record(self):
+        """What the Allan deviation is measured of: the gyro, without the shocks that the model has."""
+        return self.shocks.clean if "shocks" in self.model_kinds else self.shocks.raw
+
+
+def start(recording, model, progress=lambda text: None):
+    """The given model's terms refitted on the recording."""
+    progress("reading the spectrum")
+    y = recording.rate_dps(model.column)
+    shocks = events.find(y, recording.rate_hz)
+    if np.mean(np.diff(shocks.clean) != 0) < MOVING:
+        raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
+    bench = Bench(recording, shocks.clean)
+    parts = [part_of(term) for term in model.terms]
+    bench = bench.resolving(parts)
+    parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
+    parts = with_decoded_states(bench, parts)
+    state = State(bench, parts, bench.fit(parts), shocks)
+    return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
+
+
+def with_forms(bench, parts):
+    """Variants of regressors, and what a model file need not say of a shape: whichever the gyro follows."""
+    for index, part in enumerate(parts):
+        others = [replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms]
+        trials = [parts] + [parts[:index] + [other] + parts[index + 1:] for other in others if other != part]
+        if len(trials) > 1:
+            parts = max(trials, key=lambda trial: filters.worth(bench, trial))
+    return parts
+
+
+def with_decoded_states(bench, parts):
+    """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
+    for index, part in enumerate(parts):
+        if part.kind == "telegraph_noise":
+            trial = parts[:index] + parts[index + 1:]
+            found = candidates.Candidate(part.kind, part, 0.0, -1e9)
+            candidates.decode_states(bench, trial, found)
+            parts = parts[:index] + [found.part] + parts[index + 1:]
+    return parts
+
+
+def relative_variance(state):
+    """White level per sample over its mean, when the model lets it change; and the blocks it comes from."""
+    w = state.bench.residual(state.parts, state.fit)
+    blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
+    rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
+    if len(rows) == 1:
+        return None, blocks
+    variance = changes.fit(blocks, rows)[1]
+    samples = np.minimum(np.arange(len(w)) // blocks.length, len(variance) - 1)
+    return variance[samples] / variance.mean(), blocks
+
+
+def judged(state, quick=False):
+    """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a step on the way."""
+    variance, state.blocks = relative_variance(state)
+    data = state.bench.data
+    c = data.whitened(state.fit.level, state.fit.coefficients, state.bench.all_keys(state.parts))
+    free = len(state.fit.sizes) + len(state.fit.coefficients)
+    extra = {}
+    if "shocks" not in state.model_kinds:
+        extra["shocks"] = float(np.exp(state.shocks.log_p))
+    if variance is not None:
+        share = modulation.white_share(state.bench, state.parts, state.fit)
+        c = modulation.levelled(c, variance, data.at_ordinates(share))
+    noise = as_spectra(state.parts)
+    if noise:
+        fit = state.bench.fit(noise)
+        other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
+        extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
+    state.adequacy = adequacy.judge(c, free, extra, quick)
+    state.cells = cells.cells_of(state, state.record, variance)
+    state.judgement = judge.judged(state.cells, state.adequacy.p_value)
+    return state
+
+
+def cells_of(state):
+    return cells.cells_of(state, state.record, relative_variance(state)[0])
+
+
+def cleaned_again(state):
+    """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
+    course = state.bench.mean_course(state.parts, state.fit)
+    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz)
+    shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
+    if np.array_equal(shocks.clean, state.shocks.clean):
+        return state
+    bench = state.bench.with_gyro(shocks.clean)
+    return State(bench, state.parts, bench.fit(state.parts), shocks)
+
+
+def joined(state, part):
+    """The model with one more part, its shape at its best; unless it is a line also those of the others."""
+    bench, parts = state.bench.resolving(state.parts + [part]), state.parts + [part]
+    if part.kind not in candidates.REPEATED:
+        parts = filters.responding(bench, parts)
+    if part.kind != "telegraph_noise":
+        alone = part.kind in candidates.REPEATED
+        parts = refine.refined(bench, parts, only={one.kind for one in parts} - set(candidates.REPEATED) | {part.kind}, only_last=alone)
+    bench = bench.resolving(parts)
+    state = State(bench, parts, bench.fit(parts), state.shocks)
+    return cleaned_again(state) if part.role == "mean" else state
+
+
+def with_parts(state, parts):
+    """Other parts on the same bench."""
+    return State(state.bench, parts, state.bench.fit(parts), state.shocks)

@@ -1,0 +1,80 @@
+"""What the sensor or its software does to everything in front of it: filters by their power gain. The noise of counts comes behind."""
+
+import numpy as np
+
+from .base import INFINITE, Effect, Parameter
+from .spectra import angular
+
+RESPONSES = ("sampled", "bilinear", "analogue")
+
+
+def poles(cutoff_hz, rate_hz, order):
+    """Of the sampled response: exp(s / rate) of the analogue Butterworth poles."""
+    corner = 2 * np.pi * cutoff_hz / rate_hz
+    turns = np.exp(1j * np.pi * (0.5 + (2 * np.arange(order) + 1) / (2 * order)))
+    return np.exp(np.minimum(corner, 50.0) * turns)
+
+
+def low_pass(f, rate_hz, shape):
+    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response that the shape names: "sampled", the
+    discrete poles exp(s / rate), as of an analogue filter that is sampled or of exponential smoothing; "bilinear", the digital filter of
+    that name; "analogue", 1 / (1 + (f / fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
+    order, response = int(shape.get("order", 1)), shape.get("response", RESPONSES[0])
+    if response == "analogue":
+        return 1 / (1 + (f / shape["cutoff_hz"]) ** (2 * order))
+    if response == "bilinear":
+        edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
+        return 1 / (1 + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge)) ** (2 * order))
+    gain = np.ones_like(f)
+    for pole in poles(shape["cutoff_hz"], rate_hz, order):
+        gain = gain * np.abs(1 - pole) ** 2 / np.abs(1 - pole * np.exp(-1j * angular(f, rate_hz))) ** 2
+    return gain
+
+
+def moving_average(f, rate_hz, shape):
+    """Power gain of the mean of so many samples; of a fraction, the oldest has that part of the weight: 1.2 is (1, 0.2) / 1.2."""
+    samples = shape["samples"]
+    whole = int(samples)
+    turn = np.exp(-1j * angular(f, rate_hz))
+    start = np.where(np.abs(1 - turn) > 1e-9, (1 - turn ** whole) / np.where(np.abs(1 - turn) > 1e-9, 1 - turn, 1), whole)
+    return np.abs(start + (samples - whole) * turn ** whole) ** 2 / samples ** 2
+
+
+def high_pass(f, rate_hz, shape):
+    """Power gain of what is left when a slow mean is subtracted."""
+    square = (f * shape["corner_period_s"]) ** 2
+    return square / (1 + square)
+
+
+def cutoffs(recording):
+    return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 12)
+
+
+def lengths(_):
+    return np.array([1.1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32])
+
+
+def corner_periods(recording):
+    span = recording.samples / recording.rate_hz
+    return np.geomspace(span / 1000, span / 3, 16)
+
+
+LOW_PASS = Effect(
+    "low_pass", "The sensor's own bandwidth cuts everything in front of it; the noise of counts comes behind.",
+    (Parameter("cutoff_hz", "Hz", 1e-3, 1e6), Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
+     Parameter("order", "", 1, 2, values=(1, 2), default=1),
+     Parameter("noise_behind_dps", "deg/s", 0, INFINITE, default=0.0)),
+    "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.", "filter",
+    "slope between 0 and -1/2 below the time constant", low_pass,
+    grid={"cutoff_hz": cutoffs, "response": lambda _: RESPONSES, "order": lambda _: (1, 2)}, behind="noise_behind_dps",
+    variants={"behind": low_pass})
+MOVING_AVERAGE = Effect(
+    "moving_average", "The sensor delivers means of its samples: each output remembers the one before.",
+    (Parameter("samples", "", 1, 1e6),),
+    "Look at the data sheet's decimation or averaging setting and change it: the zeros of the spectrum must move.", "filter",
+    "slope between 0 and -1/2 below the length of the mean", moving_average, grid={"samples": lengths})
+HIGH_PASS = Effect(
+    "high_pass", "Software subtracts its own slow estimate of the bias.",
+    (Parameter("corner_period_s", "s", 1e-3, 1e7),),
+    "Switch the bias correction of the driver off, or turn the sensor slowly: a steady rate must not fade.", "filter",
+    "falls faster than -1/2 at long tau", high_pass, grid={"corner_period_s": corner_periods})
