@@ -95,7 +95,7 @@ class Gzip(SimCase):
         source = random.Random(1)
         whole = [b"".join(map(gzip.compress, self.halves)), gzip.compress(b"".join(self.halves))]
         accepted = 0
-        for trial in range(400):
+        for trial in range(200):
             data = damaged(source.choice(whole), source)
             done = self.outcome(data)
             with self.subTest(trial=trial):
@@ -104,7 +104,7 @@ class Gzip(SimCase):
                     accepted += 1
                 elif not self.gzip_accepts():
                     self.assert_refused(done, self.path)
-        self.assertGreater(accepted, 10)  # the time stamp in a header, zeros behind the end
+        self.assertGreater(accepted, 5)  # the time stamp in a header, zeros behind the end
 
     # --- bombs
 
