@@ -25,6 +25,8 @@ WIDE = ("--details", "--out", "jsonl", "--taus", ",".join(map(str, range(1, 31))
 class FaultCase(SimCase):
     def setUp(self):
         super().setUp()
+        for number in STOPS:  # whoever started the tests may ignore some, and programs inherit that
+            self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
         self.library = self.folder / "faults.so"
         flags = [] if SANITIZED else ["-DALLOCATIONS"]
         subprocess.run(["cc", "-shared", "-fPIC", "-O1", *flags, "-o", self.library, FAULTS, "-ldl"], check=True)

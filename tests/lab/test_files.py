@@ -12,8 +12,11 @@ PACKAGE = Path(__file__).resolve().parents[2] / "tools/lab"
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # argv: signal, number of the line of files.py at which it comes, call, file. Says on standard output that it has come.
 CHILD = """
-import os, sys
+import os, signal, sys
 from davarlab import files
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may ignore some
+signal.signal(signal.SIGTERM, signal.SIG_DFL)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 number, left = int(sys.argv[1]), int(sys.argv[2])
 def at_line(frame, event, value):
     global left
