@@ -3,13 +3,12 @@
 #define CSV_OUT_H
 
 #include "fields.h"
-
-#include <stdio.h>
+#include "rows_out.h"
 
 /* with_channel: a column `channel` comes first. */
-void csv_out_header(FILE *file, const fields_t *fields, bool with_channel);
+void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel);
 
-/* channel: null when the header has no such column. Write errors show in ferror(file). */
-void csv_out_row(FILE *file, const fields_t *fields, const char *channel, const epoch_row_t *row);
+/* channel: null when the header has no such column. */
+void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row);
 
 #endif

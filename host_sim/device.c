@@ -2,6 +2,7 @@
 #include "device.h"
 
 #include "davar_job.h"
+#include "spool.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,18 +11,19 @@
 #include <unistd.h>
 
 #define BLOCK_BYTES 512U
+#define FOLDER_BYTES 512U
 
 typedef struct {
-    char folder[32];
-    char job[48];
-    char results[48];
+    char folder[FOLDER_BYTES];
+    char job[FOLDER_BYTES + 16U];
+    char results[FOLDER_BYTES + 16U];
 } places_t;
 
 static bool make_places(places_t *places, sim_error_t *error)
 {
-    strcpy(places->folder, "/tmp/davar-device-XXXXXX");
-    if (mkdtemp(places->folder) == NULL) {
-        return sim_fail(error, "--device: no folder for its files in /tmp");
+    const int length = snprintf(places->folder, sizeof places->folder, "%s/davar-device-XXXXXX", spool_folder());
+    if ((length < 0) || ((size_t)length >= sizeof places->folder) || (mkdtemp(places->folder) == NULL)) {
+        return sim_fail(error, "--device: no folder for its files in %s (TMPDIR)", spool_folder());
     }
     (void)snprintf(places->job, sizeof places->job, "%s/job", places->folder);
     (void)snprintf(places->results, sizeof places->results, "%s/results", places->folder);
@@ -97,7 +99,7 @@ static const char *cause(int status)
 
 static bool run_device(const char *command, const places_t *places, sim_error_t *error)
 {
-    char line[1024];
+    char line[4096];
     if (snprintf(line, sizeof line, "%s %s %s", command, places->job, places->results) >= (int)sizeof line) {
         return sim_fail(error, "--device: the command is too long");
     }

@@ -2,29 +2,33 @@
 #include "jsonl_out.h"
 
 /* Column names hold no control characters but tabs (header.c sees to that). */
-static void write_string(FILE *file, const char *text)
+static void write_string(rows_out_t *rows, const char *text)
 {
-    (void)fputc('"', file);
+    rows_out_put(rows, "\"");
     for (; *text != '\0'; text++) {
         if (*text == '\t') {
-            (void)fputs("\\t", file);
+            rows_out_put(rows, "\\t");
         } else {
-            (void)fputs(((*text == '"') || (*text == '\\')) ? "\\" : "", file);
-            (void)fputc(*text, file);
+            rows_out_put(rows, ((*text == '"') || (*text == '\\')) ? "\\" : "");
+            const char one[2] = {*text, '\0'};
+            rows_out_put(rows, one);
         }
     }
-    (void)fputc('"', file);
+    rows_out_put(rows, "\"");
 }
 
-void jsonl_out_row(FILE *file, const fields_t *fields, const char *channel, const epoch_row_t *row)
+void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row)
 {
     char text[CELL_TEXT_BYTES];
-    (void)fputs("{\"channel\":", file);
-    write_string(file, channel);
+    rows_out_put(rows, "{\"channel\":");
+    write_string(rows, channel);
     for (size_t f = 0; f < fields->count; f++) {
         const field_t *field = &fields->field[f];
         const cell_t cell = field->show(row, field->index);
-        (void)fprintf(file, ",\"%s\":%s", field->name, cell_text(&cell, "null", text));
+        rows_out_put(rows, ",\"");
+        rows_out_put(rows, field->name);
+        rows_out_put(rows, "\":");
+        rows_out_put(rows, cell_text(&cell, "null", text));
     }
-    (void)fputs("}\n", file);
+    rows_out_put(rows, "}\n");
 }

@@ -3,10 +3,9 @@
 #define JSONL_OUT_H
 
 #include "fields.h"
+#include "rows_out.h"
 
-#include <stdio.h>
-
-/* Write errors show in ferror(file). */
-void jsonl_out_row(FILE *file, const fields_t *fields, const char *channel, const epoch_row_t *row);
+/* */
+void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row);
 
 #endif

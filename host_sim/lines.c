@@ -1,92 +1,36 @@
-/* davar-sim - lines of a file. zlib tells gzip from plain text by content. */
+/* davar-sim - lines of a file. */
 #include "lines.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#define ZLIB_BUFFER_BYTES 131072U
 #define BYTE_ORDER_MARK "\xEF\xBB\xBF"
-
-static int open_descriptor(const char *name)
-{
-    return (strcmp(name, "-") == 0) ? dup(STDIN_FILENO) : open(name, O_RDONLY | O_CLOEXEC);
-}
-
-static bool inspect(lines_t *lines, int descriptor, sim_error_t *error)
-{
-    struct stat status;
-    if (fstat(descriptor, &status) != 0) {
-        return sim_fail(error, "%s: %s", lines->name, strerror(errno));
-    }
-    if (S_ISDIR(status.st_mode)) {
-        return sim_fail(error, "%s: is a directory, not a recording", lines->name);
-    }
-    lines->file_bytes = S_ISREG(status.st_mode) ? (uint64_t)status.st_size : 0U;
-    return true;
-}
-
-static bool attach(lines_t *lines, int descriptor, sim_error_t *error)
-{
-    if (!inspect(lines, descriptor, error)) {
-        return false;
-    }
-    lines->file = gzdopen(descriptor, "rb");
-    lines->buffer = malloc(LINES_LENGTH_MAX + 1U);
-    if ((lines->file == NULL) || (lines->buffer == NULL)) {
-        return sim_fail(error, "%s: out of memory", lines->name);
-    }
-    (void)gzbuffer(lines->file, ZLIB_BUFFER_BYTES);
-    return true;
-}
 
 bool lines_open(lines_t *lines, const char *name, sim_error_t *error)
 {
     *lines = (lines_t){.name = name};
-    const int descriptor = open_descriptor(name);
-    if (descriptor < 0) {
-        return sim_fail(error, "%s: %s", name, strerror(errno));
+    if (!bytes_in_open(&lines->in, name, error)) {
+        lines_close(lines);
+        return false;
     }
-    if (attach(lines, descriptor, error)) {
-        return true;
+    lines->buffer = malloc(LINES_LENGTH_MAX + 1U);
+    if (lines->buffer == NULL) {
+        lines_close(lines);
+        return sim_fail(error, "%s: out of memory", name);
     }
-    if (lines->file == NULL) {
-        (void)close(descriptor);
-    }
-    lines_close(lines);
-    return false;
+    return true;
 }
 
-static bool fail_reading(const lines_t *lines, sim_error_t *error)
-{
-    const int saved_errno = errno;
-    int code = Z_OK;
-    const char *detail = gzerror(lines->file, &code);
-    if (code == Z_BUF_ERROR) {
-        return sim_fail(error, "%s:%" PRIu64 ": gzip data ends too early (truncated file)", lines->name, lines->number);
-    }
-    if (code == Z_ERRNO) {
-        return sim_fail(error, "%s: %s", lines->name, strerror(saved_errno));
-    }
-    return sim_fail(error, "%s:%" PRIu64 ": corrupt gzip data (%s)", lines->name, lines->number, detail);
-}
-
-/* A truncated gzip file shows as end of file with an error code set, not as a failed read. */
 static bool read_more(lines_t *lines, sim_error_t *error)
 {
-    const unsigned room = (unsigned)(LINES_LENGTH_MAX - lines->end);
-    const int got = gzread(lines->file, lines->buffer + lines->end, room);
-    int code = Z_OK;
-    (void)gzerror(lines->file, &code);
-    if ((got < 0) || ((got == 0) && (code != Z_OK))) {
-        return fail_reading(lines, error);
+    size_t got = 0;
+    const char *problem = bytes_in_read(&lines->in, lines->buffer + lines->end, LINES_LENGTH_MAX - lines->end, &got);
+    if (problem != NULL) {
+        return sim_fail(error, "%s:%" PRIu64 ": %s", lines->name, lines->number, problem);
     }
-    lines->end += (size_t)got;
-    lines->drained = (got == 0);
+    lines->end += got;
+    lines->drained = (got == 0U);
     return true;
 }
 
@@ -159,19 +103,12 @@ lines_status_t lines_next(lines_t *lines, char **text, size_t *length, sim_error
 
 double lines_fraction(const lines_t *lines)
 {
-    const z_off_t offset = gzoffset(lines->file);
-    if ((lines->file_bytes == 0U) || (offset < 0)) {
-        return -1.0;
-    }
-    const double fraction = (double)offset / (double)lines->file_bytes;
-    return (fraction < 1.0) ? fraction : 1.0;
+    return bytes_in_fraction(&lines->in);
 }
 
 void lines_close(lines_t *lines)
 {
-    if (lines->file != NULL) {
-        (void)gzclose(lines->file);
-    }
+    bytes_in_close(&lines->in);
     free(lines->buffer);
-    *lines = (lines_t){0};
+    lines->buffer = NULL;
 }

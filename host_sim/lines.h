@@ -2,10 +2,7 @@
 #ifndef LINES_H
 #define LINES_H
 
-#include "sim_error.h"
-
-#include <stdint.h>
-#include <zlib.h>
+#include "bytes_in.h"
 
 #define LINES_LENGTH_MAX ((size_t)256U * 1024U)
 
@@ -13,12 +10,11 @@
 typedef struct {
     const char *name; /* of the file, for messages */
     uint64_t number;  /* of the newest line, from 1 */
-    gzFile file;
+    bytes_in_t in;
     char *buffer;
-    size_t begin;        /* first byte not handed out yet */
-    size_t end;          /* behind the last byte read */
-    bool drained;        /* the file has no more bytes */
-    uint64_t file_bytes; /* as stored (compressed); 0: unknown */
+    size_t begin; /* first byte not handed out yet */
+    size_t end;   /* behind the last byte read */
+    bool drained; /* the file has no more bytes */
 } lines_t;
 
 typedef enum {
@@ -27,11 +23,11 @@ typedef enum {
     LINES_LINE = 1,
 } lines_status_t;
 
-/* Opens `name`, which must outlive it. False: no such file, a directory, no memory. */
+/* Opens `name`, which must outlive it. False: as bytes_in_open. */
 bool lines_open(lines_t *lines, const char *name, sim_error_t *error);
 
 /* Hands out the next line without its end ("\n" or "\r\n"; the last line may lack one), zero-terminated, valid until the
- * next call. A UTF-8 byte order mark before the first line is skipped. LINES_FAIL: unreadable, truncated or corrupt gzip,
+ * next call. A UTF-8 byte order mark before the first line is skipped. LINES_FAIL: what bytes_in_read finds,
  * or a line of more than LINES_LENGTH_MAX bytes. */
 lines_status_t lines_next(lines_t *lines, char **text, size_t *length, sim_error_t *error);
 

@@ -1,6 +1,7 @@
 /* davar-sim - recorded data through the library: command line in, exit status out. */
 #include "options.h"
 #include "simulate.h"
+#include "stop.h"
 #include "usage.h"
 
 #include <errno.h>
@@ -57,7 +58,9 @@ static bool run(int argc, char **argv, sim_error_t *error)
 int main(int argc, char **argv)
 {
     sim_error_t error = {{0}};
-    if (check_streams(&error) && run(argc, argv, &error)) {
+    const bool good = check_streams(&error) && run(argc, argv, &error);
+    stop_die();
+    if (good) {
         return EXIT_SUCCESS;
     }
     (void)fprintf(stderr, "davar-sim: %s\n", error.text);

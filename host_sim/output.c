@@ -3,14 +3,11 @@
 
 #include "csv_out.h"
 #include "jsonl_out.h"
+#include "stop.h"
 
-#include <errno.h>
-#include <string.h>
-
-bool output_open(output_t *output, FILE *file, const options_t *options, const engine_t *engine,
-                 const selection_t *selection, sim_error_t *error)
+bool output_open(output_t *output, const options_t *options, const engine_t *engine, const selection_t *selection,
+                 sim_error_t *error)
 {
-    output->file = file;
     output->format = options->out;
     output->selection = selection;
     output->flush_rows = (options->pace > 0.0);
@@ -24,51 +21,46 @@ bool output_open(output_t *output, FILE *file, const options_t *options, const e
            ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
 }
 
-static void write_csv(const output_t *output, size_t channel, const epoch_row_t *row)
+static void write_csv(output_t *output, size_t channel, const epoch_row_t *row)
 {
     const bool named = (output->selection->count > 1U);
     if (output->rows == 1U) {
-        csv_out_header(output->file, &output->fields, named);
+        csv_out_header(&output->text, &output->fields, named);
     }
-    csv_out_row(output->file, &output->fields, named ? output->selection->name[channel] : NULL, row);
-}
-
-static bool check(const output_t *output, bool flush, sim_error_t *error)
-{
-    const bool flushed = !flush || (fflush(output->file) == 0);
-    if (!flushed || (ferror(output->file) != 0)) {
-        return sim_fail(error, "standard output: %s", strerror(errno));
-    }
-    return true;
+    csv_out_row(&output->text, &output->fields, named ? output->selection->name[channel] : NULL, row);
 }
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
     const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result), plain->time_s};
     const epoch_row_t *row = &watched;
+    if (stop_asked(error)) {
+        return false;
+    }
     output->rows++;
     switch (output->format) {
     case OUT_LINK:
         return wire_out_result(&output->wire, channel, row, error);
     case OUT_JSONL:
-        jsonl_out_row(output->file, &output->fields, output->selection->name[channel], row);
+        jsonl_out_row(&output->text, &output->fields, output->selection->name[channel], row);
         break;
     case OUT_CSV:
     default:
         write_csv(output, channel, row);
         break;
     }
-    return check(output, output->flush_rows, error);
+    return rows_out_take(&output->text, output->flush_rows, error);
 }
 
 bool output_finish(output_t *output, sim_error_t *error)
 {
     const bool told = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
-    return told && check(output, true, error);
+    return told && rows_out_take(&output->text, true, error);
 }
 
 void output_close(output_t *output)
 {
+    rows_out_close(&output->text);
     wire_out_close(&output->wire);
     watch_close(&output->watch);
 }

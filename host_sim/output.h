@@ -4,14 +4,13 @@
 
 #include "fields.h"
 #include "options.h"
+#include "rows_out.h"
 #include "selection.h"
 #include "watch.h"
 #include "wire_out.h"
 
-#include <stdio.h>
-
 typedef struct {
-    FILE *file;
+    rows_out_t text; /* of the formats that are text */
     out_t format;
     fields_t fields;
     const selection_t *selection;
@@ -23,10 +22,11 @@ typedef struct {
 
 /* All of it belongs to the caller and must outlive the output. False: a bad --model-table, or the
  * link of --out cannot be opened. */
-bool output_open(output_t *output, FILE *file, const options_t *options, const engine_t *engine,
-                 const selection_t *selection, sim_error_t *error);
+bool output_open(output_t *output, const options_t *options, const engine_t *engine, const selection_t *selection,
+                 sim_error_t *error);
 
-/* Writes one row, before the first one the header; `misfit` of the row is filled in here. False: the stream takes no more. */
+/* Writes one row, before the first one the header; `misfit` of the row is filled in here. False: the stream takes no more,
+ * or a signal asks to stop. */
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error);
 
 /* Flushes. False: the stream did not take everything. */

@@ -2,6 +2,7 @@
 #include "replay.h"
 
 #include "sim_clock.h"
+#include "stop.h"
 
 /* Rows and lost samples before the row that is next. */
 static uint64_t sample_index(const replay_t *replay)
@@ -49,6 +50,9 @@ static davar_port_read_t read_rows(void *context, davar_port_block_t *block)
     replay_t *replay = context;
     const uint64_t row = replay->chunk.first + replay->position;
     progress_tell(replay->setup.progress, "running", (double)row / (double)replay->setup.recording->rows, row);
+    if (stop_asked(replay->error)) {
+        return DAVAR_PORT_READ_FAULT;
+    }
     if ((replay->position == replay->chunk.count) && !load(replay)) {
         return DAVAR_PORT_READ_FAULT;
     }

@@ -7,6 +7,7 @@
 #include "engine.h"
 #include "replay.h"
 #include "report.h"
+#include "stop.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -46,7 +47,7 @@ static bool load(run_t *run, sim_error_t *error)
     return timing_find(&run->timing, &run->recording, options, error) &&
            engine_start(&run->engine, &run->settings, &run->quantisation, run->timing.rate_hz,
                         run->recording.selection.count, options, error) &&
-           output_open(&run->output, stdout, options, &run->engine, &run->recording.selection, error);
+           output_open(&run->output, options, &run->engine, &run->recording.selection, error);
 }
 
 static bool step_to_the_end(run_t *run)
@@ -73,6 +74,7 @@ static bool replay(run_t *run, sim_error_t *error)
     if (!replay_open(&run->replay, &setup, error)) {
         return false;
     }
+    stop_catch();
     if (run->options->device != NULL) {
         return device_replay(run->options->device, &run->replay, &run->engine, &run->health, error);
     }

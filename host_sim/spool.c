@@ -2,6 +2,7 @@
 #include "spool.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,7 @@
 
 #define BUFFER_DOUBLES 16384U
 
-static const char *folder(void)
+const char *spool_folder(void)
 {
     const char *named = getenv("TMPDIR");
     return ((named != NULL) && (*named != '\0')) ? named : "/tmp";
@@ -17,21 +18,33 @@ static const char *folder(void)
 
 static bool fail_file(sim_error_t *error, const char *doing)
 {
-    return sim_fail(error, "temporary file in %s (TMPDIR): %s: %s", folder(), doing, strerror(errno));
+    return sim_fail(error, "temporary file in %s (TMPDIR): %s: %s", spool_folder(), doing, strerror(errno));
 }
 
-static bool open_unnamed(spool_t *spool, sim_error_t *error)
+static bool make_unnamed(spool_t *spool, char *path, sim_error_t *error)
 {
-    char path[4096];
-    const int length = snprintf(path, sizeof path, "%s/davar-sim-XXXXXX", folder());
-    if ((length < 0) || ((size_t)length >= sizeof path)) {
-        return sim_fail(error, "temporary file: TMPDIR is too long");
-    }
     spool->descriptor = mkstemp(path);
     if (spool->descriptor < 0) {
         return fail_file(error, "cannot create");
     }
     return (unlink(path) == 0) ? true : fail_file(error, "cannot unlink");
+}
+
+/* A signal may not come while the file has a name, which nobody would remove. */
+static bool open_unnamed(spool_t *spool, sim_error_t *error)
+{
+    char path[4096];
+    const int length = snprintf(path, sizeof path, "%s/davar-sim-XXXXXX", spool_folder());
+    if ((length < 0) || ((size_t)length >= sizeof path)) {
+        return sim_fail(error, "temporary file: TMPDIR is too long");
+    }
+    sigset_t all;
+    sigset_t before;
+    (void)sigfillset(&all);
+    (void)sigprocmask(SIG_SETMASK, &all, &before);
+    const bool good = make_unnamed(spool, path, error);
+    (void)sigprocmask(SIG_SETMASK, &before, NULL);
+    return good;
 }
 
 bool spool_open(spool_t *spool, size_t width, sim_error_t *error)

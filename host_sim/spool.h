@@ -17,6 +17,9 @@ typedef struct {
     uint64_t records; /* in all */
 } spool_t;
 
+/* ${TMPDIR:-/tmp} */
+const char *spool_folder(void);
+
 /* Makes an empty spool of `width` doubles per record in ${TMPDIR:-/tmp}. The file has no name from the start on, so it
  * vanishes with the program. */
 bool spool_open(spool_t *spool, size_t width, sim_error_t *error);

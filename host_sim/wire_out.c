@@ -2,6 +2,7 @@
 #include "wire_out.h"
 
 #include "sim_clock.h"
+#include "stop.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -64,6 +65,9 @@ static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_e
         }
         if (answer == DAVAR_PORT_SEND_FAULT) {
             return sim_fail(error, "--out: %s: the link is lost", davar_link_name(wire->link));
+        }
+        if (stop_asked(error)) {
+            return false;
         }
         since_s = davar_link_is_up(wire->link) ? since_s : sim_clock_s();
         if (!wait_for_room(wire, since_s)) {

@@ -190,7 +190,8 @@ DAVAR_RARE bool davar_flush(davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
     const bool kept = (config->stride == 1U) || config->mirrored_end;
-    const bool begun = davar->window.finished || (davar->window.received >= (config->window_max / 2U));
+    const davar_window_t *const window = &davar->window; /* `received` wraps long after `at_start` has become false */
+    const bool begun = window->finished || !window->at_start || (window->received >= (config->window_max / 2U));
     if ((config->mode != DAVAR_MODE_CENTRED) || !kept || !begun) {
         return false;
     }

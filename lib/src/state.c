@@ -5,6 +5,7 @@
 #include "machine.h"
 #include "number.h"
 
+#include "davar/davar.h"
 #include "davar/version.h"
 
 #include <string.h>
@@ -59,6 +60,11 @@ DAVAR_RARE static uint32_t check_of_u32(uint32_t check, uint32_t value)
 DAVAR_RARE static uint32_t header_check(const header_t *header)
 {
     return check_of(0U, header, offsetof(header_t, check));
+}
+
+DAVAR_RARE static uint32_t payload_check(const header_t *header, const saved_t *saved, const void *memory, size_t bytes)
+{
+    return check_of(check_of(header_check(header), saved, sizeof *saved), memory, bytes);
 }
 
 /* Field by field: padding is nobody's. */
@@ -157,12 +163,27 @@ DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots
     return first || second;
 }
 
-DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot)
+/* Hazard: a second reading may differ from the first. So what has landed in the memory is checked, and nothing of it is used
+ * before. */
+DAVAR_RARE static bool load(davar_t *davar, const davar_storage_t *storage, unsigned slot, const header_t *header,
+                            saved_t *saved)
+{
+    const size_t offset = (slot * storage->slot_bytes) + sizeof *header;
+    const size_t bytes = memory_bytes(davar);
+    if (!storage->read(storage->context, offset, saved, sizeof *saved) ||
+        !storage->read(storage->context, offset + sizeof *saved, davar->stages, bytes)) {
+        return false;
+    }
+    return payload_check(header, saved, davar->stages, bytes) == header->check;
+}
+
+/* False: the instance is as after init. */
+DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot,
+                                    const header_t *header)
 {
     saved_t saved;
-    const size_t offset = (slot * storage->slot_bytes) + sizeof(header_t);
-    if (!storage->read(storage->context, offset, &saved, sizeof saved) ||
-        !storage->read(storage->context, offset + sizeof saved, davar->stages, memory_bytes(davar))) {
+    if (!load(davar, storage, slot, header, &saved)) {
+        davar_reset(davar);
         return false;
     }
     davar->window = saved.window;
@@ -180,15 +201,23 @@ DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storag
 {
     const uint32_t own = fingerprint(davar);
     slots_t slots;
+    bool unsteady = false;
     if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {
         return DAVAR_ERR_STATE_STORAGE;
     }
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
-        const bool fits = (sizeof(header_t) + slots.header[slot].bytes) == davar_state_bytes(davar);
-        if (slots.whole[slot] && fits && (slots.header[slot].fingerprint == own)) {
-            return read_payload(davar, storage, slot) ? DAVAR_OK : DAVAR_ERR_STATE_STORAGE;
+        const header_t *const header = &slots.header[slot];
+        const bool fits = (sizeof *header + header->bytes) == davar_state_bytes(davar);
+        if (slots.whole[slot] && fits && (header->fingerprint == own)) {
+            if (read_payload(davar, storage, slot, header)) {
+                return DAVAR_OK;
+            }
+            unsteady = true;
         }
+    }
+    if (unsteady) {
+        return DAVAR_ERR_STATE_STORAGE;
     }
     return (slots.whole[0] || slots.whole[1]) ? DAVAR_ERR_STATE_FOREIGN : DAVAR_ERR_STATE_NONE;
 }
@@ -219,7 +248,7 @@ DAVAR_RARE davar_status_t davar_state_save(const davar_t *davar, const davar_sto
     const size_t bytes = memory_bytes(davar);
     const uint32_t order = slots.whole[slots.newest] ? (slots.header[slots.newest].order + 1U) : 0U;
     header_t header = {MAGIC, (uint32_t)(sizeof saved + bytes), fingerprint(davar), order, 0U};
-    header.check = check_of(check_of(header_check(&header), &saved, sizeof saved), davar->stages, bytes);
+    header.check = payload_check(&header, &saved, davar->stages, bytes);
     const size_t at = (slots.newest ^ 1U) * storage->slot_bytes;
     const bool written = storage->write(storage->context, at + sizeof header, &saved, sizeof saved) &&
                          storage->write(storage->context, at + sizeof header + sizeof saved, davar->stages, bytes) &&

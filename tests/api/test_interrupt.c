@@ -60,7 +60,8 @@ static void start_timer(long microseconds)
 
 static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
 {
-    davar_config_t config = davar_default_config;
+    static davar_config_t config; /* the instance keeps it for the test behind this one */
+    config = davar_default_config;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;
@@ -110,7 +111,8 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
 {
     static uint32_t many[3] = {1U, 2U, 8U};
     static const uint32_t strides[2] = {1U, 5U};
-    davar_config_t config = davar_default_config;
+    static davar_config_t config; /* the instance keeps it for the test behind this one */
+    config = davar_default_config;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;

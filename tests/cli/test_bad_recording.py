@@ -258,6 +258,20 @@ class BadSurroundings(SimCase):
         self.assertEqual(2, done.returncode)
         self.assertEqual(b"davar-sim: standard output: No space left on device\n", done.stderr)
 
+    def test_standard_output_may_not_be_the_recording(self):
+        path = self.recording()
+        text = path.read_bytes()
+        other = self.folder / "other.csv"
+        other.hardlink_to(path)
+        for name, stdin in ((path, None), (other, None), ("-", path)):
+            with self.subTest(name=name), open(path, "ab") as output, open(stdin or os.devnull, "rb") as source:
+                done = subprocess.run([PROGRAM, name, "--lsb", "0.01"], stdin=source, stdout=output,
+                                      stderr=subprocess.PIPE, text=True)
+                self.assertEqual(2, done.returncode)
+                self.assertEqual(f"davar-sim: {name}: is standard output too: results would be read as data\n",
+                                 done.stderr)
+            self.assertEqual(text, path.read_bytes())
+
     def test_closed_standard_output(self):
         done = subprocess.run(["sh", "-c", 'exec "$0" "$1" --lsb 0.01 >&-', PROGRAM, self.recording()],
                               stderr=subprocess.PIPE)

@@ -128,6 +128,18 @@ static void test_positions_wrap_unnoticed_on_a_grid(void)
     wrapped(90U);
 }
 
+/* The record ends right at the wrap and anywhere in the half window behind it: the last half window is not lost. */
+static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
+{
+    for (uint32_t behind = 0U; behind < 35U; behind++) {
+        setUp();
+        wrapped(1000U - behind);
+        config.mirrored_end = true;
+        config.stride = 7U;
+        wrapped(1000U - behind);
+    }
+}
+
 /* A lone gap, then nothing for 2^31 samples and more, then another: the first must not come back. Time goes by for
  * everything but the boundaries that are still remembered. */
 static void forgotten(uint32_t later)
@@ -179,6 +191,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
+    RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
     return UNITY_END();
 }

@@ -3,9 +3,27 @@
 import contextlib
 import os
 import secrets
+import signal
+import threading
 from pathlib import Path
 
 from .errors import BadInput
+
+
+@contextlib.contextmanager
+def unbroken():
+    """A signal that would end the program does so behind the block. Handlers, not a mask: other threads have masks of their own."""
+    came, before = [], {}
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(number) not in (signal.SIG_IGN, None):
+            before[number] = signal.signal(number, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
 
 
 def partial(path):
@@ -19,8 +37,9 @@ def check_writable(path):
         if Path(path).exists() and not Path(path).is_file():
             raise OSError(None, "is not a file")
         trial = partial(path)
-        trial.touch(exist_ok=False)
-        trial.unlink()
+        with unbroken():
+            trial.touch(exist_ok=False)
+            trial.unlink()
     except (OSError, ValueError) as why:
         raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
 
@@ -48,13 +67,14 @@ def reason(why):
 def write_whole(path, data):
     """Writes bytes to a file beside `path`, then takes its place. What was there stays until then. Raises BadInput."""
     trial = partial(path)
-    try:
-        with open(trial, "xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(trial, Path(path).resolve())
-    except OSError as why:
-        with contextlib.suppress(OSError):
-            trial.unlink()
-        raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
+    with unbroken():
+        try:
+            with open(trial, "xb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(trial, Path(path).resolve())
+        except OSError as why:
+            with contextlib.suppress(OSError):
+                trial.unlink()
+            raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
