@@ -17,7 +17,7 @@ SCREENED = 4  # shapes of an effect that are fitted
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
-REPEATED = {"sinusoid": 8, "narrow_band": 16}  # effects of which a sensor may have more than one
+REPEATED = {"sinusoid": 4, "narrow_band": 16}  # effects of which a sensor may have more than one
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"),
          ("sinusoid", "narrow_band"))
