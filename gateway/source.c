@@ -135,19 +135,16 @@ source_read_t source_read(source_t *source, int32_t *count)
         return read_value(source, count);
     }
     for (;;) {
-        source_read_t answer = SOURCE_AGAIN;
-        if (find_line(source, &length)) {
-            answer = take_line(source, length, count);
-            if (answer != SOURCE_AGAIN) {
-                return answer;
-            }
-        } else if (source->ended) {
+        const bool whole = find_line(source, &length);
+        if (!whole && source->ended) {
             return SOURCE_END;
-        } else {
-            answer = fill(source);
-            if ((answer != SOURCE_SAMPLE) && !source->ended) {
-                return answer;
-            }
+        }
+        const source_read_t answer = whole ? take_line(source, length, count) : fill(source);
+        if (whole && (answer != SOURCE_AGAIN)) {
+            return answer;
+        }
+        if (!whole && (answer != SOURCE_SAMPLE) && !source->ended) {
+            return answer;
         }
     }
 }
