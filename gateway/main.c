@@ -65,7 +65,7 @@ static bool wait_edge(gateway_t *gateway)
     count(gateway, DAVAR_HEALTH_EDGES_LOST, lost);
     gateway->owed += lost;
     for (uint32_t i = 0; (i < lost) && !gateway->source.is_value; i++) {
-        (void)source_read(&gateway->source, &skipped);
+        count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, (source_read(&gateway->source, &skipped) == SOURCE_FAULT) ? 1U : 0U);
     }
     return true;
 }
@@ -161,6 +161,7 @@ static bool open_link(gateway_t *gateway, char *why)
         (void)snprintf(why, WHY_BYTES, "--base: channel %u does not fit into 11-bit identifiers", settings->channel);
         return false;
     }
+    davar_encoder_session(&gateway->encoder, davar_link_session());
     gateway->outbox.link = davar_link_open(&wanted, why, WHY_BYTES);
     if ((gateway->outbox.link != NULL) && (strcmp(settings->out, "slcan:pty") == 0)) {
         (void)fprintf(stderr, "davar-node: slcan on %s\n", davar_link_name(gateway->outbox.link));

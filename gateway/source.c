@@ -1,5 +1,5 @@
-/* davar-node - counts from text. A line that starts with '#' or a letter (a header) is passed over; of a line with
- * commas the first field counts. */
+/* davar-node - counts from text: a header, then a count a line; of a line with commas the first field counts. A line is read
+ * whole or it is a fault. */
 #include "source.h"
 
 #include <ctype.h>
@@ -7,8 +7,11 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#define NUMBER_BYTES 24U /* of a count with a sign, leading spaces and zeros */
 
 bool source_open(source_t *source, const char *where)
 {
@@ -31,46 +34,55 @@ bool source_open(source_t *source, const char *where)
     return fcntl(source->descriptor, F_SETFL, flags | O_NONBLOCK) == 0;
 }
 
-static source_read_t parse(const char *text, int32_t *count)
+/* A whole number of 32 bits, and nothing but spaces around it, up to the first comma or the end. */
+static source_read_t parse(const char *text, size_t length, int32_t *count)
 {
+    char number[NUMBER_BYTES + 1U];
+    const char *comma = memchr(text, ',', length);
+    size_t size = (comma != NULL) ? (size_t)(comma - text) : length;
+    while ((size > 0U) && (strchr(" \t\r", text[size - 1U]) != NULL) && (text[size - 1U] != '\0')) {
+        size--;
+    }
+    if ((size == 0U) || (size > NUMBER_BYTES) || (memchr(text, '\0', length) != NULL)) {
+        return SOURCE_FAULT;
+    }
+    memcpy(number, text, size);
+    number[size] = '\0';
     char *end = NULL;
     errno = 0;
-    const long long value = strtoll(text, &end, 10);
-    const bool number = (end != text) && ((*end == '\0') || (*end == ',') || isspace((unsigned char)*end));
-    if (!number || (errno != 0) || (value > INT32_MAX) || (value < INT32_MIN)) {
+    const long long value = strtoll(number, &end, 10);
+    const char *start = number + strspn(number, " \t"); /* strtoll passes over line ends too */
+    if ((strchr("\r\v\f", *start) != NULL) || (end == number) || (*end != '\0') || (errno != 0) ||
+        (value > INT32_MAX) || (value < INT32_MIN)) {
         return SOURCE_FAULT;
     }
     *count = (int32_t)value;
     return SOURCE_SAMPLE;
 }
 
-static source_read_t read_value(const source_t *source, int32_t *count)
+static source_read_t read_value(source_t *source, int32_t *count)
 {
-    char text[64];
-    const ssize_t got = pread(source->descriptor, text, sizeof text - 1U, 0);
-    if (got <= 0) {
+    const ssize_t got = pread(source->descriptor, source->text, sizeof source->text, 0);
+    if ((got <= 0) || ((size_t)got == sizeof source->text)) {
         return SOURCE_FAULT;
     }
-    text[got] = '\0';
-    return parse(text, count);
+    return parse(source->text, (size_t)got - ((source->text[got - 1] == '\n') ? 1U : 0U), count);
 }
 
-/* Takes one line out of what is held into `line`; false: no whole line yet. */
-static bool take_line(source_t *source, char *line, size_t size)
+/* The length of the line at the beginning of what is held, without its end; false: no whole line yet. */
+static bool find_line(const source_t *source, size_t *length)
 {
     const char *end = memchr(source->text, '\n', source->held);
-    const bool last = source->ended && (source->held > 0U);
-    if ((end == NULL) && !last && (source->held < sizeof source->text)) {
-        return false;
-    }
-    const size_t length = (end != NULL) ? (size_t)(end - source->text) : source->held;
-    const size_t kept = (length < size) ? length : size - 1U;
-    memcpy(line, source->text, kept);
-    line[kept] = '\0';
-    source->held -= (end != NULL) ? length + 1U : length;
-    memmove(source->text, source->text + ((end != NULL) ? length + 1U : length), source->held);
-    source->line++;
-    return true;
+    *length = (end != NULL) ? (size_t)(end - source->text) : source->held;
+    return (end != NULL) || (source->ended && (source->held > 0U)) || (source->held == sizeof source->text);
+}
+
+static void drop_line(source_t *source, size_t length)
+{
+    const size_t all = (length < source->held) ? length + 1U : length;
+    source->too_long = (all == sizeof source->text) && (length == all); /* and its rest is no line */
+    source->held -= all;
+    memmove(source->text, source->text + all, source->held);
 }
 
 static source_read_t fill(source_t *source)
@@ -84,29 +96,55 @@ static source_read_t fill(source_t *source)
     return ((got == 0) || (errno == EAGAIN) || (errno == EINTR)) ? SOURCE_AGAIN : SOURCE_FAULT;
 }
 
-static bool is_header(const char *line)
+static bool is_no_number(const char *text, size_t length)
 {
-    return (line[0] == '#') || (line[0] == '\0') || (isalpha((unsigned char)line[0]) != 0);
+    return (length == 3U) && ((strncasecmp(text, "nan", 3) == 0) || (strncasecmp(text, "inf", 3) == 0));
+}
+
+/* Empty lines and notes (#), then one line that begins with a letter. Behind it, and behind the first count, every line is a
+ * sample. */
+static bool is_header(source_t *source, const char *text, size_t length)
+{
+    const size_t bare = length - (((length > 0U) && (text[length - 1U] == '\r')) ? 1U : 0U);
+    if (source->started) {
+        return false;
+    }
+    if ((bare == 0U) || (text[0] == '#')) {
+        return true;
+    }
+    source->started = true;
+    return (isalpha((unsigned char)text[0]) != 0) && !is_no_number(text, bare);
+}
+
+/* The line at the beginning of what is held: a sample, a fault, or (AGAIN) none of either. */
+static source_read_t take_line(source_t *source, size_t length, int32_t *count)
+{
+    source_read_t answer = SOURCE_AGAIN;
+    const bool rest = source->too_long; /* of a line that was a fault already */
+    if (!rest && !is_header(source, source->text, length)) {
+        answer = (length < sizeof source->text) ? parse(source->text, length, count) : SOURCE_FAULT;
+    }
+    drop_line(source, length);
+    return answer;
 }
 
 source_read_t source_read(source_t *source, int32_t *count)
 {
-    char line[64];
+    size_t length = 0;
     if (source->is_value) {
         return read_value(source, count);
     }
     for (;;) {
-        if (take_line(source, line, sizeof line)) {
-            if (!is_header(line)) {
-                return parse(line, count);
-            }
-        } else if (source->ended) {
+        const bool whole = find_line(source, &length);
+        if (!whole && source->ended) {
             return SOURCE_END;
-        } else {
-            const source_read_t answer = fill(source);
-            if ((answer != SOURCE_SAMPLE) && !source->ended) {
-                return answer;
-            }
+        }
+        const source_read_t answer = whole ? take_line(source, length, count) : fill(source);
+        if (whole && (answer != SOURCE_AGAIN)) {
+            return answer;
+        }
+        if (!whole && (answer != SOURCE_SAMPLE) && !source->ended) {
+            return answer;
         }
     }
 }

@@ -12,7 +12,8 @@ typedef struct {
     int descriptor;
     bool is_value; /* value:PATH */
     bool ended;
-    uint64_t line; /* of the newest sample */
+    bool started;  /* the header is behind us */
+    bool too_long; /* what is held goes on a line that found no room */
     size_t held;   /* bytes in text */
     char text[4096];
 } source_t;
@@ -20,7 +21,8 @@ typedef struct {
 /* "-", PATH, or value:PATH. False: errno says why. */
 bool source_open(source_t *source, const char *where);
 
-/* The next count. FAULT: a line that is no whole number of 32 bits (it is skipped), or a value that cannot be read. */
+/* The next count. FAULT: a line behind the header that is no whole number of 32 bits (one sample is lost), or a value that
+ * cannot be read. */
 source_read_t source_read(source_t *source, int32_t *count);
 
 void source_close(source_t *source);

@@ -16,6 +16,7 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     if (wire->encoder == NULL) {
         return sim_fail(error, "out of memory");
     }
+    const uint8_t session = davar_link_session();
     for (size_t c = 0; c < wire->engine->count; c++) {
         const bool fits = (c <= UINT8_MAX) &&
                           davar_encoder_init(&wire->encoder[c], &wire->engine->config, (uint16_t)options->can_base,
@@ -24,6 +25,7 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
             return sim_fail(error, "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
                             c, wire->engine->count, options->can_base);
         }
+        davar_encoder_session(&wire->encoder[c], session);
     }
     return true;
 }

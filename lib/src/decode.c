@@ -3,6 +3,7 @@
 
 #include "frame_layout.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -30,6 +31,45 @@ static float get_scaled(const davar_frame_t *frame, const davar_scaled_t *scaled
 {
     const uint32_t raw = get(frame, scaled->at);
     return (raw == (1U << scaled->at.bits) - 1U) ? NAN : (float)raw * scaled->unit;
+}
+
+/* Absent, or a magnitude that a sensor could have. */
+static bool is_magnitude(float value)
+{
+    const bool tiny = (value > 0.0F) && (value < DAVAR_WIRE_LEAST);
+    return isnan(value) || ((value >= 0.0F) && !tiny && (value <= DAVAR_WIRE_MOST));
+}
+
+static bool is_coefficient(const davar_wire_t *wire)
+{
+    const bool unbounded = (wire->index >= 2U * DAVAR_COEFFICIENT_COUNT) && (wire->value > FLT_MAX);
+    return unbounded || is_magnitude(wire->value);
+}
+
+static bool is_setup(const davar_wire_t *wire)
+{
+    if (wire->index == (uint8_t)DAVAR_SETUP_RATE) {
+        return (wire->value > 0.0F) && is_magnitude(wire->value);
+    }
+    return ((wire->index == (uint8_t)DAVAR_SETUP_STRIDE) || (wire->index >= (uint8_t)DAVAR_SETUP_TAU)) &&
+           (wire->number > 0U);
+}
+
+static bool is_monitor(const davar_wire_t *wire)
+{
+    return is_magnitude((wire->index < DAVAR_MONITOR_HEALTH) ? fabsf(wire->value) : wire->value);
+}
+
+static bool is_fd(const davar_wire_t *wire)
+{
+    bool good = (wire->window_samples > 0U);
+    for (uint8_t k = 0U; k < (uint8_t)DAVAR_COEFFICIENT_COUNT; k++) {
+        good = is_magnitude(wire->coefficient[k]) && good;
+    }
+    for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
+        good = is_magnitude(wire->adev[t]) && good;
+    }
+    return good;
 }
 
 static void read_fd(const davar_frame_t *frame, davar_wire_t *wire)
@@ -65,16 +105,18 @@ static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t c
     return wire->index < count;
 }
 
-/* Fills what this message has beside `value` and `number`; false: an index out of range. */
+/* Fills what this message has beside `value` and `number`; false: an index or a value that no sender means. */
 static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
 {
     bool good = true;
     switch (wire->message) {
     case DAVAR_MESSAGE_ARW:
         wire->relative_uncertainty = get_scaled(frame, &scaled_arw_uncertainty);
+        good = is_magnitude(wire->value);
         break;
     case DAVAR_MESSAGE_STATE:
         read_state(frame, wire);
+        good = (wire->window_samples > 0U);
         break;
     case DAVAR_MESSAGE_STATIONARITY:
         wire->kurtosis = get_scaled(frame, &scaled_kurtosis);
@@ -83,25 +125,28 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
     case DAVAR_MESSAGE_ADEV:
         wire->index = (uint8_t)get(frame, signal_tau_index);
         wire->relative_uncertainty = get_scaled(frame, &scaled_adev_uncertainty);
+        good = is_magnitude(wire->value);
         break;
     case DAVAR_MESSAGE_COEFFICIENT:
-        good = read_index(frame, signal_kind, KIND_COUNT, wire);
+        good = read_index(frame, signal_kind, KIND_COUNT, wire) && is_coefficient(wire);
         break;
     case DAVAR_MESSAGE_HEALTH:
         good = read_index(frame, signal_health_index, (uint32_t)DAVAR_HEALTH_COUNT, wire);
+        wire->session = (uint8_t)get(frame, signal_session);
         break;
     case DAVAR_MESSAGE_SETUP:
-        good = read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) &&
-               ((wire->index <= (uint8_t)DAVAR_SETUP_STRIDE) || (wire->index >= (uint8_t)DAVAR_SETUP_TAU));
+        good = read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) && is_setup(wire);
+        wire->session = (uint8_t)get(frame, signal_session);
         break;
     case DAVAR_MESSAGE_MONITOR:
-        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire);
+        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) && is_monitor(wire);
         wire->worst = (uint8_t)get(frame, signal_worst_tau);
         break;
     case DAVAR_MESSAGE_RESULT_FD:
     case DAVAR_MESSAGE_COUNT:
     default:
         read_fd(frame, wire);
+        good = is_fd(wire);
         break;
     }
     return good;

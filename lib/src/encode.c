@@ -158,6 +158,7 @@ static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t 
     encoder->told[item] = encoder->health->count[item];
     encoder->health_next = (uint8_t)((item + 1U) % (uint8_t)DAVAR_HEALTH_COUNT);
     put(frame, signal_health_index, item);
+    put(frame, signal_session, encoder->session);
     put(frame, signal_value, encoder->told[item]);
 }
 
@@ -166,6 +167,7 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
     const davar_config_t *config = encoder->config;
     const uint8_t n = encoder->setup_next;
     (void)index;
+    put(frame, signal_session, encoder->session);
     if (n == 0U) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_RATE);
         put_float(frame, signal_value, config->rate_hz);
@@ -290,6 +292,12 @@ void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfi
 {
     assert(encoder != NULL);
     encoder->misfit = misfit;
+}
+
+void davar_encoder_session(davar_encoder_t *encoder, uint8_t session)
+{
+    assert(encoder != NULL);
+    encoder->session = session;
 }
 
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)

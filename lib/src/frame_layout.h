@@ -33,6 +33,7 @@ static const davar_scaled_t scaled_adev_uncertainty = {{21, 11}, 1e3F, 1e-3F};
 static const davar_signal_t signal_kind = {16, 4};
 static const davar_signal_t signal_health_index = {16, 8};
 static const davar_signal_t signal_item = {16, 8};
+static const davar_signal_t signal_session = {24, 8}; /* DAVAR_Health, DAVAR_Setup */
 static const davar_signal_t signal_monitor_index = {16, 8};
 static const davar_signal_t signal_worst_tau = {24, 8};
 

@@ -79,5 +79,6 @@ bool davar_slcan_decode(const char *text, size_t length, davar_frame_t *frame)
         }
         frame->data[i] = (uint8_t)byte;
     }
-    return true;
+    uint32_t stamp = 0U;
+    return (length == bare) || get_hex(text + bare, STAMP, &stamp);
 }

@@ -47,6 +47,9 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds);
 /* Writes the link's counters (DAVAR_HEALTH_FRAMES_DROPPED .. DAVAR_HEALTH_NOISE_BYTES). */
 void davar_link_health(const davar_link_t *link, davar_wire_health_t *health);
 
+/* A number for davar_encoder_session: by a clock, 1 to 255; 0 where there is none. */
+uint8_t davar_link_session(void);
+
 /* Waits until a serial peer has read everything (two seconds for one that stops reading) and frees the link. Null is
  * allowed. */
 void davar_link_close(davar_link_t *link);

@@ -15,6 +15,14 @@ uint64_t link_now_ms(void)
     return (uint64_t)now.tv_sec * 1000U + (uint64_t)now.tv_nsec / 1000000U;
 }
 
+uint8_t davar_link_session(void)
+{
+    struct timespec now = {0};
+    (void)clock_gettime(CLOCK_REALTIME, &now);
+    const uint64_t microseconds = (uint64_t)now.tv_sec * 1000000U + (uint64_t)now.tv_nsec / 1000U;
+    return (uint8_t)(1U + microseconds % 255U);
+}
+
 void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by)
 {
     const uint32_t room = UINT32_MAX - link->count[item];

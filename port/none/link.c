@@ -50,6 +50,11 @@ void davar_link_health(const davar_link_t *link, davar_wire_health_t *health)
     (void)health;
 }
 
+uint8_t davar_link_session(void)
+{
+    return 0U;
+}
+
 void davar_link_close(davar_link_t *link)
 {
     (void)link;

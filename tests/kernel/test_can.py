@@ -93,7 +93,7 @@ class Link(KernelCase):
         self.assertGreater(told["frames dropped"], 100)
         self.assertEqual(told["frames dropped"], health["FramesDropped"])
         state = receiver.sequences[0x5D1]
-        self.assertEqual(told["results"] - len(found), state.missing + receiver.faults.missing_results)
+        self.assertEqual(told["results"] - len(found), state.missing + receiver.faults.missing_results + receiver.faults.doubtful_results)
         self.assertEqual(2500, told["samples"])
 
     def test_a_node_may_start_before_its_interface(self):

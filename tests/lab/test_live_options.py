@@ -53,6 +53,11 @@ class Options(unittest.TestCase):
         self.assertEqual((2, "", "davarlab: --record: /nonexistent/a.csv: No such file or directory\n"),
                          (done.returncode, done.stdout, done.stderr))
 
+    def test_help_says_what_is_run_and_what_is_kept(self):
+        said = " ".join(run("live", "--help").stdout.split())
+        self.assertIn("Python code, which is run as it is", said)
+        self.assertIn("a file that is there is continued with a new stretch", said)
+
     def test_the_readme_s_dbc(self):
         done = run("dbc", "--base", "600", "--channel", "2", "-o", str(self.output))
         self.assertEqual((0, f"{self.output}\n", ""), (done.returncode, done.stdout, done.stderr))

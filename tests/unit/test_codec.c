@@ -197,6 +197,91 @@ static void test_what_is_not_a_frame_of_ours_is_named(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
 }
 
+/* What the receiver says of a frame with this float (or count) behind these bytes of its header. */
+static davar_decode_status_t status_of(uint16_t identifier, uint8_t index, float value)
+{
+    frame = (davar_frame_t){.identifier = identifier, .length = 8U, .data = {0, 0, index}};
+    memcpy(&frame.data[4], &value, sizeof value);
+    seal();
+    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+}
+
+static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
+{
+    static const uint16_t deviations[] = {0x5D0U, 0x5D3U, 0x5D4U};
+    static const float good[] = {0.0F, 1e-29F, 3.0F, 9e29F, NAN};
+    static const float bad[] = {-9.7e-32F, -1.0F, 9.7e-32F, 2e30F, INFINITY, -INFINITY};
+    for (size_t d = 0; d < 3U; d++) {
+        for (size_t i = 0; i < 5U; i++) {
+            TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(deviations[d], 0U, good[i]));
+        }
+        for (size_t i = 0; i < 6U; i++) {
+            TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(deviations[d], 0U, bad[i]));
+        }
+    }
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 9U, INFINITY));
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D4U, 10U, INFINITY)); /* an upper limit may be no limit */
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 10U, -INFINITY));
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D7U, 0U, -3.0F)); /* a deviation from the model has a sign */
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, 0U, -INFINITY));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, DAVAR_MONITOR_HEALTH, -3.0F));
+}
+
+static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(void)
+{
+    static const float bad[] = {0.0F, -100.0F, 1e-31F, INFINITY, NAN};
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_RATE, 100.0F));
+    for (size_t i = 0; i < 5U; i++) {
+        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_RATE, bad[i]));
+    }
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 1e-40F)); /* bits of a small count */
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 0.0F));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_TAU, 0.0F));
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D1U, 1U, 0.0F));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D1U, 0U, 0.0F));
+}
+
+static davar_decode_status_t status_of_fd(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_FD));
+    davar_encoder_begin(&encoder, &result, &health);
+    TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+}
+
+static void test_every_value_of_an_fd_frame_is_looked_at(void)
+{
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of_fd());
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        setUp();
+        result.coefficient[k].value = -1.0;
+        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
+    }
+    for (size_t t = 0; t < 3U; t++) {
+        setUp();
+        result.tau[t].adev = 1e31;
+        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
+    }
+    setUp();
+    result.window_samples = 0U;
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
+}
+
+static void test_health_and_setup_tell_the_session(void)
+{
+    size_t told = 0;
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
+    davar_encoder_session(&encoder, 201U);
+    davar_encoder_begin(&encoder, &result, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+        const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) || (wire.message == DAVAR_MESSAGE_SETUP);
+        TEST_ASSERT_EQUAL(tells ? 201U : 0U, wire.session);
+        told += tells ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL(2, told);
+}
+
 static bool slcan(const char *text)
 {
     return davar_slcan_decode(text, strlen(text), &frame);
@@ -220,9 +305,9 @@ static void test_slcan_text_goes_there_and_back(void)
 
 static void test_slcan_text_that_is_no_frame_is_refused(void)
 {
-    static const char *const bad[] = {"",      "t5D1",      "T5D10",        "t5G10",      "t5D1x",
-                                      "t8000", "t5D19000",  "t5D12AB0",     "t5D12AB0G1", "t5D12AB011",
-                                      "r5D10", "t5D12AB:1", "t5D12AB01123", "t5D1@",      "t5D1-"};
+    static const char *const bad[] = {
+        "",           "t5D1",       "T5D10", "t5G10",     "t5D1x",        "t8000",         "t5D19000", "t5D12AB0",
+        "t5D12AB0G1", "t5D12AB011", "r5D10", "t5D12AB:1", "t5D12AB01123", "t5D12AB01123G", "t5D1@",    "t5D1-"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         TEST_ASSERT_FALSE_MESSAGE(slcan(bad[i]), bad[i]);
     }
@@ -239,6 +324,10 @@ int main(void)
     RUN_TEST(test_a_misfit_goes_over_the_wire_and_only_with_its_content);
     RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
     RUN_TEST(test_what_is_not_a_frame_of_ours_is_named);
+    RUN_TEST(test_values_that_cannot_be_are_refused_and_absent_ones_are_not);
+    RUN_TEST(test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused);
+    RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
+    RUN_TEST(test_health_and_setup_tell_the_session);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
     return UNITY_END();

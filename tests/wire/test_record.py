@@ -33,7 +33,7 @@ class Record(unittest.TestCase):
 
     def recorder(self):
         found = record.Recorder(self.path)
-        self.addCleanup(found.file.close)
+        self.addCleanup(found.output.file.close)
         return found
 
     def rows(self):

@@ -1,5 +1,6 @@
 /* davar tests - the codec as a filter, for a test in Python that holds it against tools/davar.dbc.
  *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
+ *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender, with its farewell
  *   wire_probe decode                                frames on standard input (candump notation): their values */
 #include "davar/codec.h"
 #include "davar/slcan.h"
@@ -8,6 +9,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define SESSION 165U
 
 static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
 static const davar_config_t config = {.rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
@@ -102,6 +105,7 @@ static int encode(char **argv)
         return 2;
     }
     davar_encoder_monitor(&encoder, &misfit);
+    davar_encoder_session(&encoder, SESSION);
     for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
         make(&random, &result, &health);
         make_misfit(&random, &misfit);
@@ -112,6 +116,44 @@ static int encode(char **argv)
             print_frame(&frame);
         }
     }
+    return 0;
+}
+
+static void print_all(davar_encoder_t *encoder)
+{
+    davar_frame_t frame;
+    (void)puts("R");
+    while (davar_encoder_next(encoder, &frame)) {
+        print_frame(&frame);
+    }
+}
+
+/* Values that may be, epochs of a sender that begins behind sample `first`. */
+static int run(char **argv)
+{
+    static const uint32_t few[4] = {1, 2, 4, 8};
+    random_t random = random_seeded(strtoull(argv[2], NULL, 10));
+    const davar_config_t own = {
+        .rate_hz = 100.0, .stride = (uint32_t)strtoul(argv[5], NULL, 10), .taus = few, .tau_count = 4};
+    davar_encoder_t encoder;
+    davar_result_t result;
+    davar_wire_health_t health = {{0}};
+    uint64_t epoch = strtoull(argv[7], NULL, 10) - 1U;
+    (void)davar_encoder_init(&encoder, &own, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[8], NULL, 10),
+                             (uint8_t)strtoul(argv[6], NULL, 10));
+    davar_encoder_session(&encoder, (uint8_t)strtoul(argv[4], NULL, 10));
+    for (unsigned long n = strtoul(argv[3], NULL, 10); n > 0U; n--) {
+        make(&random, &result, &health);
+        epoch += own.stride;
+        result.epoch = epoch;
+        result.window_samples = 600U;
+        result.unstable = false;
+        result.tau_count = 4U;
+        davar_encoder_begin(&encoder, &result, &health);
+        print_all(&encoder);
+    }
+    davar_encoder_finish(&encoder, &health);
+    print_all(&encoder);
     return 0;
 }
 
@@ -131,7 +173,7 @@ static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
     for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
         (void)printf(" %.9g", (double)wire->adev[t]);
     }
-    (void)printf(" %u", wire->worst);
+    (void)printf(" %u %u", wire->worst, wire->session);
     (void)putchar('\n');
 }
 
@@ -157,6 +199,9 @@ int main(int argc, char **argv)
 {
     if ((argc == 6) && (strcmp(argv[1], "encode") == 0)) {
         return encode(argv);
+    }
+    if ((argc == 9) && (strcmp(argv[1], "run") == 0)) {
+        return run(argv);
     }
     return ((argc == 2) && (strcmp(argv[1], "decode") == 0)) ? decode() : 2;
 }

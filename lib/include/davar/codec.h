@@ -18,6 +18,8 @@ extern "C" {
 #define DAVAR_WIRE_STEP 16U       /* identifiers per channel */
 #define DAVAR_WIRE_LAST_ID 0x7FFU /* of a standard frame */
 #define DAVAR_FD_TAUS 8U          /* Allan deviations inside DAVAR_ResultFd */
+#define DAVAR_WIRE_LEAST 1e-30F   /* magnitude of any float on the wire, but 0 */
+#define DAVAR_WIRE_MOST 1e30F
 
 /* Message of a channel: identifier = base + 16 channel + message. */
 typedef enum {
@@ -91,6 +93,7 @@ typedef struct {
     uint8_t stage;
     uint8_t index; /* within the stage */
     uint8_t tag;   /* Counter of this result's DAVAR_State (or DAVAR_ResultFd) */
+    uint8_t session;
     uint8_t health_next;
     uint8_t setup_next;
     uint8_t counter[DAVAR_MESSAGE_COUNT]; /* of the next frame of each message */
@@ -109,6 +112,11 @@ void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
  * is read between davar_encoder_begin and the end of the result. Call after davar_encoder_init. */
 void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit);
 
+/* Which run of the sender this is: another number than last time (a boot counter, a clock, noise), so that a receiver can tell
+ * a restart from lost frames whatever it missed. 0 (the default): not told; a restart then shows in an epoch that falls
+ * back. Call after davar_encoder_init. */
+void davar_encoder_session(davar_encoder_t *encoder, uint8_t session);
+
 /* Begins the farewell: every health counter once more, so that the last loss is told too. */
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health);
 
@@ -121,7 +129,7 @@ typedef enum {
     DAVAR_DECODE_FOREIGN, /* not an identifier of this base */
     DAVAR_DECODE_LENGTH,  /* not the length of this message */
     DAVAR_DECODE_CRC,     /* damaged */
-    DAVAR_DECODE_VALUE    /* index, kind or item out of range */
+    DAVAR_DECODE_VALUE    /* an index or a value that no sender means: damage that passed the checksum */
 } davar_decode_status_t;
 
 /* What one frame says. Absent values are NaN. Units as in davar_result_t. */
@@ -130,8 +138,9 @@ typedef struct {
     uint8_t channel;
     uint8_t counter; /* Counter, 0..15 */
     uint8_t result; /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in DAVAR_State and DAVAR_ResultFd */
-    uint8_t index;  /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex */
-    float value;    /* the float32 of the message; in DAVAR_ResultFd ARW */
+    uint8_t session; /* DAVAR_Health, DAVAR_Setup: davar_encoder_session */
+    uint8_t index;   /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex */
+    float value;     /* the float32 of the message; in DAVAR_ResultFd ARW */
     uint32_t number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size */
     uint32_t window_samples;
     bool unstable;
@@ -143,7 +152,9 @@ typedef struct {
     float coefficient[DAVAR_COEFFICIENT_COUNT]; /* DAVAR_ResultFd */
 } davar_wire_t;
 
-/* Reads one frame; *wire is filled when the answer is DAVAR_DECODED. O(length). */
+/* Reads one frame; *wire is filled when the answer is DAVAR_DECODED. A value that cannot be is refused: a deviation or
+ * coefficient below 0, infinite (but for an upper limit) or outside DAVAR_WIRE_LEAST .. DAVAR_WIRE_MOST, a rate of 0, a
+ * window, stride or cluster size of 0. O(length). */
 davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire);
 
 /* CRC-8/SAE-J1850 (polynomial 0x1D, start and final xor 0xFF) of identifier (low byte, high byte) and data from byte 1

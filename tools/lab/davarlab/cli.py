@@ -311,7 +311,8 @@ COMMANDS = {
         argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
     "live": (run_live, "checks, shows and records the stream of a CAN or serial source; waits for one that is lost", [
         argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
-        argument("--record", metavar="FILE.csv", help="also write the results there, as they come"),
+        argument("--record", metavar="FILE.csv", help="also write the results there, as they come; a file that is there "
+                 "is continued with a new stretch, or, when it has other columns, FILE-2.csv is written"),
         argument("--count", type=option_types.whole, metavar="N", help="stop after so many results"),
         argument("--idle", type=option_types.positive, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
     "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(
@@ -341,7 +342,8 @@ def parser():
         for names, settings in arguments:
             command.add_argument(*names, **settings)
         command.add_argument("--json", action="store_true", help="one JSON object on standard output")
-        command.add_argument("--effects", action="append", default=[], metavar="FILE.py", help="more effects")
+        command.add_argument("--effects", action="append", default=[], metavar="FILE.py",
+                             help="more effects: Python code, which is run as it is; give only files that you trust")
     return top
 
 

@@ -13,7 +13,8 @@ import cantools
 DBC_PATH = Path(__file__).resolve().parents[3] / "davar.dbc"
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
-HISTORY = 15  # frames of one identifier that are remembered: one less than Counter can tell apart
+LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/codec.h
+HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
 
 
 def _crc_table():
@@ -51,10 +52,13 @@ class Faults:
     noise: int = 0  # lines of the serial link that are no frames
     link_lost: int = 0  # times interface or serial line went away
     link_back: int = 0  # times it came back
+    impossible: int = 0  # the Crc is right, and a value is none that a sender means: damage
+    doubtful_results: int = 0  # not passed on: frames of another run of the sender, or of 16 results later, may be in them
+    restarts: int = 0  # of a sender; no fault
 
     def total(self):
         return (self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.orphaned
-                + self.noise)
+                + self.noise + self.impossible + self.doubtful_results)
 
 
 class Sequence:
@@ -62,22 +66,33 @@ class Sequence:
 
     def __init__(self):
         self.last = None
+        self.at = 0  # where the newest one stands, not modulo 16
         self.missing = 0
-        self.seen = deque(maxlen=HISTORY)  # (counter, data), newest last
+        self.came = None  # the one that came last: (counter, data)
+        self.seen = {}  # where -> data, of the newest HISTORY places
         self.holes = {}  # counters that did not come yet -> how many frames ago they were due
+
+    def again(self, counter, data):
+        """Is this the frame that came last?"""
+        return self.came == (counter, data)
+
+    def late(self, counter):
+        """How many frames ago this one was due, if its place is still empty; otherwise 0."""
+        back = (self.last - counter) % 16 if self.last is not None else 0
+        return back if counter in self.holes and back < 8 else 0
 
     def judge(self, counter, data):
         """Returns (kind, missing): kind is "good", "repeated" or "swapped"; missing is added to the count (-1: found)."""
+        self.came = counter, data
         if self.last is None:
             return self._accept(counter, data, 0)
-        if (counter, data) in self.seen:
+        if self.seen.get(self.at - (self.last - counter) % 16) == data:
             return "repeated", 0
-        step = (counter - self.last) % 16
-        if counter in self.holes and step > 8:
+        if self.late(counter):
             del self.holes[counter]
-            self.seen.append((counter, data))
+            self.seen[self.at - (self.last - counter) % 16] = data
             return "swapped", -1
-        missing = (step - 1) % 16  # a step of 0 with other data: 15 were lost
+        missing = (counter - self.last - 1) % 16  # the same counter with other data: 15 were lost
         return self._accept(counter, data, missing)
 
     def _accept(self, counter, data, missing):
@@ -86,7 +101,9 @@ class Sequence:
             self.holes[(counter - back) % 16] = back
         self.holes.pop(counter, None)
         self.last = counter
-        self.seen.append((counter, data))
+        self.at += missing + 1
+        self.seen[self.at] = data
+        self.seen = {where: one for where, one in self.seen.items() if where > self.at - HISTORY}
         return "good", missing
 
 
@@ -100,14 +117,41 @@ class Result:
     values: dict = field(default_factory=dict)  # column -> number
     adev: dict = field(default_factory=dict)  # TauIndex -> deg/s
     deviation: dict = field(default_factory=dict)  # TauIndex -> standard deviations from the error model
+    stretch: int = 1  # of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
+    of: object = None  # the Channel as it was in that stretch
+    joined: dict = field(default_factory=dict)  # (field, key) -> number, of frames that none with the session has followed
+    frames: int = 0  # of joined
+
+    def join(self, found):
+        """Takes the values of a frame; False: there is another value for one of them already."""
+        if any(repr(known) != repr(value) for at, value in found for known in self._known(at)):
+            return False
+        self.joined.update(found)
+        self.frames += 1
+        return True
+
+    def vouch(self):
+        """What was joined is of this run of the sender."""
+        for (name, key), value in self.joined.items():
+            getattr(self, name)[key] = value
+        self.joined, self.frames = {}, 0
+
+    def _known(self, at):
+        name, key = at
+        return [one[where] for one, where in ((self.joined, at), (getattr(self, name), key)) if where in one]
 
 
 class Channel:
-    """What is known about one channel: the result being joined, its setup, its health."""
+    """What is known about one channel in one run of its sender: the result being joined, its setup, its health."""
 
-    def __init__(self):
+    def __init__(self, stretch=1):
+        self.stretch = stretch
+        self.session = None
         self.result = None
+        self.held = []  # results that are over and wait for a frame with the session
         self.epoch = None
+        self.tag = None  # of the newest State
+        self.step = None  # between epochs: Stride, or the smallest seen
         self.setup = {}  # "rate_hz", "stride"
         self.clusters = {}  # TauIndex -> samples
         self.health = {}  # name -> count
@@ -122,14 +166,40 @@ COLUMNS = {
     "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h", "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
+ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples")
+
 
 def number(value):
     """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and infinity."""
     return {"absent": math.nan, "beyond": math.inf}.get(str(value), value)
 
 
+def parts(signals):
+    """The values of a frame: [((field of Result, key), number)]."""
+    found = [(("values", COLUMNS[name]), number(value)) for name, value in signals.items() if name in COLUMNS]
+    if "AdevDps" in signals:
+        found.append((("adev", signals["TauIndex"]), signals["AdevDps"]))
+    if "ModelDeviation" in signals:
+        found.append((("deviation", signals["MonitorIndex"]), signals["ModelDeviation"]))
+    if "Adev0Dps" in signals:
+        found += [(("adev", index), signals[f"Adev{index}Dps"]) for index in range(8)]
+    return found
+
+
+def possible(name, value):
+    """May a sender mean this value of a signal? As davar_decode says."""
+    if name in ABOVE_ZERO and not value > 0:
+        return False
+    if not isinstance(value, float) or value == 0 or value != value:
+        return True
+    return LEAST <= (abs(value) if name == "ModelDeviation" else value) <= MOST or value == math.inf and "High" in name
+
+
 class Receiver:
-    """Feed frames with push(); it returns the result that this frame completed, or None. finish() gives the rest."""
+    """Feed frames with push(); it returns a result that is complete, or None. finish() gives the rest.
+
+    A result is passed on when its successor has begun and a frame that tells the session (DAVAR_Health, DAVAR_Setup) has
+    followed its frames: otherwise they might be of a sender that has been restarted since, and whose State was lost."""
 
     def __init__(self, base=BASE, dbc=DBC_PATH):
         self.base = base
@@ -137,78 +207,168 @@ class Receiver:
         self.faults = Faults()
         self.channels = {}
         self.sequences = {}
+        self.ready = deque()
 
     def check(self, identifier, data):
         """Judges a frame: "foreign", "corrupted", "repeated", "swapped" or "good"; counts it."""
-        message = self.messages.get((identifier - self.base) % STEP) if identifier >= self.base else None
-        if message is None:
-            kind = "foreign"
-        elif len(data) != message.length or data[0] != crc(identifier, data):
-            kind = "corrupted"
-        else:
-            kind, missing = self.sequences.setdefault(identifier, Sequence()).judge(data[1] & 15, data)
-            self.faults.missing += missing
-            self.sequences[identifier].missing += missing
-            self.faults.good += kind in ("good", "swapped")
-        if kind != "good":
-            setattr(self.faults, kind, getattr(self.faults, kind) + 1)
-        return kind
+        kind = self._sound(identifier, data)
+        return self._count(kind) if kind else self._judge(identifier, data)
 
     def push(self, identifier, data):
         """Takes one frame (data: bytes)."""
-        if self.check(identifier, data) not in ("good", "swapped"):
-            return None
-        offset = identifier - self.base
-        message = self.messages[offset % STEP]
+        kind, signals = self._sound(identifier, data), None
+        if not kind:
+            kind, signals = self._decoded(identifier, data)
+        if kind:
+            self._count(kind)
+        else:
+            self._take(identifier, data, signals)
+        return self.ready.popleft() if self.ready else None
+
+    def finish(self):
+        """The results that no later frame completed, as far as they are beyond doubt."""
+        for channel in self.channels.values():
+            self._close(channel)
+            self._release(channel)
+        left, self.ready = list(self.ready), deque()
+        return left
+
+    def _message(self, identifier):
+        return self.messages.get((identifier - self.base) % STEP) if identifier >= self.base else None
+
+    def _sound(self, identifier, data):
+        """What is wrong with a frame as it stands, if anything."""
+        message = self._message(identifier)
+        if message is None:
+            return "foreign"
+        return "corrupted" if len(data) != message.length or data[0] != crc(identifier, data) else None
+
+    def _decoded(self, identifier, data):
+        """(what is wrong with its values, if anything; its signals)."""
+        message = self._message(identifier)
         try:
             signals = message.decode(data)
         except cantools.database.Error:
-            self.faults.good -= 1
-            self.faults.corrupted += 1
-            return None
-        return self._take(offset // STEP, message.name.removeprefix("DAVAR_"), signals)
+            return "corrupted", None
+        return None if all(possible(name, value) for name, value in signals.items()) else "impossible", signals
 
-    def finish(self):
-        """The results that no later frame completed."""
-        left = [channel.result for channel in self.channels.values() if channel.result]
-        for channel in self.channels.values():
-            channel.result = None
-        return left
+    def _count(self, kind):
+        setattr(self.faults, kind, getattr(self.faults, kind) + 1)
+        return kind
 
-    def _take(self, index, name, signals):
+    def _judge(self, identifier, data):
+        """A sound frame among those of its identifier."""
+        sequence = self.sequences.setdefault(identifier, Sequence())
+        kind, missing = sequence.judge(data[1] & 15, data)
+        self.faults.missing += missing
+        sequence.missing += missing
+        self.faults.good += kind in ("good", "swapped")
+        return kind if kind == "good" else self._count(kind)
+
+    def _take(self, identifier, data, signals):
+        index, offset = divmod(identifier - self.base, STEP)
+        name = self.messages[offset].name.removeprefix("DAVAR_")
         channel = self.channels.setdefault(index, Channel())
         if name in ("State", "ResultFd"):
-            done = channel.result
-            self._begin(channel, index, signals, 2 ** 32 if name == "State" else 2 ** 24)
-            return done
+            self._take_state(channel, index, identifier, data, signals)
+            return
+        if name in ("Health", "Setup") and channel.session not in (None, signals["Session"]):
+            channel = self._restart(index)
+        if self._judge(identifier, data) == "repeated":
+            return
+        if name in ("Health", "Setup"):
+            self._tell(channel, name, signals)
+        elif channel.result and channel.result.tag == signals["Result"]:
+            self.faults.orphaned += not channel.result.join(parts(signals))
+        elif channel.result:
+            self.faults.orphaned += 1
+
+    def _tell(self, channel, name, signals):
+        """Session, and what else Health and Setup say."""
+        channel.session = signals["Session"]
+        for result in [*channel.held, *([channel.result] if channel.result else [])]:
+            result.vouch()
+        self._release(channel)
         if name == "Health":
             item = str(signals["HealthIndex"])
             channel.health[item] = signals[item]
-        elif name == "Setup":
+        else:
             self._set_up(channel, signals)
-        elif channel.result and channel.result.tag == signals["Result"]:
-            self._add(channel.result, signals)
-        elif channel.result:
-            self.faults.orphaned += 1
-        return None
 
-    def _begin(self, channel, index, signals, modulus):
+    def _take_state(self, channel, index, identifier, data, signals):
+        modulus = 2 ** 32 if len(data) == 8 else 2 ** 24
         tag, low = signals["Counter"], signals["Epoch"]
-        step = 0 if channel.epoch is None else (low - channel.epoch) % modulus
-        if step > modulus // 2:
-            return  # a late State, swapped with a newer one: its result is history
-        epoch = low if channel.epoch is None else channel.epoch + step
-        self._check_epoch(channel, epoch, tag)
-        channel.epoch = epoch
-        channel.result = Result(index, tag, epoch)
-        self._add(channel.result, signals)
+        sequence = self.sequences.setdefault(identifier, Sequence())
+        ahead = 0 if channel.epoch is None else (low - channel.epoch) % modulus
+        back = (modulus - ahead) % modulus
+        told = channel.result and channel.result.values  # what comes again behind a frame with the session is no repetition
+        if sequence.again(tag, data) and not told:
+            self._judge(identifier, data)
+            self._begin_again(channel, tag, signals)
+            return
+        if channel.epoch is not None and (not ahead or back < ahead):
+            late = sequence.late(tag)
+            if late and (channel.step is None or back % channel.step == 0 and back >= late * channel.step):
+                self._judge(identifier, data)
+                return  # swapped with a newer one: its result is history
+            channel = self._restart(index)
+            ahead = 0
+        self._judge(identifier, data)
+        self._check_epoch(channel, ahead, tag)
+        self._close(channel)
+        channel.epoch = low if channel.epoch is None else channel.epoch + ahead
+        channel.tag = tag
+        channel.result = Result(index, tag, channel.epoch, stretch=channel.stretch, of=channel)
+        channel.result.join(parts(signals))
 
-    def _check_epoch(self, channel, epoch, tag):
-        """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the stride is known."""
+    def _begin_again(self, channel, tag, signals):
+        """The newest State once more: a repetition, or that of a sender that was restarted behind it. What was joined meanwhile
+        may be of either."""
+        result = channel.result
+        if result and result.tag == tag:
+            self.faults.orphaned += result.frames - 1
+            result.joined, result.frames = dict(parts(signals)), 1
+
+    def _restart(self, index):
+        """The sender of a channel has been restarted: a new stretch, in which nothing is known."""
+        old = self.channels[index]
+        self._close(old)
+        self._release(old)
+        self.faults.restarts += 1
+        for identifier in [one for one in self.sequences if (one - self.base) // STEP == index]:
+            self.sequences[identifier] = Sequence()
+        self.channels[index] = Channel(old.stretch + 1)
+        return self.channels[index]
+
+    def _close(self, channel):
+        """The result being joined is over."""
+        if channel.result and not channel.result.joined:
+            self.ready.append(channel.result)
+        elif channel.result:
+            channel.held.append(channel.result)
+        channel.result = None
+
+    def _release(self, channel):
+        """No more can be known of what is held: the part that is vouched for is passed on, a result without one is counted."""
+        for result in channel.held:
+            if result.values:
+                self.ready.append(result)
+            else:
+                self.faults.doubtful_results += 1
+        channel.held = []
+
+    def _check_epoch(self, channel, ahead, tag):
+        """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step between results is known."""
+        if channel.epoch is None:
+            return
+        if channel.step and channel.result and ahead >= 16 * channel.step:
+            channel.result = None  # frames from behind the hole have its tag
+            self.faults.doubtful_results += 1
+        channel.step = channel.setup.get("stride") or min(channel.step or ahead, ahead)
         stride = channel.setup.get("stride")
-        if stride and channel.result:
-            passed, rest = divmod(epoch - channel.epoch, stride)
-            by_counter = (tag - channel.result.tag - 1) % 16 + 1
+        if stride:
+            passed, rest = divmod(ahead, stride)
+            by_counter = (tag - channel.tag - 1) % 16 + 1
             if rest == 0 and passed > by_counter and (passed - by_counter) % 16 == 0:
                 self.faults.missing_results += passed - by_counter
 
@@ -217,18 +377,6 @@ class Receiver:
         if "RateHz" in signals:
             channel.setup["rate_hz"] = signals["RateHz"]
         elif "Stride" in signals:
-            channel.setup["stride"] = signals["Stride"]
+            channel.step = channel.setup["stride"] = signals["Stride"]
         else:
             channel.clusters[signals["Item"] - 32] = signals["ClusterSamples"]
-
-    @staticmethod
-    def _add(result, signals):
-        if "AdevDps" in signals:
-            result.adev[signals["TauIndex"]] = signals["AdevDps"]
-        if "ModelDeviation" in signals:
-            result.deviation[signals["MonitorIndex"]] = signals["ModelDeviation"]
-        if "Adev0Dps" in signals:
-            result.adev.update({t: signals[f"Adev{t}Dps"] for t in range(8)})
-        for name, column in COLUMNS.items():
-            if name in signals:
-                result.values[column] = number(signals[name])

@@ -40,12 +40,15 @@ class Viewer:
 
     def __init__(self, receiver, recorder, as_json):
         self.receiver, self.recorder, self.as_json, self.shown = receiver, recorder, as_json, 0
+        self.stretches = {}  # channel -> the newest stretch that was said
 
     def show(self, result):
-        channel = self.receiver.channels[result.channel]
-        values = row(result, channel)
+        if result.stretch > self.stretches.setdefault(result.channel, 1):
+            self.stretches[result.channel] = result.stretch
+            say(f"channel {result.channel}: the sender has been restarted: a new stretch begins with epoch {result.epoch}")
+        values = row(result, result.of)
         if self.recorder:
-            self.recorder.add(result, channel)
+            self.recorder.add(result, result.of)
         print(json.dumps(values) if self.as_json else line(values), flush=True)
         self.shown += 1
 
@@ -68,9 +71,11 @@ def run(options):
     receiver = wire.Receiver(options.base)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with contextlib.closing(Source(options.source, receiver.faults, say)) as source, contextlib.ExitStack() as stack:
-        recorder = stack.enter_context(contextlib.closing(Recorder(options.record))) if options.record else None
+        recorder = stack.enter_context(contextlib.closing(Recorder(options.record, say))) if options.record else None
         follow(source, receiver, Viewer(receiver, recorder, options.json), options)
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
-        say(f"{options.record}: {recorder.left_out} values left out: they had no column when the header was written")
+        say(f"{recorder.path}: {recorder.left_out} values left out: they had no column when the header was written")
+    if recorder and recorder.unrecorded:
+        say(f"{recorder.path}: {recorder.unrecorded} results not recorded")
     return 0

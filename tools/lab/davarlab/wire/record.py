@@ -1,19 +1,28 @@
-"""Results to CSV as they come, with the columns of davar-sim: memory does not grow, and a cut leaves whole rows."""
+"""Results to CSV as they come, with the columns of davar-sim: memory does not grow, and a cut leaves whole rows.
 
+What is in the file already stays: a later run goes on behind it, as later stretches. (channel, stretch, epoch) comes once."""
+
+import contextlib
 import csv
+import io
+import itertools
 import math
+import os
+import stat
+from pathlib import Path
 
 from ..errors import BadInput
 
-FIELDS = ["channel", "epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
+FIELDS = ["channel", "stretch", "epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
           "arw_low_deg_per_sqrt_h", "arw_high_deg_per_sqrt_h", "arw_relative_uncertainty", "bi_deg_per_h",
           "rrw_deg_per_h_per_sqrt_h", "rr_deg_per_h2", "qn_deg"]
 WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 34
+ROW_BYTES_MAX = 1 << 16
 
 
 def row(result, channel):
     """A result (wire.Result) as a flat dictionary; absent values are None."""
-    values = {"channel": result.channel, "epoch": result.epoch}
+    values = {"channel": result.channel, "stretch": result.stretch, "epoch": result.epoch}
     if "rate_hz" in channel.setup:
         values["time_s"] = result.epoch / channel.setup["rate_hz"]
     values.update({name: value for name, value in result.values.items() if name in FIELDS})
@@ -32,39 +41,117 @@ def cluster_order(name):
     return not size.isdigit(), int(size) if size.isdigit() else 0, size
 
 
-class Recorder:
-    """A CSV file. The first rows wait until DAVAR_Setup has named the columns; the file is empty until then."""
+class Output:
+    """A file to which whole lines are appended, unbuffered: those of an earlier run stay."""
 
     def __init__(self, path):
-        self.waiting, self.writer, self.left_out = [], None, 0  # left_out: values without a column
+        self.path = Path(path)
+        self.file = open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666), "rb+", buffering=0)
+        self.regular = stat.S_ISREG(os.fstat(self.file.fileno()).st_mode)
+
+    def size(self):
+        return os.fstat(self.file.fileno()).st_size if self.regular else 0
+
+    def drop_cut_row(self):
+        """A power cut leaves part of a row; it was never whole."""
+        start = max(0, self.size() - ROW_BYTES_MAX)
+        end = os.pread(self.file.fileno(), ROW_BYTES_MAX, start).rfind(b"\n") + 1
+        if end:
+            self.file.truncate(start + end)
+
+    def earlier(self):
+        """(columns, last stretch) of what is there: (None, 0) of nothing, ([], 0) of a file that is none of ours."""
+        if not self.size():
+            return None, 0
+        with open(self.path, encoding="utf-8", errors="replace") as file:
+            header = file.readline(ROW_BYTES_MAX)
+            columns = header.strip().split(",")
+            if not header.endswith("\n") or not set(FIELDS) <= set(columns):
+                return [], 0
+            self.drop_cut_row()
+            at = columns.index("stretch")
+            stretches = (line.split(",", at + 1)[at:at + 1] for line in file)
+            return columns, max((int(one) for found in stretches for one in found if one.isdecimal()), default=0)
+
+    def append(self, line):
+        """The whole line, or nothing of it and OSError."""
+        size, left = self.size(), memoryview(line)
         try:
-            self.file = open(path, "w", newline="", encoding="utf-8")
-        except OSError as why:
-            raise BadInput(f"--record: {path}: {why.strerror}") from None
+            while left:
+                left = left[self.file.write(left):]
+        except OSError:
+            if self.regular and self.size() > size:
+                self.file.truncate(size)
+            raise
+
+
+class Recorder:
+    """A CSV file. The first rows of a stretch wait until DAVAR_Setup has named their columns.
+
+    A file that is there and has these columns is continued; beside one that has not, NAME-2.csv is (and so on). A disk
+    that is full costs rows, not the recording: they are counted, and the next row is tried again."""
+
+    def __init__(self, path, say=lambda text: None):
+        self.path, self.given, self.say = Path(path), Path(path), say
+        self.waiting, self.columns, self.before = [], None, 0  # before: stretches of earlier runs in the file
+        self.patient = {}  # (channel, stretch) -> may its rows still wait?
+        self.left_out, self.unrecorded, self.failing = 0, 0, False  # left_out: values without a column
+        try:
+            self.output = Output(path)
+        except (OSError, ValueError) as why:
+            raise BadInput(f"--record: {path}: {getattr(why, 'strerror', why)}") from None
 
     def add(self, result, channel):
-        if self.writer:
-            self._write(row(result, channel))
-            return
         self.waiting.append((result, channel))
-        named = all("rate_hz" in of.setup and set(one.adev) <= set(of.clusters) for one, of in self.waiting)
-        if named or len(self.waiting) == WAITING_MAX:
-            self._begin()
+        if len(self.waiting) == WAITING_MAX:
+            self.patient.update({(one.channel, one.stretch): False for one, _ in self.waiting})
+        if self.columns or all(map(self._is_named, self.waiting)):
+            self._write_named()
 
     def close(self):
-        if self.waiting:
-            self._begin()
-        self.file.close()
+        self.patient.update({(one.channel, one.stretch): False for one, _ in self.waiting})
+        self._write_named()
+        self.output.file.close()
 
-    def _begin(self):
-        rows = [row(result, channel) for result, channel in self.waiting]
-        self.waiting = []
+    def _is_named(self, waiting):
+        result, channel = waiting
+        named = "rate_hz" in channel.setup and set(result.adev) | set(result.deviation) <= set(channel.clusters)
+        return named or not self.patient.setdefault((result.channel, result.stretch), True)
+
+    def _write_named(self):
+        """Writes the rows whose columns have names, and begins the file when there is none yet."""
+        ready = [one for one in self.waiting if self._is_named(one)]
+        self.waiting = [one for one in self.waiting if not self._is_named(one)]
+        rows = [row(*one) for one in ready]
+        try:
+            for number, values in enumerate(rows):
+                if not self.columns:
+                    self._begin(rows)
+                self._write(values)
+                if self.failing:
+                    self.say(f"--record: {self.path}: goes on")
+                self.failing = False
+        except OSError as why:
+            self.unrecorded += len(rows) - number
+            if not self.failing:
+                self.say(f"--record: {self.path}: {why.strerror}: results are shown, and not recorded")
+            self.failing = True
+
+    def _begin(self, rows):
+        """The file whose columns hold these rows, with its header."""
         adevs = {name for one in rows for name in one if name.startswith("adev_")}
         columns = FIELDS + sorted(adevs, key=cluster_order) + self._monitor(rows)
-        self.writer = csv.DictWriter(self.file, columns, restval="", lineterminator="\n", extrasaction="ignore")
-        self.writer.writeheader()
-        for values in rows:
-            self._write(values)
+        for number in itertools.count(2):
+            found, self.before = self.output.earlier()
+            if found is None:
+                self.output.append((",".join(columns) + "\n").encode())
+            if found is None or set(columns) <= set(found):
+                self.columns = found or columns
+                return
+            other = self.given.with_name(f"{self.given.stem}-{number}{self.given.suffix}")
+            self.say(f"--record: {self.path}: is there with other columns: recording to {other}")
+            self.output.file.close()
+            self.path, self.output = other, Output(other)
 
     @staticmethod
     def _monitor(rows):
@@ -73,7 +160,9 @@ class Recorder:
         return sorted(names & {"model_health"}) + sorted(names - {"model_health"}, key=cluster_order)
 
     def _write(self, values):
-        self.left_out += len(values.keys() - set(self.writer.fieldnames))
-        self.writer.writerow({name: f"{value:.9g}" if isinstance(value, float) else value for name, value in values.items()
-                              if value is not None})
-        self.file.flush()
+        text, known = io.StringIO(), {name: f"{value:.9g}" if isinstance(value, float) else value
+                                      for name, value in values.items() if value is not None}
+        known["stretch"] += self.before
+        csv.DictWriter(text, self.columns, restval="", lineterminator="\n", extrasaction="ignore").writerow(known)
+        self.output.append(text.getvalue().encode())
+        self.left_out += len(values.keys() - set(self.columns))

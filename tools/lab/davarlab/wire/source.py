@@ -23,7 +23,7 @@ SIOCGIFFLAGS, IFF_UP = 0x8913, 1
 SO_RCVBUFFORCE = 33  # beyond the usual limit; needs CAP_NET_ADMIN
 FAILURES = (OSError, can.CanError, termios.error)
 PLAIN = {errno.ENOTTY: "not a serial line", errno.ENODEV: "no such interface", errno.EAFNOSUPPORT: "this system has no CAN"}
-FRAME = re.compile(rb"t([0-9A-Fa-f]{3})([0-8])((?:[0-9A-Fa-f]{2})*)")
+FRAME = re.compile(rb"t([0-7][0-9A-Fa-f]{2})([0-8])([0-9A-Fa-f]*)")
 
 
 def reason(why):
@@ -87,9 +87,9 @@ class SerialPort:
         return [frame for frame in map(self._frame, lines) if frame]
 
     def _frame(self, line):
-        found = FRAME.match(line)
+        found = FRAME.fullmatch(line)
         length = int(found[2]) * 2 if found else 0
-        if found and len(found[3]) >= length and len(line) in (5 + length, 9 + length):  # 4 more: a time stamp
+        if found and len(found[3]) in (length, length + 4):  # 4 more: a time stamp
             return int(found[1], 16), bytes.fromhex(found[3][:length].decode())
         self.faults.noise += bool(line)
         return None

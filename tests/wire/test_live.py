@@ -1,0 +1,187 @@
+"""davarlab live on a serial line of which the test is the other end: senders that are restarted, disks that are full, runs that
+follow each other. Interfaces and lines that go and come back: tests/kernel/test_live.py."""
+
+import csv
+import json
+import os
+import pty
+import resource
+import subprocess
+import sys
+import tempfile
+import threading
+import tty
+import unittest
+from pathlib import Path
+
+from senders import ROOT, frames, run
+
+sys.path.insert(0, str(ROOT / "tools/lab"))
+from davarlab import record, source, wire  # noqa: E402
+
+# The command behind tools/davarlab live, without the other commands and what they need.
+LIVE = "import sys, json, argparse\nfrom davarlab import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+
+
+MARK = 9
+
+
+def text(frame):
+    return b"t%03X%d%s\r" % (frame[0], len(frame[1]), frame[1].hex().upper().encode())
+
+
+class Live(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.record = self.folder / "arw.csv"
+
+    def live(self, sent, limit=None, **options):
+        """Sends frames to davarlab live, then hangs up; (its lines, what it said). Frames of channel MARK come last: when one of
+        their results is shown, everything before them has been read."""
+        ours, its = pty.openpty()
+        tty.setraw(its)
+        wanted = {"source": f"slcan:{os.ttyname(its)}", "base": wire.BASE, "record": str(self.record), "count": None, "idle": None,
+                  "json": True, **options}
+        bound = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None
+        process = subprocess.Popen([sys.executable, "-B", "-c", LIVE, json.dumps(wanted)], cwd=ROOT / "tools/lab", text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=bound)
+        told, shown = [], []
+        teller = threading.Thread(target=lambda: told.extend(process.stderr))
+        writer = threading.Thread(target=self.play, args=(ours, [*sent, *frames(run(99, 2, session=1, channel=MARK))]))
+        teller.start()
+        writer.start()
+        for line in process.stdout:
+            shown.append(line)
+            if json.loads(line)["channel"] == MARK and its is not None:
+                writer.join()
+                os.close(its)
+                os.close(ours)
+                its = None
+        teller.join()
+        self.assertEqual(0, process.wait(), told)
+        process.stdout.close()
+        process.stderr.close()
+        self.all_shown = len(shown)
+        return [line for line in shown if json.loads(line)["channel"] != MARK], "".join(told)
+
+    @staticmethod
+    def play(ours, sent):
+        heard = b""
+        while b"O\r" not in heard:
+            heard += os.read(ours, 100)
+        data = memoryview(b"".join(map(text, sent)))
+        while data:
+            data = data[os.write(ours, data[:1000]):]
+
+    def rows(self, path=None):
+        with open(path or self.record, encoding="utf-8") as file:
+            return [row for row in csv.DictReader(file) if row["channel"] != str(MARK)]
+
+    def keys(self, path=None):
+        return [(row["channel"], row["stretch"], row["epoch"]) for row in self.rows(path)]
+
+    def test_a_restart_is_told_and_begins_a_new_stretch(self):
+        one, two = run(1, 60, session=7), run(2, 60, session=7)
+        shown, told = self.live(frames(one) + frames(two))
+        self.assertEqual(1, told.count("davarlab live: channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"))
+        self.assertIn(" 0 orphaned,", told)
+        self.assertIn(" 1 restarts", told)
+        self.assertEqual([("0", str(stretch), str(100 * n + 99)) for stretch in (1, 2) for n in range(60)], self.keys())
+        self.assertEqual([(int(row["stretch"]), int(row["epoch"])) for row in self.rows()],
+                         [(row["stretch"], row["epoch"]) for row in map(json.loads, shown)])
+        self.assertNotIn("", [row["time_s"] for row in self.rows()])
+        self.assertEqual(["adev_1", "adev_2", "adev_4", "adev_8"], [*self.rows()[0]][-4:])
+
+    def test_a_later_run_goes_on_behind_the_earlier_one(self):
+        one = run(1, 20, session=7)
+        for _ in range(3):
+            self.live(frames(one))
+        self.assertEqual([("0", str(stretch), str(100 * n + 99)) for stretch in (1, 2, 3) for n in range(20)], self.keys())
+        self.assertEqual(1, self.record.read_text().count("epoch"))
+
+    def test_a_row_that_a_power_cut_has_broken_is_taken_away(self):
+        one = run(1, 20, session=7)
+        self.live(frames(one))
+        whole = self.record.read_bytes()
+        for cut in (len(whole) - 1, len(whole) - 30):
+            self.record.write_bytes(whole[:cut])
+            before = len(whole[:cut].splitlines()) - 2  # without header and the broken row
+            self.live(frames(one))
+            self.assertEqual(before + self.all_shown, len(self.record.read_text().splitlines()) - 1)
+            self.assertEqual(len(self.keys()), len(set(self.keys())))
+            self.assertTrue(self.record.read_bytes().startswith(whole[:whole.rindex(b"\n", 0, -1) + 1]))
+
+    def test_what_is_no_recording_of_these_columns_stays_as_it_is(self):
+        for there in (b"time_s,gyro_z_dps\n0,1\n0.1,2", b"\x00" * 100, b"channel,epoch\n"):
+            self.record.write_bytes(there)
+            shown, told = self.live(frames(run(1, 20, session=7)))
+            self.assertEqual((20, there), (len(shown), self.record.read_bytes()))
+            self.assertIn("arw.csv: is there with other columns: recording to ", told)
+        self.assertEqual(60, len(set(self.keys(self.folder / "arw-2.csv"))))
+
+    def test_a_full_disk_costs_rows_and_not_the_view(self):
+        one = run(1, 60, session=7)
+        for limit in (10, 300, 3000, 3001, 4096):
+            self.record.unlink(missing_ok=True)
+            shown, told = self.live(frames(one), limit)
+            self.assertEqual(60, len(shown))
+            self.assertEqual(1, told.count("File too large: results are shown, and not recorded\n"), told)
+            text = self.record.read_text()
+            self.assertTrue(text == "" or text.endswith("\n"))
+            kept = len(self.rows())
+            self.assertIn(f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} results not recorded\n", told)
+            self.assertEqual([str(100 * n + 99) for n in range(kept)], [row["epoch"] for row in self.rows()][:kept])
+        self.assertGreater(kept, 5)
+
+    def test_a_device_that_is_always_full(self):
+        shown, told = self.live(frames(run(1, 20, session=7)), record="/dev/full")
+        self.assertEqual(20, len(shown))
+        self.assertIn("/dev/full: No space left on device: results are shown, and not recorded\n", told)
+        self.assertIn(f"/dev/full: {self.all_shown} results not recorded\n", told)
+
+    def test_a_rate_of_zero_is_refused_and_counted(self):
+        one = run(1, 20, session=7)
+        setup = bytes([0, 0, 0, 7, 0, 0, 0, 0])
+        zero = (0x5D6, bytes([wire.crc(0x5D6, setup)]) + setup[1:])
+        shown, told = self.live(frames(one)[:100] + [zero] + frames(one)[100:])
+        self.assertEqual(20, len(shown))
+        self.assertIn(" 1 impossible,", told)
+
+
+class Slcan(unittest.TestCase):
+    def found(self, line):
+        port = source.SerialPort.__new__(source.SerialPort)
+        port.faults = wire.Faults()
+        return port._frame(line), port.faults.noise  # pylint: disable=protected-access
+
+    def test_what_is_no_standard_frame_is_noise(self):
+        for line in (b"t80001", b"tFFF0", b"t8008" + b"00" * 8, b"t5D0200FFzzzz", b"t5D02AB01123G", b"t5D02AB011", b"t5D02AB01 123",
+                     b"t5D09" + b"00" * 9, b"t5D02ABzz", b"T000005D00", b"r5D00", b"t5d", b"t5D02AB01\n", b"t-5D0"):
+            self.assertEqual((None, 1), self.found(line), line)
+
+    def test_frames_with_and_without_a_time_stamp(self):
+        for line in (b"t5D02AB01", b"t5d02ab01", b"t5D02AB011234", b"t5D02AB01fF00"):
+            self.assertEqual(((0x5D0, b"\xab\x01"), 0), self.found(line), line)
+        self.assertEqual(((0x7FF, b""), 0), self.found(b"t7FF0"))
+
+
+class Waiting(unittest.TestCase):
+    def test_rows_of_a_new_stretch_wait_for_their_names_and_hold_up_no_others(self):
+        with tempfile.TemporaryDirectory() as folder:
+            recorder = record.Recorder(Path(folder) / "x.csv")
+            known, unknown = wire.Channel(), wire.Channel(2)
+            known.setup["rate_hz"], known.clusters = 100.0, {0: 1}
+            recorder.add(wire.Result(0, 0, 99, {}, {0: 1.0}), known)
+            for n in range(500):
+                recorder.add(wire.Result(1, 0, n, {}, {0: 1.0}, stretch=2), unknown)
+                recorder.add(wire.Result(0, 0, 100 + n, {}, {0: 1.0}), known)
+                self.assertLess(len(recorder.waiting), record.WAITING_MAX)
+            recorder.close()
+            with open(Path(folder) / "x.csv", encoding="utf-8") as file:
+                self.assertEqual(1001, len(list(csv.DictReader(file))))
+
+
+if __name__ == "__main__":
+    unittest.main()
