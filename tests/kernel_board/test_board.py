@@ -17,9 +17,9 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tools/support"), str(ROOT / "tools/lab/davarlab")]
+sys.path[:0] = [str(ROOT / "tools/support"), str(ROOT / "tools/lab")]
 import targets  # noqa: E402
-import wire  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
 
 SIM, KERNEL = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_KERNEL", "linux")
 TARGET = "cortex-m4f"

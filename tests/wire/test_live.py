@@ -17,10 +17,10 @@ from pathlib import Path
 from senders import ROOT, frames, run
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab import record, source, wire  # noqa: E402
+from davarlab.wire import frames as wire, record, source  # noqa: E402
 
 # The command behind tools/davarlab live, without the other commands and what they need.
-LIVE = "import sys, json, argparse\nfrom davarlab import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
+LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 
 
 MARK = 9
