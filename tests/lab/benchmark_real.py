@@ -136,7 +136,7 @@ def said(real, axis, found):
 def adequacy(found):
     """The word of the contract; where it is missing, an adequate model counts as statistically adequate."""
     last = found["steps"][-1]
-    return found.get("adequacy") or last.get("adequacy") or ("statistical" if scoring.adequate(found) else "no")
+    return last.get("adequacy") or found.get("adequacy") or ("statistical" if scoring.adequate(found) else "no")
 
 
 def counted(kinds):

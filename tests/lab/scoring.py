@@ -19,14 +19,9 @@ def final_effects(found):
 
 
 def adequate(found):
-    """Does the answer say that its final model explains the recording? The last word on it that the JSON has."""
-    if found["verdict"] == "unknown":
-        return False
+    """Does the answer say that its final model explains the recording? (`adequacy` beside `adequate` in diagnose is of the model as given.)"""
     last = found["steps"][-1] if found.get("steps") else {}
-    for holder, name in ((last, "adequacy"), (found, "adequacy_after"), (found, "adequacy")):
-        if name in holder:
-            return holder[name] != "no"
-    return True
+    return found["verdict"] != "unknown" and last.get("adequacy", "") != "no"
 
 
 def observed(found):

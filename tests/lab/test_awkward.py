@@ -77,7 +77,7 @@ class Awkward(unittest.TestCase):
 
 def answer(verdict, named, **more):
     fitted = [{"kind": kind, "parameters": {}} for kind in ["angle_random_walk", *named]]
-    return {"verdict": verdict, "missing": list(named), "fitted": fitted, "steps": [{}], **more}
+    return {"verdict": verdict, "missing": list(named), "fitted": fitted, "steps": [{}]} | more
 
 
 def truth(*groups, **more):
@@ -97,7 +97,7 @@ class Scoring(unittest.TestCase):
     def test_a_false_kind_is_wrong_when_it_explains_and_unknown_when_not(self):
         self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"]), truth()), "wrong")
         self.assertEqual(self.scored(answer("unknown", ["sinusoid"]), truth()), "unknown")
-        self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"], adequacy="no"), truth()), "unknown")
+        self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"], steps=[{"adequacy": "no"}]), truth()), "unknown")
         self.assertEqual(self.scored(answer("unknown", ["temperature"]), truth(["temperature"])), "unknown")
 
     def test_undecided_is_right_when_the_truth_is_among_a_few(self):
