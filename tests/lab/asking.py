@@ -3,9 +3,17 @@
 import contextlib
 import io
 import json
+import os
 import signal
+import sys
 import time
 import traceback
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools/lab"))
+os.environ.setdefault("DAVAR_LAB_LIBRARY", str(ROOT / "build/tools/tools/lab/libdavar_lab.so"))
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # imported before numpy, or it is too late
 
 MODEL = """[sensor]
 column = "{column}"

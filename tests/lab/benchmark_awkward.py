@@ -1,7 +1,6 @@
-"""How often davarlab is right about awkward sensors (awkward.py), beside a model of the true N and B:
+"""How often davarlab is right about awkward sensors (awkward.py), beside a model of the true N and B (tools/davarlab effects makes the environment):
 
-    PYTHONPATH=tools/lab DAVAR_LAB_LIBRARY=build/tools/tools/lab/libdavar_lab.so OPENBLAS_NUM_THREADS=1 build/venv-lab/bin/python \\
-        tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...] [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]"""
+    build/venv-lab/bin/python tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...] [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]"""
 
 import argparse
 import json

@@ -1,8 +1,7 @@
 """What davarlab says of every axis of every recording in $DAVAR_REAL_DATA (default: shared/data/real beside the repository), from N and B read
-off the Allan deviation. A table in Markdown, and how many axes reach the goals:
+off the Allan deviation. A table in Markdown, and how many axes reach the goals (tools/davarlab effects makes the environment):
 
-    PYTHONPATH=tools/lab DAVAR_LAB_LIBRARY=build/tools/tools/lab/libdavar_lab.so OPENBLAS_NUM_THREADS=1 build/venv-lab/bin/python \\
-        tests/lab/benchmark_real.py [--axis "ADIS16405 run 1 z" ...] [--jobs N] [--out TABLE.md] [--rows FILE.json]"""
+    build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis "ADIS16405 run 1 z" ...] [--jobs N] [--out TABLE.md] [--rows FILE.json]"""
 
 import argparse
 import gzip
