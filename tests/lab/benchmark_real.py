@@ -1,0 +1,225 @@
+"""What davarlab says of every axis of every recording in $DAVAR_REAL_DATA (default: shared/data/real beside the repository), from N and B read
+off the Allan deviation. A table in Markdown, and how many axes reach the goals (tools/davarlab effects makes the environment):
+
+    build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis "ADIS16405 run 1 z" ...] [--jobs N] [--out TABLE.md] [--rows FILE.json]"""
+
+import argparse
+import gzip
+import json
+import multiprocessing
+import os
+import tempfile
+from pathlib import Path
+
+import asking
+import numpy as np
+import scoring
+from real_recordings import RECORDINGS, judgement
+from scipy import signal, stats
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = Path(os.environ.get("DAVAR_REAL_DATA", ROOT.parent / "shared/data/real"))
+HALF_DECADE = np.sqrt(10)
+
+
+def rows_of(real):
+    """(header, lines) of the stretch, without the comment lines: davarlab gets the numbers alone."""
+    with gzip.open(FOLDER / real.file, "rt") as file:
+        header, *lines = (line for line in file if not line.startswith("#"))
+    if real.first_s is not None:
+        lines = [line for line in lines if float(line.split(",", 1)[0]) < real.first_s]
+    return header, lines
+
+
+def segments(real, t, gyro):
+    """Ranges of samples without a gap and at rest. Turns as an expert cuts them: the rate of any axis, averaged over 0.25 s, more than
+    0.25 deg/s from its median, and 1.2 s on either side."""
+    cut = np.logical_or.reduce([np.zeros(len(t), bool), *((t >= start) & (t < stop) for start, stop in real.events)])
+    if real.turns:
+        rate = 1 / np.median(np.diff(t))
+        mean = np.stack([np.convolve(axis - np.median(axis), np.ones(int(rate / 4)) / int(rate / 4), "same") for axis in gyro])
+        moving = (np.abs(mean) > 0.25).any(axis=0)
+        cut = np.convolve(moving, np.ones(2 * int(1.2 * rate) + 1), "same") > 0.5
+    broken = np.flatnonzero(np.diff(t) > real.apart_s) + 1 if real.apart_s else np.array([], int)
+    marks = np.unique(np.concatenate([[0, len(t)], broken, np.flatnonzero(np.diff(cut)) + 1]))
+    return [(a, b) for a, b in zip(marks[:-1], marks[1:]) if not cut[a] and b - a >= 30]
+
+
+def allan(parts, rate):
+    """(taus, Allan deviations): overlapping, pooled over the parts, eight averages a decade and more, up to a ninth of what there is."""
+    most = min(max(map(len, parts)) // 2 - 1, sum(map(len, parts)) // 9)
+    taus, found = [], []
+    angles = [np.concatenate([[0], np.cumsum(part - part.mean())]) for part in parts]
+    for m in np.unique(np.round(2 ** np.arange(0, np.log2(most), 0.25)).astype(int)):
+        squares, count = 0.0, 0
+        for angle in angles:
+            if len(angle) > 2 * m + 1:
+                second = angle[2 * m:] - 2 * angle[m:-m] + angle[:-2 * m]
+                squares, count = squares + np.dot(second, second), count + len(second)
+        if count > 0:
+            taus.append(m / rate)
+            found.append(np.sqrt(squares / count / 2) / m)
+    return np.array(taus), np.array(found)
+
+
+def quiet_level(parts, rate, low, high):
+    """Two-sided spectrum at the lower quartile of a band, as of white noise: three quarters of the frequencies have more, so lines and humps do not count."""
+    length = int(32 * rate / high)
+    total, pieces = 0.0, 0
+    for part in parts:
+        if len(part) >= length:
+            f, power = signal.welch(part, rate, nperseg=length, noverlap=0, detrend="linear")
+            total, pieces = total + power * (len(part) // length), pieces + len(part) // length
+    if not pieces:
+        return 0.0
+    inside = (f >= low) & (f <= min(high, 0.45 * rate))
+    return np.quantile(total[inside], 0.25) / 2 / (stats.chi2.ppf(0.25, 2 * pieces) / 2)
+
+
+def white_reading(parts, rate, taus, adev):
+    """N in deg/sqrt(h) where half a decade is white: slope within 0.05 of -1/2, the minimum of the Allan variance below a tenth (flicker), the
+    level between the lines above nine tenths of what is read. None where there is no such half decade; of several the one nearest that level. It begins within
+    a second or four samples: what is white only later is a plateau below a corner."""
+    best = None
+    for start in taus[(taus * HALF_DECADE <= taus[-1]) & (taus <= max(1.0, 4 * taus[0]))]:
+        inside = (taus >= start * 0.999) & (taus <= start * HALF_DECADE * 1.03)
+        if inside.sum() < 3:
+            continue
+        slope = np.polyfit(np.log(taus[inside]), np.log(adev[inside]), 1)[0]
+        middle, density = (np.exp(np.mean(np.log(of))) for of in (adev[inside] ** 2, adev[inside] ** 2 * taus[inside]))
+        if abs(slope + 0.5) < 0.05 and adev.min() ** 2 < 0.1 * middle:
+            share = quiet_level(parts, rate, 0.25 / start / HALF_DECADE, 0.6 / start) / density
+            if share > 0.9 and (best is None or abs(np.log(share)) < best[0]):
+                best = (abs(np.log(share)), 60 * np.sqrt(density))
+    return best and float(best[1])
+
+
+def reading(real, axis, header, lines):
+    """(N at 1 s or the shortest tau, B at the minimum over 0.664, N of the white part or None)."""
+    table = np.loadtxt(lines, delimiter=",")
+    names = header.strip().split(",")
+    t, gyro = table[:, names.index("time_s")], np.stack([table[:, names.index(f"gyro_{a}_dps")] for a in "xyz"])
+    rate = 1 / (np.mean if real.even else np.median)(np.diff(t))
+    parts = [gyro["xyz".index(axis), a:b] for a, b in segments(real, t, gyro)]
+    taus, adev = allan(parts, rate)
+    at = max(1.0, taus[0])
+    n = 60 * np.sqrt(at) * np.exp(np.interp(np.log(at), np.log(taus), np.log(adev)))
+    return float(n), float(3600 * adev.min() / 0.664), white_reading(parts, rate, taus, adev)
+
+
+def one(name):
+    recording, axis = name.rsplit(" ", 1)
+    real = RECORDINGS[recording]
+    header, lines = rows_of(real)
+    n, b, white = reading(real, axis, header, lines)
+    with tempfile.TemporaryDirectory() as folder:
+        record, model = Path(folder) / "rec.csv", Path(folder) / "model.toml"
+        with open(record, "w") as file:
+            file.writelines([header, *lines])
+        model.write_text(asking.MODEL.format(column=f"gyro_{axis}_dps", n=n, b=b))
+        found, _, wrong, spent = asking.ask(["improve", record, "-m", model, "-o", Path(folder) / "out.toml"], 1800)
+    row = {"name": name, "seconds": spent, "n": n, "b": b, "white": white, "sees": real.of(real.sees, axis)}
+    return row | (said(real, axis, found) if found else {"crash": wrong})
+
+
+def said(real, axis, found):
+    first, last = found["steps"][0], found["steps"][-1]
+    named = [kind for kind in scoring.final_effects(found) if kind not in scoring.BASE]
+    agrees, wrong, why = judgement(real, axis, named, scoring.observed(found))
+    fitted = scoring.fitted_value(found, "angle_random_walk", "coefficient_deg_per_sqrt_h")
+    return {"given": first["error"], "final": last["error"], "floor": last["error_floor"], "p": last["p_value"], "adequacy": adequacy(found),
+            "deviation": found.get("largest_deviation"), "shown_to": found.get("shown_to_tau_s"), "verdict": found["verdict"], "named": named,
+            "observed": sorted(scoring.observed(found)), "agrees": agrees, "wrong": wrong, "why": why, "fitted_n": fitted}
+
+
+def adequacy(found):
+    """The word of the contract; where it is missing, an adequate model counts as statistically adequate."""
+    last = found["steps"][-1]
+    return last.get("adequacy") or found.get("adequacy") or ("statistical" if scoring.adequate(found) else "no")
+
+
+def counted(kinds):
+    return ", ".join(f"{kinds.count(k)} {k}" if kinds.count(k) > 1 else k for k in dict.fromkeys(kinds)) or "-"
+
+
+def deviation(row):
+    d = row["deviation"]
+    return f"{d['percent']:.1f} % at {d['tau_s']:.3g} s" if d and d.get("percent") is not None else ""
+
+
+def arw(row):
+    if row["white"] is None:
+        return f"{row['fitted_n']:.2f} (no white part)" if row["fitted_n"] is not None else ""
+    return f"{row['fitted_n']:.3f} / {row['white']:.3f}" if row["fitted_n"] is not None else f"- / {row['white']:.3f}"
+
+
+HEAD = ("axis", "error given", "final", "floor", "ratio", "adequacy", "added", "observed", "largest deviation", "an expert sees", "agrees",
+        "ARW fitted / read", "s")
+
+
+def cells(row):
+    if "crash" in row:
+        return (row["name"], *[""] * 4, "crash", row["crash"], "", "", row["sees"], "no", "", f"{row['seconds']:.0f}")
+    return (row["name"], f"{row['given']:.3f}", f"{row['final']:.4f}", f"{row['floor']:.4f}", f"{row['final'] / row['floor']:.2f}", row["adequacy"],
+            counted(row["named"]), ", ".join(row["observed"]), deviation(row), row["sees"], "; ".join([row["agrees"], *row["why"]]), arw(row),
+            f"{row['seconds']:.0f}")
+
+
+def markdown(rows):
+    yield "| " + " | ".join(HEAD) + " |"
+    yield "|" + "---|" * len(HEAD)
+    for row in rows:
+        yield "| " + " | ".join(str(cell).replace("|", "/").replace("\n", " ") for cell in cells(row)) + " |"
+
+
+def totals(rows):
+    """The goals, for all 30 axes."""
+    there = [row for row in rows if "crash" not in row]
+    white = [row for row in rows if row["white"] is not None]
+    read = [row for row in white if row.get("fitted_n") is not None and abs(row["fitted_n"] / row["white"] - 1) <= 0.05]
+    yield f"error within 1.25 of the floor: {sum(r['final'] <= 1.25 * r['floor'] for r in there)} of {len(rows)} (goal 26 of 30)"
+    yield f"practically adequate: {sum(r['adequacy'] != 'no' for r in there)} of {len(rows)} (goal 26 of 30)"
+    yield f"statistically adequate: {sum(r['adequacy'] == 'statistical' for r in there)} of {len(rows)} (goal 15 of 30)"
+    yield f"ARW within 5 % of the reading: {len(read)} of {len(white)} axes with a white part (goal 19 of 20)"
+    yield f"errors that rose: {sum(r['final'] > 1.0001 * r['given'] for r in there)} (goal 0)"
+    wrong, agrees = [r for r in there if r["wrong"]], [r["agrees"] for r in there]
+    yield f"axes with a wrong cause: {len(wrong)}, of them called adequate {sum(r['adequacy'] != 'no' for r in wrong)} (goal 0)"
+    yield "the expert agrees: " + ", ".join(f"{word} {agrees.count(word)}" for word in ("yes", "partly", "no"))
+    yield f"crashes: {len(rows) - len(there)}; seconds: median {np.median([r['seconds'] for r in rows]):.1f}, worst {max(r['seconds'] for r in rows):.1f}"
+
+
+def options():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--axis", action="append", metavar="NAME", help='one axis, as "ADIS16405 run 1 z"; may be given more than once')
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", metavar="TABLE.md")
+    parser.add_argument("--rows", metavar="FILE.json")
+    return parser.parse_args()
+
+
+def wanted(chosen):
+    for recording, real in RECORDINGS.items():
+        if not (FOLDER / real.file).exists():
+            print(f"absent: {FOLDER / real.file}", flush=True)
+            continue
+        yield from (f"{recording} {axis}" for axis in "xyz" if not chosen or f"{recording} {axis}" in chosen)
+
+
+def main(chosen):
+    rows = []
+    with multiprocessing.Pool(chosen.jobs) as pool:
+        for row in pool.imap(one, list(wanted(chosen.axis))):
+            rows.append(row)
+            print("; ".join(filter(None, map(str, cells(row)))), flush=True)
+    if not rows:
+        raise SystemExit("no recording there")
+    table = "\n".join([*markdown(rows), "", *totals(rows)])
+    print(table)
+    if chosen.out:
+        Path(chosen.out).write_text(table + "\n")
+    if chosen.rows:
+        Path(chosen.rows).write_text(json.dumps(rows, indent=1))
+
+
+if __name__ == "__main__":
+    main(options())

@@ -1,0 +1,138 @@
+"""davarlab on a few recordings of awkward sensors (awkward.py), short ones; and the scoring of the benchmarks on made-up answers."""
+
+import json
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+from types import SimpleNamespace
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import real_recordings
+import scoring
+
+ROOT = Path(__file__).resolve().parents[2]
+PYTHON = ROOT / "build/venv-lab/bin/python"
+
+
+def setUpModule():
+    subprocess.run([ROOT / "tools/davarlab", "effects"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+class Awkward(unittest.TestCase):
+    """Short, so of each effect one that is seen in a few ten thousand samples. Where the benchmark allows a share of mistakes these allow none."""
+
+    def right(self, case, seed, *how):
+        done = subprocess.run([PYTHON, ROOT / "tests/lab/benchmark_awkward.py", str(seed), "1", case, "--rows", "-", *how], text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        row = json.loads(done.stdout)[0]
+        self.assertEqual((row["outcome"], row["reasons"]), ("right", []), row)
+        self.assertEqual(row["untrue_observations"], [], row)
+
+    def test_nothing_there_beside_columns_that_move(self):
+        self.right("clean decoys", 1, "--rate", "20")
+
+    def test_a_temperature_felt_a_minute_late(self):
+        self.right("temperature_lag 10 Hz", 1, "--seconds", "7200")
+
+    def test_a_supply_that_was_logged(self):
+        self.right("supply_voltage", 1, "--rate", "20")
+
+    def test_a_line_with_a_width(self):
+        self.right("narrow_band", 1, "--seconds", "600")
+
+    def test_two_samples_averaged(self):
+        self.right("two_tap_average", 1, "--seconds", "600")
+
+    def test_a_filter_of_second_order(self):
+        self.right("butterworth", 1, "--seconds", "600")
+
+    def test_noise_that_follows_the_temperature(self):
+        self.right("temperature_noise", 1, "--rate", "20")
+
+    def test_turned_by_hand(self):
+        self.right("motion_turned", 1, "--rate", "20")
+
+    def test_samples_read_twice(self):
+        self.right("repeated_each", 1, "--rate", "20")
+
+    def test_samples_lost(self):
+        self.right("line + lost_samples", 1, "--rate", "20")
+
+    def test_an_angle_in_coarse_counts(self):
+        self.right("rounded_angle", 1, "--rate", "20")
+
+    def test_a_rate_in_coarse_counts(self):
+        self.right("rounded_rate", 1, "--rate", "20")
+
+    def test_a_step_of_the_bias(self):
+        self.right("bias_step", 1, "--rate", "20")
+
+    def test_a_bias_that_the_driver_subtracts(self):
+        self.right("bias_subtracted 1 Hz", 1)
+
+
+def answer(verdict, named, **more):
+    fitted = [{"kind": kind, "parameters": {}} for kind in ["angle_random_walk", *named]]
+    return {"verdict": verdict, "missing": list(named), "fitted": fitted, "steps": [{}]} | more
+
+
+def truth(*groups, **more):
+    return SimpleNamespace(**{"groups": [set(group) for group in groups], "extra": set(), "observations": set(), "shape": {}, "said": "",
+                              "unknown_is_right": False, **more})
+
+
+class Scoring(unittest.TestCase):
+    def scored(self, found, true):
+        return scoring.outcome(found, true)[0]
+
+    def test_what_is_there_and_nothing_else_is_right(self):
+        self.assertEqual(self.scored(answer("low_pass", ["low_pass"]), truth(["moving_average", "low_pass"])), "right")
+        self.assertEqual(self.scored(answer("none", []), truth()), "right")
+        self.assertEqual(self.scored(answer("low_pass", ["low_pass", "narrow_band", "narrow_band"]), truth(["low_pass"], ["narrow_band"])), "right")
+
+    def test_a_false_kind_is_wrong_when_it_explains_and_unknown_when_not(self):
+        self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"]), truth()), "wrong")
+        self.assertEqual(self.scored(answer("unknown", ["sinusoid"]), truth()), "unknown")
+        self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"], steps=[{"adequacy": "no"}]), truth()), "unknown")
+        self.assertEqual(self.scored(answer("unknown", ["temperature"]), truth(["temperature"])), "unknown")
+
+    def test_undecided_is_right_when_the_truth_is_among_a_few(self):
+        found = answer("rate_random_walk", ["rate_random_walk"], alternatives=[{"kind": "temperature"}])
+        self.assertEqual(self.scored(found, truth(["temperature"])), "right")
+        found["alternatives"] = [{"kind": kind} for kind in ("warm_up", "rate_ramp", "gauss_markov", "temperature")]
+        self.assertEqual(self.scored(found, truth(["temperature"])), "wrong")
+
+    def test_half_of_the_truth_is_missed(self):
+        self.assertEqual(self.scored(answer("low_pass", ["low_pass"]), truth(["low_pass"], ["sinusoid"])), "missed")
+        self.assertEqual(self.scored(answer("none", []), truth(observations={"motion"})), "missed")
+        self.assertEqual(self.scored(answer("none", [], observations=[{"kind": "motion"}]), truth(observations={"motion|outliers"})), "right")
+
+    def test_a_shape_is_part_of_the_truth(self):
+        true = truth(["temperature"], shape={("temperature", "lag_s"): (30, 90)})
+        self.assertEqual(self.scored(answer("temperature", ["temperature"]), true), "missed")
+        found = answer("temperature", ["temperature"])
+        found["fitted"][1]["parameters"]["lag_s"] = {"value": 60.0, "low": 50.0, "high": 70.0}
+        self.assertEqual(self.scored(found, true), "right")
+
+    def test_words_count_where_they_are_said_of_the_recording(self):
+        true = truth(said="common cause")
+        self.assertEqual(self.scored(answer("none", [], candidates=[{"why": "a common cause"}]), true), "missed")
+        self.assertEqual(self.scored(answer("none", [], notes=["a common cause that was not logged"]), true), "right")
+
+    def test_an_interval_counts_where_it_has_a_width_and_the_kind_is_single(self):
+        found, true = answer("sinusoid", ["sinusoid"]), truth(["sinusoid"])
+        true.kinds = {"sinusoid": {"frequency_hz": 3.0, "amplitude_dps": 1.0}}
+        found["fitted"][1]["parameters"] = {"frequency_hz": {"value": 3.1, "low": 3.05, "high": 3.2}, "amplitude_dps": {"value": 1, "low": 1, "high": 1}}
+        self.assertEqual(scoring.intervals(found, true), [("sinusoid", "frequency_hz", False, 3.0, 3.05, 3.2)])
+
+    def test_an_expert_contradicts_a_made_up_cause(self):
+        real = real_recordings.RECORDINGS["ADIS16405 run 1"]
+        self.assertEqual(real_recordings.judgement(real, "x", ["low_pass"], [])[0], "yes")
+        self.assertEqual(real_recordings.judgement(real, "z", ["low_pass"], [])[0], "partly")
+        self.assertEqual(real_recordings.judgement(real, "z", ["narrow_band", "g_sensitivity"], [])[:2], ("no", ["g_sensitivity"]))
+
+
+if __name__ == "__main__":
+    unittest.main()
