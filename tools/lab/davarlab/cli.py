@@ -161,6 +161,8 @@ def start_value(effect, parameter, rate_hz):
     """Where nobody says: the default, the middle of the grid for an hour's recording, the first word, a thousandth."""
     if parameter.default is not None:
         return parameter.default
+    if parameter.text:
+        return ""
     hour = recordings.Recording({"time_s": range(int(3600 * rate_hz))}, rate_hz)
     with contextlib.suppress(BadInput, LookupError):
         values = list(effect.grid[parameter.name](hour))
@@ -172,7 +174,7 @@ def run_add(options):
     model, effect = models.read(options.model), table.find(options.kind)
     values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
     assumed = dict(values)
-    named = [p.name for p in effect.parameters if p.values]
+    named = [p.name for p in effect.parameters if p.values or p.text]
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:

@@ -7,6 +7,7 @@ from scipy import stats
 
 from ..data import signals
 from ..effects import table
+from ..effects.columns import SOUGHT_TOGETHER
 from ..inference import changes, modulation, refine, states
 from ..inference.parts import as_spectra, Part
 
@@ -36,6 +37,7 @@ class Candidate:
     part: Part
     gain: float
     log_p: float
+    replaces: Part | None = None  # the part of the model in whose place it joins
 
 
 def shapes_of(effect, recording):
@@ -229,19 +231,19 @@ def simplest_first(found):
 def scatter_of(bench, parts, fit, blocks):
     """Of the energies per bin, when the model lets the white level change; None: chi-square."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
-    if len(rows) == 1:
+    if modulation.constant(rows):
         return None
     return modulation.dispersion(bench, modulation.white_share(bench, parts, fit), blocks, changes.fit(blocks, rows)[1])
 
 
-def ranked(bench, parts, fit, skip=()):
-    """All candidates, least likely by chance first."""
+def ranked(bench, parts, fit, skip=(), more=()):
+    """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py)."""
     blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
     kinds = [part.kind for part in parts]
     have, found = set(kinds) - ({"sinusoid"} if kinds.count("sinusoid") < LINES_MAX else set()) | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     for effect in table.TABLE.values():
-        if effect.kind in have or effect.kind == "shocks" or not available(effect, bench.recording):
+        if effect.kind in have or effect.kind in ("shocks", *SOUGHT_TOGETHER) or not available(effect, bench.recording):
             continue
         if effect.kind == "sinusoid":
             found.append(line(bench, parts, fit))
@@ -251,7 +253,7 @@ def ranked(bench, parts, fit, skip=()):
             found.append(noise_step(bench, parts, blocks))
         else:
             found.append(beside_both(bench, parts, fit, effect, scatter))
-    found = [candidate for candidate in found if candidate]
+    found = [candidate for candidate in [*found, *more] if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)
     return sorted(found, key=lambda candidate: candidate.log_p - 1e-9 * candidate.gain)

@@ -7,7 +7,7 @@ from scipy import special, stats
 
 from ..data import signals
 from ..effects.changes import vibration_square
-from ..inference import adequacy, allan, changes, parts as parts_of
+from ..inference import adequacy, allan, changes, modulation, parts as parts_of
 from ..inference.estimate import vector_likelihood
 from . import diagnose
 
@@ -154,12 +154,16 @@ def as_given(state, model):
     return diagnose.State(bench, given, fit, state.shocks)
 
 
+def given_parts(model):
+    return [parts_of.part_of(term) for term in model.terms]
+
+
 def whiter(model, part, state):
     """Mean of what modulates the white noise, over its quiet level, as the file says."""
     if part.kind != "angle_random_walk":
         return 1.0
     blocks = changes.blocks_of(state.bench.y, state.bench.recording.rate_hz)
-    factor = 1.0
+    factor = float(modulation.white_growth(given_parts(model), state.bench.recording, blocks).mean())
     white = next(part.effect.dps(t.parameters) for t in model.terms if t.kind == "angle_random_walk")
     for term in model.terms:
         if term.kind == "noise_step":

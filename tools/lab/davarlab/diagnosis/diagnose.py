@@ -9,7 +9,7 @@ from ..effects import table
 from ..errors import BadInput
 from ..inference import adequacy, changes, modulation, refine
 from ..inference.parts import as_spectra, Bench, Part, part_of
-from . import candidates
+from . import candidates, columns
 
 FAMILY_WISE = 0.01
 ADEQUATE = 0.01
@@ -54,6 +54,7 @@ def start(recording, model, progress=lambda text: None):
     parts = [part_of(term) for term in model.terms]
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
+    parts = modulation.regrown(bench, parts, bench.fit(parts))
     state = State(bench, parts, bench.fit(parts), shocks)
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
@@ -62,8 +63,8 @@ def with_forms(bench, parts):
     """Variants of regressors, and what a model file need not say of a shape: whichever the gyro follows."""
     for index, part in enumerate(parts):
         others = [replace(part, form=form) for form in part.effect.forms]
-        others += [part.moved(p.name, value) for p in part.effect.parameters if p.default is not None
-                   for value in part.effect.grid[p.name](bench.recording)]
+        others += [part.moved(p.name, value) for p in part.effect.parameters
+                   if p.default is not None and not (p.optional and part.shape[p.name] == p.default) for value in part.effect.grid[p.name](bench.recording)]
         trials = [parts] + [parts[:index] + [other] + parts[index + 1:] for other in others if other != part]
         if len(trials) > 1:
             parts = max(trials, key=lambda trial: bench.fit(trial).log_likelihood)
@@ -97,7 +98,7 @@ def relative_variance(state):
     w = state.bench.residual(state.parts, state.fit)
     blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
     rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
-    if len(rows) == 1:
+    if modulation.constant(rows):
         return None, blocks
     variance = changes.fit(blocks, rows)[1]
     samples = np.minimum(np.arange(len(w)) // blocks.length, len(variance) - 1)
@@ -139,18 +140,20 @@ def shock_candidate(state):
     return candidates.Candidate("shocks", Part("shocks"), state.shocks.gain, state.shocks.log_p)
 
 
-def ranking(state):
-    """Every effect that the model lacks, best first."""
-    found = candidates.ranked(state.bench, state.parts, state.fit)
+def ranking(state, gyro):
+    """Every effect that the model lacks, best first. gyro: the column of the model."""
+    more = columns.tried(state.bench, state.parts, state.fit, gyro)
+    found = candidates.ranked(state.bench, state.parts, state.fit, more=more)
     if "shocks" not in state.model_kinds:
         found.append(shock_candidate(state))
     return sorted(found, key=lambda c: c.log_p)
 
 
-def joined(state, part):
-    """The model with one more part, shapes refitted."""
-    parts = responding(state.bench, state.parts + [part])
+def joined(state, part, replaces=None):
+    """The model with one more part, or with one in the place of another, shapes refitted."""
+    parts = responding(state.bench, [other for other in state.parts if other is not replaces] + [part])
     parts = refine.refined(state.bench, parts, only=() if part.kind == "telegraph_noise" else None)
+    parts = modulation.regrown(state.bench, parts, state.bench.fit(parts))
     state = State(state.bench, parts, state.bench.fit(parts), state.shocks)
     return cleaned_again(state) if part.role == "mean" else state
 
@@ -214,20 +217,21 @@ def loss_without(state, rest, part):
 
 def diagnose(recording, model, progress=lambda text: None):
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
-    state = judged(start(recording, model, progress))
+    state, given = judged(start(recording, model, progress)), len(model.terms)
     states, added, first, close = [state], [], [], []
     for step in range(STEPS_MAX):
         progress(f"trying {len(table.TABLE) - len(state.parts)} effects (step {step + 1})")
-        found = ranking(state)
+        found = ranking(state, model.column)
         if step == 0:
             first = found
             close = close_ones(found) if significant(found[0], len(found)) else []
         if not found or not significant(found[0], len(found)):
             break
-        state = judged(pruned(retold(joined(state, found[0].part), len(model.terms)), len(model.terms)))
+        given -= found[0].replaces in state.parts[:given]
+        state = judged(pruned(retold(joined(state, found[0].part, found[0].replaces), given), given))
         states.append(state)
         added.append(found[0].kind)
-    added = [part.kind for part in states[-1].parts[len(model.terms):]]
+    added = [part.kind for part in states[-1].parts[given:]]
     final = states[-1].adequacy
     adequate = final.p_value >= ADEQUATE
     verdict = "unknown" if not adequate else next((c.kind for c in first if c.kind in added), "none")

@@ -113,7 +113,7 @@ def with_candidate(found, candidate):
     """The model as given with one candidate: the second state of the search when it is the one that was taken first."""
     first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
     taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
-    return second if taken else diagnose.joined(first, candidate.part)
+    return second if taken else diagnose.joined(first, candidate.part, candidate.replaces)
 
 
 def described(recording, model, found, base, held_out, detail):

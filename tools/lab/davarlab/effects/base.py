@@ -10,7 +10,8 @@ INFINITE = float("inf")
 @dataclass(frozen=True)
 class Parameter:
     """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it may be, for one that is no number;
-    `default`: what it is where a model file does not say."""
+    `text`: any word, the name of a column; `default`: what it is where a model file does not say; `optional`: where it is at the
+    default it stays there, until diagnose finds that the effect is missing with it."""
     name: str
     unit: str
     low: float
@@ -18,6 +19,8 @@ class Parameter:
     scale: float = 1.0
     values: tuple = ()
     default: float | str | None = None
+    text: bool = False
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class Effect:
     grid      shape parameter -> function of the recording that gives the values worth trying
     variants  name -> other regressors of the same effect, tried beside it: what a record cannot say of the physics (over how long the
               body averages), or how much of the noise of a logged column is taken out
+    sized     False: the first parameter is a shape too
     simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
     """
     kind: str
@@ -47,6 +51,7 @@ class Effect:
     grid: dict = field(default_factory=dict)
     needs: tuple = ()
     variants: dict = field(default_factory=dict)
+    sized: bool = True
 
     @property
     def size(self):
@@ -54,7 +59,7 @@ class Effect:
 
     @property
     def shape_names(self):
-        return [parameter.name for parameter in self.parameters[0 if self.role == "filter" else 1:]]
+        return [parameter.name for parameter in self.parameters[0 if self.role == "filter" or not self.sized else 1:]]
 
     @property
     def forms(self):

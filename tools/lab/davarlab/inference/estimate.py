@@ -148,7 +148,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
 
 def dynamic_estimates(bench, parts, fit, blocks):
     """White level and what modulates it, from the energies of blocks."""
-    dynamic = [part for part in parts if part.kind in ("vibration_noise", "noise_step")]
+    dynamic = [part for part in parts if part.role == "variance"]
     if not dynamic:
         return {}
     blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
@@ -164,7 +164,7 @@ def dynamic_estimates(bench, parts, fit, blocks):
     if sizes[0] <= 0:
         return {}
     found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
-        60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}}
+        60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}} | growth_estimates(dynamic, bench.recording, blocks, share)
     order = [part.kind for part in parts if part.kind in ("vibration_noise", "noise_step")]
     for kind, size, error in zip(order, sizes[1:], errors[1:]):
         if kind == "vibration_noise" and size > 0:
@@ -175,6 +175,14 @@ def dynamic_estimates(bench, parts, fit, blocks):
             found[kind] = {"ratio": interval(ratio, (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio ** 2),
                                              True)}
     return found
+
+
+def growth_estimates(parts, recording, blocks, share):
+    """Of temperature_noise: the energies of the blocks know it as far as the spectrum is white."""
+    spread = np.sqrt(2 * blocks.length * np.sum(modulation.block_temperature(recording, blocks) ** 2)) if any(
+        part.kind == "temperature_noise" for part in parts) else 0.0
+    return {part.kind: {"relative_per_degC": interval(part.shape["relative_per_degC"] / share, 1 / spread / share, False)}
+            for part in parts if part.kind == "temperature_noise" and spread > 0}
 
 
 def of_levels(estimate, course):

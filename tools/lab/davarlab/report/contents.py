@@ -71,7 +71,7 @@ def parameter_rows(model, given, estimates):
         for index, parameter in enumerate(p for p in table.find(term.kind).parameters if p.name in entry):
             rows.append({"effect": words.name(term.kind), "first": index == 0, "name": parameter.name,
                          "key": f"fitted.{place}.parameters.{parameter.name}",
-                         "unit": "" if parameter.values else parameter.unit,
+                         "unit": "" if parameter.values or parameter.text else parameter.unit,
                          "given": before.get(term.kind, {}).get(parameter.name), "fitted": entry[parameter.name],
                          "new": term.kind not in before})
     return rows
