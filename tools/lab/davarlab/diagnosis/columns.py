@@ -4,6 +4,7 @@ Their shapes are scanned on the slow ordinates of block means at a given level o
 in full, and once more at the level that it leaves."""
 
 import numpy as np
+from scipy import fft
 
 from ..data import signals
 from ..data.recording import Recording
@@ -12,7 +13,7 @@ from ..inference import changes, modulation
 from ..inference.parts import Part
 from .candidates import Candidate, log_tail, shapes_of
 
-SLOW_MOST = 32768  # samples of the recording of block means
+SLOW_MOST = 16384  # samples of the recording of block means
 FINER = np.exp2(np.arange(-6, 7) / 8)  # about the best shape of the first round
 CLOSE = 3.0  # log-likelihood units for which an effect takes the place of another rather than stand beside it
 STRETCHES = 24
@@ -26,9 +27,15 @@ def block_means(x, length):
     return x[:count * length].reshape(count, length).mean(axis=1)
 
 
+def block_length(samples):
+    """Samples per mean; of a few lengths the first that makes a fast transform."""
+    least = -(-samples // SLOW_MOST)
+    return next((length for length in range(least, 2 * least) if fft.next_fast_len(samples // length, True) == samples // length), least)
+
+
 def coarse(recording, names):
     """The recording in block means, with these columns, denoised before they were averaged."""
-    length = -(-recording.samples // SLOW_MOST)
+    length = block_length(recording.samples)
     small = recording.measured.setdefault("coarse", Recording({"index": np.arange(recording.samples // length)}, recording.rate_hz / length))
     for name in names:
         if name not in small.columns:

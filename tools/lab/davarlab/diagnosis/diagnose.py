@@ -9,7 +9,7 @@ from ..effects import table
 from ..errors import BadInput
 from ..inference import adequacy, changes, modulation, refine
 from ..inference.parts import as_spectra, Bench, Part, part_of
-from . import candidates, columns
+from . import candidates, columns, identifiable
 
 FAMILY_WISE = 0.01
 ADEQUATE = 0.01
@@ -41,6 +41,7 @@ class Diagnosis:
     added: list = field(default_factory=list)
     states: list = field(default_factory=list)
     remaining: list = field(default_factory=list)
+    undecided: list = field(default_factory=list)  # identifiable.Alternative: what could be there instead, and how to find out
 
 
 def start(recording, model, progress=lambda text: None):
@@ -218,15 +219,16 @@ def loss_without(state, rest, part):
 def diagnose(recording, model, progress=lambda text: None):
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
     state, given = judged(start(recording, model, progress)), len(model.terms)
-    states, added, first, close = [state], [], [], []
+    states, added, first, close, undecided = [state], [], [], [], []
     for step in range(STEPS_MAX):
         progress(f"trying {len(table.TABLE) - len(state.parts)} effects (step {step + 1})")
-        found = ranking(state, model.column)
+        found, unsure = identifiable.settled(ranking(state, model.column), state.bench, state.parts)
         if step == 0:
             first = found
-            close = close_ones(found) if significant(found[0], len(found)) else []
+            close = [] if not significant(found[0], len(found)) else close_ones(found) if unsure is None else [one.kind for one in unsure]
         if not found or not significant(found[0], len(found)):
             break
+        undecided += [one for one in unsure or [] if one.kind not in [other.kind for other in undecided]]
         given -= found[0].replaces in state.parts[:given]
         state = judged(pruned(retold(joined(state, found[0].part, found[0].replaces), given), given))
         states.append(state)
@@ -235,4 +237,4 @@ def diagnose(recording, model, progress=lambda text: None):
     final = states[-1].adequacy
     adequate = final.p_value >= ADEQUATE
     verdict = "unknown" if not adequate else next((c.kind for c in first if c.kind in added), "none")
-    return Diagnosis(verdict, first, close, added, states, found)
+    return Diagnosis(verdict, first, close, added, states, found, undecided)

@@ -46,12 +46,14 @@ def play(x, width):
     padded = np.append(x, np.full(side * side - len(x), x[-1])).reshape(side, side)
     low, high = padded - width / 2, padded + width / 2
     for j in range(1, side):
-        low[:, j], high[:, j] = (np.clip(edge[:, j - 1], padded[:, j] - width / 2, padded[:, j] + width / 2) for edge in (low, high))
+        floor, ceiling = low[:, j].copy(), high[:, j].copy()
+        low[:, j] = np.minimum(np.maximum(low[:, j - 1], floor), ceiling)
+        high[:, j] = np.minimum(np.maximum(high[:, j - 1], floor), ceiling)
     place, starts = x[0], np.empty((side, 1))
     for row in range(side):
         starts[row] = place
-        place = np.clip(place, low[row, -1], high[row, -1])
-    return np.clip(starts, low, high).ravel()[:len(x)]
+        place = min(max(place, low[row, -1]), high[row, -1])
+    return np.minimum(np.maximum(starts, low), high).ravel()[:len(x)]
 
 
 def slow_temperature(recording):
