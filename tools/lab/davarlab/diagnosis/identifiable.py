@@ -51,9 +51,15 @@ class Rival:
     first: Candidate | None
     whole: bool = True
 
+    @property
+    def score(self):
+        """A second term must be worth as much as tells two effects."""
+        return self.gain - (0.0 if self.whole else CLOSE)
+
 
 def alternative(named, other):
-    how = DECIDES.get(frozenset((named, other))) or AGAIN.format(other="a " + NAMES[other] if other != "gauss_markov" else NAMES[other])
+    apart = other if named in HEAT else named
+    how = DECIDES.get(frozenset((named, other))) or AGAIN.format(other="a " + NAMES[apart] if apart != "gauss_markov" else NAMES[apart])
     return Alternative(other, f"Undecided: {NAMES[named]} or {NAMES[other]}. To decide, {how}.")
 
 
@@ -133,6 +139,12 @@ def beyond_chance(rival):
     return log_tail(rival.gain, TRIALS[rival.kind]) < np.log(CHANCE)
 
 
+def at_stake(found, bed):
+    """Is any way to feel heat beyond doubt by itself, or in the model already."""
+    ways = [candidate.log_p for candidate in found if candidate.kind in HEAT] + ([bed.plain.log_p] if bed.plain else [])
+    return bed.in_model or min(ways, default=0.0) + np.log(len(found)) < np.log(CHANCE)
+
+
 def at_once(found, bed):
     """The candidates with a temperature that is felt at once, not late by chance; in their order."""
     changed = [replace(bed.plain) if candidate.kind == "temperature" and bed.plain else candidate for candidate in found]
@@ -154,20 +166,24 @@ def settled(found, bench, parts):
     if not found or found[0].kind not in HEAT + NOISE + COURSES or not moving(bench.recording):
         return found, None
     bed = Bed(found, bench, parts)
+    if not at_stake(found, bed):
+        return found, None
     rivals = sorted(bed.rivals(), key=lambda rival: -rival.gain)
     heat = likeliest_heat(rivals)
-    other = next((rival for rival in rivals if rival.kind in NOISE + COURSES), None)
+    other = max((rival for rival in rivals if rival.kind in NOISE + COURSES), key=lambda rival: rival.score, default=None)
     if heat is None:
         return at_once(found, bed), None
-    if other and other.gain > heat.gain + CLOSE:
-        return outdone(found, bed, other), None
+    if other and other.score > heat.score + CLOSE:
+        return outdone(found, bed), None
+    if other and other.score > heat.score:
+        return outdone(found, bed), [alternative(other.kind, heat.kind)]
     named = [rival.kind for rival in rivals if rival is not heat and abs(rival.gain - heat.gain) < CLOSE and rival.gain > 0]
     if heat.kind == "temperature" and heat.gain < LAG_LEAST and not set(named) & set(NOISE):
         named.append("rate_random_walk")
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
 
 
-def outdone(found, bed, other):
+def outdone(found, bed):
     """Noise or a course explains more than any way to feel heat: the temperature, if it is worth anything beside it, is felt at once."""
     found = at_once(found, bed)
-    return found if found[0].kind in ("temperature", other.kind) else first(found, other.first)
+    return first(found, next((c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces), None))
