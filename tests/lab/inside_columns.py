@@ -53,7 +53,7 @@ class Files(unittest.TestCase):
 
     def test_all_kinds_are_simulated_and_fitted(self):
         terms = BASE + [model.Term("temperature", {"coefficient_dps_per_degC": 0.02, "lag_s": 60.0}),
-                        model.Term("follows", {"coefficient": 0.1, "column": "supply_V", "lag_s": 0.0}),
+                        model.Term("follows", {"coefficient": 0.1, "column": "supply_V"}),
                         model.Term("temperature_noise", {"relative_per_degC": 0.08})]
         found = simulate.make(terms, 50.0, seed=4, duration_s=3600)
         state = diagnose.judged(diagnose.start(found, model.Model(50.0, "gyro_z_dps", terms)))

@@ -16,7 +16,7 @@ from ..inference.parts import as_spectra, Part
 # Not measured: angle_random_walk and bias_instability (in every model there), low_pass (no gain at all by chance: a bound).
 TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 0.35,
           "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 0.5, "warm_up": 2.1, "rate_ramp": 0.83, "sinusoid": 3.1,
-          "temperature": 1.1, "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
+          "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
           "vibration_noise": 2.8, "noise_step": 1.1e4}
 HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter: as much,
 # since levels are sought in white noise)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..effects import table
-from ..inference import refine
+from ..inference import changes, modulation, refine
 from ..inference.parts import Part
 from . import candidates, columns
 from .candidates import Candidate, log_tail
@@ -163,6 +163,8 @@ def first(found, candidate):
 def settled(found, bench, parts):
     """(candidates, alternatives): the one that is to be named and join first; what cannot be told from it. (found, None) where heat is not
     the question."""
+    if found and found[0].kind == "noise_step":
+        return noise_of_heat(found, bench, parts)
     if not found or found[0].kind not in HEAT + NOISE + COURSES or not moving(bench.recording):
         return found, None
     bed = Bed(found, bench, parts)
@@ -181,6 +183,17 @@ def settled(found, bench, parts):
     if heat.kind == "temperature" and heat.gain < LAG_LEAST and not set(named) & set(NOISE):
         named.append("rate_random_walk")
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
+
+
+def noise_of_heat(found, bench, parts):
+    """A noise step may be the best interval of noise that goes with the temperature: that one comes first when it explains more. Its gain in the
+    ranking was divided by what stays restless, that of the step was not."""
+    heat = next((c for c in found if c.kind == "temperature_noise" and c.log_p + np.log(len(found)) < np.log(CHANCE)), None)
+    if heat is None:
+        return found, None
+    blocks = changes.blocks_of(bench.residual(parts, bench.fit(parts)), bench.recording.rate_hz)
+    whole = modulation.best_growth(parts, bench.recording, blocks)[1]
+    return (first(found, heat), []) if whole > found[0].gain + CLOSE else (found, None)
 
 
 def outdone(found, bed):

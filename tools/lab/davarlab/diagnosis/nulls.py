@@ -12,7 +12,7 @@ from .. import simulate
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..model import Model, Term
-from . import benchmark, candidates, diagnose
+from . import benchmark, candidates, columns, diagnose
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
@@ -61,7 +61,7 @@ def summary(rows):
     for kind in rows[0][0]:
         gains = np.array([row[0][kind] for row in rows])
         c, error = tries(kind, gains)
-        found[kind] = {"trials": c, "standard_error": error, "in_use": candidates.TRIALS.get(kind, 3.0),
+        found[kind] = {"trials": c, "standard_error": error, "in_use": (candidates.TRIALS | columns.TRIALS).get(kind, 3.0),
                        "gain_95": float(np.quantile(gains, 0.95)), "gain_99": float(np.quantile(gains, 0.99)), "largest": float(gains.max())}
     rejected = {name: [float(np.mean([row[name] < level for row in chances])) for level in LEVELS] for name in chances[0]}
     return {"recordings": len(rows), "candidates": found, "levels": LEVELS, "rejected": rejected}

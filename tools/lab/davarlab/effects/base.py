@@ -69,6 +69,11 @@ class Effect:
         """The shape among parameters; what they do not say is at its default."""
         return {p.name: parameters.get(p.name, p.default) for p in self.parameters if p.name in self.shape_names}
 
+    def said(self, shape):
+        """The shape without what is optional and at its default: a lag of nothing."""
+        unsaid = [p.name for p in self.parameters if p.optional and shape.get(p.name) == p.default]
+        return {name: value for name, value in shape.items() if name not in unsaid}
+
     def dps(self, parameters):
         """The size in deg/s."""
         return parameters[self.size.name] * self.size.scale

@@ -134,7 +134,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
             c += len(keys)
         elif part.kind == "shocks":
             entry = shock_estimates(shocks, bench.recording)
-        for name, value in part.shape.items():
+        for name, value in part.effect.said(part.shape).items():
             error = shape_errors.get((index, name))
             entry[name] = Estimate(value, value, value) if error is None else interval(value, error, True)
         entry.update(dynamic.get(part.kind, {}))
