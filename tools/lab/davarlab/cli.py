@@ -134,9 +134,9 @@ def run_compare(options):
 
 
 def diagnosis_json(found):
-    alternatives = [{"kind": kind, "confirm": table.find(kind).confirm} for kind in found.diagnosis.alternatives]
+    alternatives = [vars(one) for one in found.diagnosis.alternatives]
     return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.added, "final": judgement_json(found.judgement),
-            "useless": [part.kind for part in found.diagnosis.useless],
+            "useless": [part.kind for part in found.diagnosis.useless], "doubtful": found.diagnosis.doubtful,
             "steps": [vars(step) for step in found.steps], "refitted": found.refitted and vars(found.refitted), "notes": found.notes,
             "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.judgement.p_value,
             "alternatives": alternatives,
@@ -174,6 +174,8 @@ def start_value(effect, parameter, rate_hz):
     """Where nobody says: the default, the middle of the grid for an hour's recording, the first word, a thousandth."""
     if parameter.default is not None:
         return parameter.default
+    if parameter.text:
+        return ""
     hour = recordings.Recording({"time_s": range(int(3600 * rate_hz))}, rate_hz)
     with contextlib.suppress(BadInput, LookupError):
         values = list(effect.grid[parameter.name](hour))
@@ -185,7 +187,7 @@ def run_add(options):
     model, effect = models.read(options.model), table.find(options.kind)
     values = {p.name: start_value(effect, p, model.rate_hz or 50.0) for p in effect.parameters}
     assumed = dict(values)
-    named = [p.name for p in effect.parameters if p.values]
+    named = [p.name for p in effect.parameters if p.values or p.text]
     for pair in options.parameters:
         name, equals, value = pair.partition("=")
         if not equals or name not in values:

@@ -36,6 +36,10 @@ def checked_value(effect, parameter, value, where):
         if value not in parameter.values:
             raise BadInput(f"{where}: {parameter.name} must be one of {', '.join(parameter.values)}")
         return value
+    if parameter.text:
+        if not isinstance(value, str) or not value or not set(value).isdisjoint(",\n\r"):
+            raise BadInput(f"{where}: {parameter.name} must be the {parameter.unit}, in quotes")
+        return value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise BadInput(f"{where}: {parameter.name} must be a number")
     if not abs(value) < HUGE:
@@ -108,6 +112,8 @@ def of(data, path):
         raise BadInput(f"{path}: rate_hz must be a positive number")
     terms = terms_of(data, path)
     check_lines(terms, rate, path)
+    if any(term.kind == "follows" and term.parameters["column"] == column for term in terms):
+        raise BadInput(f"{path}: follows: {column} cannot follow itself")
     return Model(rate, column, terms)
 
 
@@ -122,7 +128,7 @@ def text_of(model):
     lines.append(f"column = {json.dumps(model.column, ensure_ascii=False)}")
     for term in model.terms:
         lines += ["", "[[effect]]", f'kind = "{term.kind}"']
-        lines += [f'{name} = "{value}"' if isinstance(value, str) else f"{name} = {float(value)!r}"
+        lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}" if isinstance(value, str) else f"{name} = {float(value)!r}"
                   for name, value in term.parameters.items()]
     return "\n".join(lines) + "\n"
 

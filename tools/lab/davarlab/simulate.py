@@ -33,6 +33,19 @@ def vibration_envelope(time, size, rng):
     return envelope
 
 
+def wandering_column(name, time, seed):
+    """A column that only `follows` looks at, drawn apart from the others: another gyro axis that is turned slowly to and fro, or a
+    quantity about 5 that wanders by 0.1."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    walk = np.cumsum(rng.standard_normal(len(time)))
+    walk /= max(np.std(walk), 1e-12)
+    wave = np.sin(2 * np.pi * time / rng.uniform(100, 1500) + rng.uniform(0, 6))
+    noise = rng.standard_normal(len(time))
+    if name.startswith("gyro_"):
+        return 0.1 * wave + 0.05 * (walk - walk.mean()) + 0.03 * noise
+    return np.round(5 + 0.1 * (wave + 0.5 * (walk - walk.mean())) + 0.005 * noise, 3)
+
+
 def accelerometer(time, gravity, settings, rng):
     tilt = np.cumsum(rng.standard_normal(len(time)))
     tilt *= settings["tilt_g"] / max(np.std(tilt), 1e-12)
@@ -46,7 +59,7 @@ def contribution(term, recording, rng, white):
     if effect.simulate:
         return effect.simulate(recording, parameters, rng, white)
     if effect.role == "mean":
-        course = effect.dps(parameters) * effect.regressor(recording, parameters)
+        course = effect.dps(parameters) * effect.regressor(recording, effect.shape_of(parameters))
         return course if term.kind == "sinusoid" else course - course.mean()
     return effect.dps(parameters) * spectra.from_spectrum(
         lambda f: effect.spectrum(f, recording.rate_hz, parameters), recording.samples, recording.rate_hz, rng)
@@ -84,6 +97,9 @@ def make(terms, rate_hz, column="gyro_z_dps", **settings):
                "temp_degC": wandering_temperature(time, settings["temperature_degC"], rng)}
     for axis, gravity in zip("xyz", (0.0, 0.0, 1.0)):
         columns[f"accel_{axis}_g"] = accelerometer(time, gravity, settings, rng)
+    for name in dict.fromkeys(term.parameters["column"] for term in terms if term.kind == "follows"):
+        if name not in columns:
+            columns[name] = wandering_column(name, time, int(settings["seed"]))
     recording = Recording(columns, rate_hz, notes={"description": "SIMULATED by davarlab"})
     gyro = white = white_noise(terms, recording, rng)
     others = [term for term in terms if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"]

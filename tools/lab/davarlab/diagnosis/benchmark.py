@@ -105,7 +105,7 @@ def one(job):
     return {"name": name, "seed": seed, "kinds": kinds, "verdict": result.verdict, "added": result.added,
             "first": found.ranking[0].kind, "p_value": result.judgement.p_value, "given_p": result.steps[0].p_value,
             "covered": covered, "seconds": spent, "before": result.steps[0].error, "after": last.error,
-            "floor": last.error_floor, "alternatives": found.alternatives,
+            "floor": last.error_floor, "alternatives": [one.kind for one in found.alternatives],
             "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01}}
 
 

@@ -13,7 +13,7 @@ from ..inference.parts import Part
 TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 0.35,
           "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 1.0, "moving_average": 1.0, "high_pass": 1.0, "warm_up": 2.1,
           "rate_ramp": 0.83, "sinusoid": 3.1,
-          "temperature": 1.1, "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
+          "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
           "vibration_noise": 2.8, "noise_step": 1.1e4}
 OWN_TRIALS = 3.0  # of an effect of one's own
 BAND_TRIALS, BAND_SAMPLES, BAND_GROWTH = 150.0, 1e4, 0.4  # lines with a width: TRIALS (n / SAMPLES)^GROWTH exp(-gain)
@@ -26,12 +26,18 @@ class Candidate:
     part: Part
     gain: float
     log_p: float
+    replaces: Part | None = None  # the part of the model in whose place it joins
 
 
-def log_tail(kind, gain):
+def log_tail(gain, trials):
     x = max(2 * gain, 0.0)
     tail = stats.chi2.logsf(x, 1) if x < 500 else -x / 2 - 0.5 * np.log(np.pi * x / 2)
-    return min(0.0, float(np.log(TRIALS.get(kind, OWN_TRIALS)) + tail))
+    return min(0.0, float(np.log(trials) + tail))
+
+
+def log_chance(kind, gain):
+    """Of a gain by an effect with its own count of tries."""
+    return log_tail(gain, TRIALS.get(kind, OWN_TRIALS))
 
 
 def log_tail_of_line(kind, gain, samples):

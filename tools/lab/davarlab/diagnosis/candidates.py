@@ -4,11 +4,12 @@ import numpy as np
 
 from ..data import signals
 from ..effects import table
+from ..effects.columns import SOUGHT_TOGETHER
 from ..inference import changes, modulation, refine, states
 from ..inference.parts import Part, as_spectra
 from ..inference.whittle import generalised_least_squares, score_of_column, score_of_row
 from . import filters, lines
-from .candidate import Candidate, log_tail
+from .candidate import Candidate, log_chance
 
 HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter: as much,
 # since levels are sought in white noise)
@@ -83,7 +84,7 @@ def stationary(bench, parts, fit, effect, scatter=None):
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, 0.0)
     if best:
-        best.log_p = log_tail(effect.kind, best.gain)
+        best.log_p = log_chance(effect.kind, best.gain)
     return filters.candidate(bench, parts, fit, best) if best and effect.role == "filter" else best
 
 
@@ -106,7 +107,7 @@ def vibration(bench, parts, blocks):
             continue
         gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
         if best is None or gain > best.gain:
-            best = Candidate(effect.kind, part, gain, log_tail(effect.kind, gain))
+            best = Candidate(effect.kind, part, gain, log_chance(effect.kind, gain))
     return best
 
 
@@ -120,7 +121,7 @@ def noise_step(bench, parts, blocks):
     if "vibration_noise" in shaken:
         where = 1 + shaken.index("vibration_noise")
         gain /= float(np.mean(changes.excess_scatter(blocks, variance, sizes[where] * rows[where] / variance)[low:high]))
-    return Candidate("noise_step", part, gain, log_tail("noise_step", gain))
+    return Candidate("noise_step", part, gain, log_chance("noise_step", gain))
 
 
 def with_states(bench, parts, fit, found):
@@ -211,19 +212,19 @@ def simplest_first(found):
 def scatter_of(bench, parts, fit, blocks):
     """Of the energies per bin, when the model lets the white level change; None: chi-square."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
-    if len(rows) == 1:
+    if modulation.constant(rows):
         return None
     return modulation.dispersion(bench, modulation.white_share(bench, parts, fit), blocks, changes.fit(blocks, rows)[1])
 
 
-def ranked(bench, parts, fit, skip=()):
-    """All candidates, least likely by chance first."""
+def ranked(bench, parts, fit, skip=(), more=()):
+    """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py)."""
     blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
     kinds = [part.kind for part in parts]
     have, found = {kind for kind in kinds if kinds.count(kind) >= REPEATED.get(kind, 1)} | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     for effect in table.TABLE.values():
-        if effect.kind in have or effect.kind == "shocks" or not available(effect, bench.recording):
+        if effect.kind in have or effect.kind in ("shocks", *SOUGHT_TOGETHER) or not available(effect, bench.recording):
             continue
         if effect.kind == "sinusoid":
             found.append(lines.sharp(bench, parts, fit))
@@ -235,7 +236,7 @@ def ranked(bench, parts, fit, skip=()):
             found.append(noise_step(bench, parts, blocks))
         else:
             found.append(beside_both(bench, parts, fit, effect, scatter))
-    found = [candidate for candidate in found if candidate]
+    found = [candidate for candidate in [*found, *more] if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)
     return sorted(found, key=lambda candidate: candidate.log_p - 1e-9 * candidate.gain)

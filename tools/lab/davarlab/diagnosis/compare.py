@@ -7,8 +7,9 @@ from scipy import stats
 
 from ..data import signals
 from ..effects.changes import vibration_square
-from ..inference import changes
+from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
+from ..inference.parts import part_of
 from . import judge, state as state_of
 from .judge import Judgement
 
@@ -79,7 +80,8 @@ def whiter(model, part, state):
     if part.kind != "angle_random_walk":
         return 1.0
     blocks = changes.blocks_of(state.bench.y, state.bench.recording.rate_hz)
-    factor = 1.0
+    growth = [part_of(term) for term in model.terms if term.kind == "temperature_noise"]
+    factor = float(modulation.white_growth(growth, state.bench.recording, blocks).mean())
     white = next(part.effect.dps(t.parameters) for t in model.terms if t.kind == "angle_random_walk")
     for term in model.terms:
         if term.kind == "noise_step":

@@ -9,8 +9,10 @@ from .state import start
 @dataclass
 class Diagnosis:
     """verdict: a kind, "none" or "unknown"; ranking: candidates for the model as given (its shapes refitted), best first;
+    alternatives: what the recording cannot tell from what was named, and how to find out (identifiable.Alternative);
     added: the kinds that forward selection took, in order; states: the model before and after each of them; remaining:
-    candidates beside the last model; useless: those of them that are likelier than chance and leave the error where it was."""
+    candidates beside the last model; useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds of
+    coefficients that turned out to be none, and why."""
     verdict: str
     ranking: list
     alternatives: list
@@ -18,18 +20,13 @@ class Diagnosis:
     states: list = field(default_factory=list)
     remaining: list = field(default_factory=list)
     useless: list = field(default_factory=list)
-
-
-def close_ones(found):
-    """Kinds that this recording cannot tell from the first."""
-    return [c.kind for c in found[1:] if c.log_p - found[0].log_p < search.CLOSE and c.gain > 0]
+    doubtful: dict = field(default_factory=dict)
 
 
 def diagnose(recording, model, progress=lambda text: None):
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
-    given = len(model.terms)
-    states, first, useless, found = search.search(start(recording, model, progress), given, progress)
-    added = [part.kind for part in states[-1].parts[given:]]
-    verdict = "unknown" if not states[-1].judgement.adequate else next((c.kind for c in first if c.kind in added), "none")
-    close = close_ones(first) if search.significant(first) else []
-    return Diagnosis(verdict, first, close, added, states, found, useless)
+    states, way, useless = search.search(start(recording, model, progress), len(model.terms), progress)
+    added = [part.kind for part in states[-1].parts[way.given:]]
+    adequate = states[-1].judgement.adequate
+    verdict = "unknown" if not adequate else next((c.kind for c in way.first if c.kind in added), added[0] if added else "none")
+    return Diagnosis(verdict, way.first, way.alternatives, added, states, way.last, useless, way.doubtful)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..inference import refine
-from .candidate import Candidate, log_tail
+from .candidate import Candidate, log_chance
 
 CRUDE = 6.0  # log-likelihood units of the best of a grid, from which a filter is worth a closer look
 
@@ -40,4 +40,4 @@ def candidate(bench, parts, fit, crude):
         return crude
     part = responding(bench, parts + [crude.part])[-1]
     gain = worth(bench, parts + [part]) - fit.log_likelihood
-    return Candidate(part.kind, part, gain, log_tail(part.kind, gain))
+    return Candidate(part.kind, part, gain, log_chance(part.kind, gain))

@@ -110,7 +110,7 @@ def with_candidate(found, candidate):
     """The model as given with one candidate: the second state of the search when it is the one that was taken first."""
     first, second = found.states[0], found.states[min(1, len(found.states) - 1)]
     taken = [part.kind for part in first.parts] + [candidate.kind] == second.model_kinds
-    return second if taken else state_of.joined(first, candidate.part)
+    return second if taken else state_of.joined(first, candidate.part, candidate.replaces)
 
 
 def described(model, found, base, held_out, detail):
@@ -161,7 +161,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     if last.judgement.error > given.judgement.error:  # the file's sizes do better than the likeliest ones: they stay
         last, steps = None, steps[:1]
     final, entries = fitted_model(last, model) if last else (model, as_it_is(model))
-    added = final.kinds[len(model.terms):]
+    added = found.added[:len(steps) - 1]
     judgement = last.judgement if last else given.judgement
     comparisons = [compare.of_state(given, model.column)] + ([compare.of_state(last, model.column)] if added else [])
     shown = described(model, found, base or steps[0], held_out, detail)

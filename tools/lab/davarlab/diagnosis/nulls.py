@@ -12,7 +12,7 @@ from .. import simulate
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..model import Model, Term
-from . import benchmark, candidate, candidates, state as state_of
+from . import benchmark, candidate, columns, search, state as state_of
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
@@ -26,7 +26,7 @@ def one(job):
             Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)})]
     recording = simulate.make(base, benchmark.RATE_HZ, benchmark.COLUMN, seed=int(rng.integers(1 << 31)), duration_s=seconds)
     state = state_of.start(recording, Model(benchmark.RATE_HZ, benchmark.COLUMN, base))
-    gains = {c.kind: max(c.gain, 0.0) for c in candidates.ranked(state.bench, state.parts, state.fit)} if tried else {}
+    gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))} if tried else {}
     if tried:
         gains["sinusoid"] -= np.log(recording.samples)  # its own law: p = TRIALS n exp(-gain)
     found = state_of.judged(state).adequacy
@@ -61,7 +61,7 @@ def summary(rows):
     for kind in rows[0][0]:
         gains = np.array([row[0][kind] for row in rows])
         c, error = tries(kind, gains)
-        found[kind] = {"trials": c, "standard_error": error, "in_use": candidate.TRIALS.get(kind, candidate.OWN_TRIALS),
+        found[kind] = {"trials": c, "standard_error": error, "in_use": (candidate.TRIALS | columns.TRIALS).get(kind, candidate.OWN_TRIALS),
                        "gain_95": float(np.quantile(gains, 0.95)), "gain_99": float(np.quantile(gains, 0.99)), "largest": float(gains.max())}
     rejected = {name: [float(np.mean([row[name] < level for row in chances])) for level in LEVELS] for name in chances[0]}
     return {"recordings": len(rows), "candidates": found, "levels": LEVELS, "rejected": rejected}

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..effects import table
+from ..effects import columns as columns_of, table
 from ..inference import changes, modulation
 from ..inference.parts import Part
-from . import candidates, cells, filters
+from . import candidates, cells, columns, common_cause, filters, identifiable
 from .candidate import Candidate
 from .state import joined, judged, with_parts
 
@@ -26,7 +26,9 @@ def shock_candidate(state):
 def ranking(state, skip=(), only=None):
     """Every effect that the model lacks, best first; `only`: of these kinds."""
     skip = set(skip) | (set(table.TABLE) - set(only) if only else set())
-    found = candidates.ranked(state.bench, state.parts, state.fit, skip)
+    asked = set(columns_of.SOUGHT_TOGETHER) - skip
+    more = [one for one in columns.tried(state.bench, state.parts, state.fit, state.bench.gyro) if one.kind in asked] if asked else []
+    found = candidates.ranked(state.bench, state.parts, state.fit, skip, more)
     if "shocks" not in state.model_kinds and "shocks" not in skip:
         found.append(shock_candidate(state))
     return sorted(found, key=lambda c: c.log_p)
@@ -76,26 +78,72 @@ def loss_without(state, rest, part):
     return with_it - without
 
 
-def forward(state, given, progress):
-    """(the state in which nothing more is likelier than chance, the ranking beside the first state and beside the last). What chance explains
-    beside one state is not tried beside the next ones, until nothing else is left; lines are taken one after the other."""
-    hopeless, only, first = set(), None, None
-    for _ in range(STEPS_MAX):
-        progress(f"looking for lines beside {len(state.parts)} effects" if only else
-                 f"trying {len(table.TABLE) - len(set(state.model_kinds))} effects beside {', '.join(state.model_kinds)}")
-        found = ranking(state, hopeless, only)
-        first = first or found
+class Search:
+    """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way."""
+
+    def __init__(self, state, given):
+        self.state, self.given = state, given
+        self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
+        self.hopeless, self.only = set(), None
+
+    def ranked(self):
+        """Candidates beside the state as they are to be taken; those that are no coefficient but a common cause are put aside."""
+        found = ranking(self.state, self.hopeless | self.doubtful.keys(), self.only)
+        if not self.only:
+            found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
+            if self.first is None and undecided is None and significant(found):
+                undecided = close_ones(found)
+            known = [one.kind for one in self.alternatives]
+            self.alternatives += [one for one in undecided or [] if significant(found) and one.kind not in known]
+        self.first, self.last = self.first or found, found
+        return found
+
+    def questioned(self, candidate):
+        """Is the candidate what it seems: a coefficient on a column that is one number."""
+        if not common_cause.on_column(candidate.part):
+            return True
+        rest = [part for part in self.state.parts if part is not candidate.replaces]
+        why = common_cause.judge(self.state.bench, rest, self.state.fit, candidate.part)
+        if why.disagrees:
+            self.doubtful[candidate.kind] = why.why
+        return not why.disagrees
+
+    def take(self, candidate):
+        self.given -= any(part is candidate.replaces for part in self.state.parts[:self.given])
+        after = joined(self.state, candidate.part, candidate.replaces)
+        self.state = pruned(retold(after, self.given), self.given)
+        self.hopeless |= {one.kind for one in self.last if one.log_p > HOPELESS}
+        self.only = {candidate.kind} if candidate.kind in candidates.REPEATED else None
+
+    def step(self):
+        """One candidate further, or one way to look less; False: nothing is left."""
+        found = self.ranked()
         if significant(found):
-            state = pruned(retold(joined(state, found[0].part), given), given)
-            hopeless |= {candidate.kind for candidate in found if candidate.log_p > HOPELESS}
-            only = {found[0].kind} if found[0].kind in candidates.REPEATED else None
-        elif only:
-            only = None
-        elif hopeless:
-            hopeless = set()
-        else:
+            if self.questioned(found[0]):
+                self.take(found[0])
+            return True
+        if self.only or self.hopeless:  # what seemed to be chance beside fewer terms is asked once more
+            self.hopeless = self.hopeless if self.only else set()
+            self.only = None
+            return True
+        return False
+
+
+def close_ones(found):
+    """Kinds that this recording cannot tell from the first, and how to tell them."""
+    return [identifiable.Alternative(c.kind, table.find(c.kind).confirm) for c in found[1:] if c.log_p - found[0].log_p < CLOSE and c.gain > 0]
+
+
+def forward(state, given, progress):
+    """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
+    next ones, until nothing else is left; lines are taken one after the other."""
+    way = Search(state, given)
+    for _ in range(STEPS_MAX):
+        progress(f"looking for lines beside {len(way.state.parts)} effects" if way.only else
+                 f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects beside {', '.join(way.state.model_kinds)}")
+        if not way.step():
             break
-    return state, first, found
+    return way
 
 
 def error_of(state):
@@ -130,9 +178,9 @@ def path(state, given):
 
 
 def search(state, given, progress):
-    """(judged states from the given effects to the last, ranking beside the first, useless parts, ranking beside the last)."""
-    last, first, found = forward(state, given, progress)
+    """(judged states from the given effects to the last, the search, useless parts)."""
+    way = forward(state, given, progress)
     progress("asking what lowers the error")
-    last, useless = useful(last, given)
-    states = path(last, given)
-    return [judged(one, 0 < place < len(states) - 1) for place, one in enumerate(states)], first, useless, found
+    last, useless = useful(way.state, way.given)
+    states = [state, *path(last, way.given)[1:]] if len(last.parts) > way.given else [state]
+    return [judged(one, 0 < place < len(states) - 1) for place, one in enumerate(states)], way, useless

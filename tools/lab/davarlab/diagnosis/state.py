@@ -42,11 +42,12 @@ def start(recording, model, progress=lambda text: None):
     shocks = events.find(y, recording.rate_hz)
     if np.mean(np.diff(shocks.clean) != 0) < MOVING:
         raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
-    bench = Bench(recording, shocks.clean)
+    bench = Bench(recording, shocks.clean, gyro=model.column)
     parts = [part_of(term) for term in model.terms]
     bench = bench.resolving(parts)
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
+    parts = modulation.regrown(bench, parts, bench.fit(parts))
     state = State(bench, parts, bench.fit(parts), shocks)
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
@@ -77,7 +78,7 @@ def relative_variance(state):
     w = state.bench.residual(state.parts, state.fit)
     blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
     rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
-    if len(rows) == 1:
+    if modulation.constant(rows):
         return None, blocks
     variance = changes.fit(blocks, rows)[1]
     samples = np.minimum(np.arange(len(w)) // blocks.length, len(variance) - 1)
@@ -122,14 +123,17 @@ def cleaned_again(state):
     return State(bench, state.parts, bench.fit(state.parts), shocks)
 
 
-def joined(state, part):
-    """The model with one more part, its shape at its best; unless it is a line also those of the others."""
-    bench, parts = state.bench.resolving(state.parts + [part]), state.parts + [part]
+def joined(state, part, replaces=None):
+    """The model with one more part, or with one in the place of another, its shape at its best; unless it is a line also those of the
+    others."""
+    parts = [other for other in state.parts if other is not replaces] + [part]
+    bench = state.bench.resolving(parts)
     if part.kind not in candidates.REPEATED:
         parts = filters.responding(bench, parts)
     if part.kind != "telegraph_noise":
         alone = part.kind in candidates.REPEATED
         parts = refine.refined(bench, parts, only={one.kind for one in parts} - set(candidates.REPEATED) | {part.kind}, only_last=alone)
+    parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = State(bench, parts, bench.fit(parts), state.shocks)
     return cleaned_again(state) if part.role == "mean" else state

@@ -10,7 +10,8 @@ INFINITE = float("inf")
 @dataclass(frozen=True)
 class Parameter:
     """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it may be, for one that is no number;
-    `default`: what it is where a model file does not say."""
+    `text`: any word, the name of a column; `default`: what it is where a model file does not say; `optional`: where it is at the
+    default it stays there, until diagnose finds that the effect is missing with it."""
     name: str
     unit: str
     low: float
@@ -18,6 +19,8 @@ class Parameter:
     scale: float = 1.0
     values: tuple = ()
     default: float | str | None = None
+    text: bool = False
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class Effect:
     slow      of a course: it does not move within half a second
     in_front  is this noise in front of the sensor's filters; that of counts is behind
     behind    of a filter: the parameter that is the standard deviation of white noise behind it, deg/s
+    sized     False: the first parameter is a shape too
     simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
     """
     kind: str
@@ -53,6 +57,7 @@ class Effect:
     slow: bool = False
     in_front: bool = True
     behind: str = ""
+    sized: bool = True
 
     @property
     def size(self):
@@ -60,7 +65,8 @@ class Effect:
 
     @property
     def shape_names(self):
-        return [parameter.name for parameter in self.parameters[0 if self.role == "filter" else 1:] if parameter.name != self.behind]
+        sizes = 0 if self.role == "filter" or not self.sized else 1
+        return [parameter.name for parameter in self.parameters[sizes:] if parameter.name != self.behind]
 
     @property
     def forms(self):
@@ -69,6 +75,11 @@ class Effect:
     def shape_of(self, parameters):
         """The shape among parameters; what they do not say is at its default."""
         return {p.name: parameters.get(p.name, p.default) for p in self.parameters if p.name in self.shape_names}
+
+    def said(self, shape):
+        """The shape without what is optional and at its default: a lag of nothing."""
+        unsaid = [p.name for p in self.parameters if p.optional and shape.get(p.name) == p.default]
+        return {name: value for name, value in shape.items() if name not in unsaid}
 
     def dps(self, parameters):
         """The size in deg/s."""

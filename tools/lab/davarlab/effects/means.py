@@ -1,4 +1,4 @@
-"""Effects with a known course: a function of time and of the recorded columns, times one coefficient."""
+"""Effects with a known course: a function of time or of the accelerometer, times one coefficient."""
 
 from functools import partial
 
@@ -25,17 +25,6 @@ def line(recording, shape):
 
 def warm_up(recording, shape):
     return np.exp(-recording.time_s / shape["time_constant_s"])
-
-
-def temperature(recording, _):
-    return signals.denoised(recording.column("temp_degC"))
-
-
-def temperature_rate(recording, _, half_s=5.0):
-    """The slope of the denoised temperature over twice `half_s`."""
-    reach = max(1, int(half_s * recording.rate_hz))
-    smooth = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
-    return (smooth[2 * reach:] - smooth[:-2 * reach]) * recording.rate_hz / (2 * reach)
 
 
 def acceleration(recording, shape):
@@ -68,17 +57,6 @@ SINUSOID = Effect(
     (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6)),
     "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.", "mean",
     "a hump at 0.4 periods with ripples after it", regressor=line)
-TEMPERATURE = Effect(
-    "temperature", "The bias follows the temperature of the die.",
-    (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),),
-    "Heat and cool the sensor twice: the bias must follow both times.", "mean", "the temperature's own, at long tau",
-    regressor=temperature, needs=("temp_degC",), slow=True)
-TEMPERATURE_RATE = Effect(
-    "temperature_rate", "Gradients inside the package follow the rate of the temperature.",
-    (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
-    "Heat at two rates to the same temperature: the bias differs while it heats, not after.", "mean",
-    "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",),
-    variants={"over 1 s": partial(temperature_rate, half_s=0.5)}, slow=True)
 G_SENSITIVITY = Effect(
     "g_sensitivity", "Acceleration bends the structure: the rate follows the specific force along an axis.",
     (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),

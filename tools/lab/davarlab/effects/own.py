@@ -107,7 +107,7 @@ def check_form(effect, where):
     if not isinstance(parameters, tuple) or not parameters or not all(isinstance(one, Parameter) for one in parameters):
         raise BadInput(f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)")
     for one in parameters:
-        if not (one.values or bounded(one)) or not str(one.name).isidentifier() or one.name == "kind":
+        if not (one.values or one.text or bounded(one)) or not str(one.name).isidentifier() or one.name == "kind":
             raise BadInput(f"{where}: parameter {one.name}: a word and bounds low < high expected")
         if one.name in effect.shape_names and not callable(effect.grid.get(one.name)):
             raise BadInput(f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try")

@@ -1,14 +1,15 @@
 """The one table that everything which lists effects reads; people's own effects join it (own.py)."""
 
 from ..errors import BadInput
-from . import changes, filters, means, spectra
+from . import changes, columns, filters, means, spectra
 
 TABLE = {effect.kind: effect for effect in (
     spectra.QUANTIZATION, spectra.ANGLE_RANDOM_WALK, spectra.BIAS_INSTABILITY, spectra.RATE_RANDOM_WALK,
     means.RATE_RAMP, spectra.GAUSS_MARKOV, means.SINUSOID, spectra.NARROW_BAND, filters.LOW_PASS, filters.MOVING_AVERAGE,
-    filters.HIGH_PASS, means.TEMPERATURE, means.TEMPERATURE_RATE,
+    filters.HIGH_PASS, columns.TEMPERATURE, columns.TEMPERATURE_RATE,
     means.G_SENSITIVITY, changes.VIBRATION_NOISE, means.VIBRATION_RECTIFICATION, means.WARM_UP, changes.TELEGRAPH_NOISE,
-    changes.NOISE_STEP, changes.SHOCKS)}
+    changes.NOISE_STEP, changes.SHOCKS, columns.TEMPERATURE_SQUARED, columns.TEMPERATURE_HYSTERESIS, columns.TEMPERATURE_NOISE,
+    columns.FOLLOWS)}
 
 
 def find(kind, where=""):

@@ -145,7 +145,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
             behind += 1
         elif part.kind == "shocks":
             entry = shock_estimates(shocks, bench.recording)
-        for name, value in part.shape.items():
+        for name, value in part.effect.said(part.shape).items():
             error = shape_errors.get((index, name))
             entry[name] = Estimate(value) if error is None else interval(value, error, True)
         entry.update(dynamic.get(part.kind, {}))
@@ -159,7 +159,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
 
 def dynamic_estimates(bench, parts, fit, blocks):
     """White level and what modulates it, from the energies of blocks."""
-    dynamic = [part for part in parts if part.kind in ("vibration_noise", "noise_step")]
+    dynamic = [part for part in parts if part.role == "variance"]
     if not dynamic:
         return {}
     blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
@@ -175,7 +175,7 @@ def dynamic_estimates(bench, parts, fit, blocks):
     if sizes[0] <= 0:
         return {}
     found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
-        60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}}
+        60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}} | growth_estimates(dynamic, bench.recording, blocks, share)
     order = [part.kind for part in parts if part.kind in ("vibration_noise", "noise_step")]
     for kind, size, error in zip(order, sizes[1:], errors[1:]):
         if kind == "vibration_noise" and size > 0:
@@ -194,6 +194,14 @@ def ends(parts, blocks, ratio):
     nats = 0.5 * blocks.length * abs(ratio ** 2 - 1 - 2 * np.log(max(ratio, 1e-3)))
     reach = blocks.period_s * (0.5 + 3 / max(nats, 1e-3))
     return {name: Estimate(part.shape[name], part.shape[name] - reach, part.shape[name] + reach) for name in ("start_s", "stop_s")}
+
+
+def growth_estimates(parts, recording, blocks, share):
+    """Of temperature_noise: the energies of the blocks know it as far as the spectrum is white."""
+    spread = np.sqrt(2 * blocks.length * np.sum(modulation.block_temperature(recording, blocks) ** 2)) if any(
+        part.kind == "temperature_noise" for part in parts) else 0.0
+    return {part.kind: {"relative_per_degC": interval(part.shape["relative_per_degC"] / share, 1 / spread / share, False)}
+            for part in parts if part.kind == "temperature_noise" and spread > 0}
 
 
 def of_levels(estimate, course):

@@ -2,15 +2,20 @@
 
 import numpy as np
 
+from scipy import optimize
+
 from ..data import signals
+from ..effects import columns
 from ..effects.changes import vibration_square
+from . import changes
 
 GROUPS = 8
+GROWTH_MOST = 3.5  # logarithm of the largest ratio of white noise over the range of the temperature
 
 
 def variance_shapes(parts, recording, blocks):
-    """Rows of the variance of the blocks that the parts say: the constant first."""
-    rows = [np.ones(len(blocks.energy))]
+    """Rows of the variance of the blocks that the parts say: the white noise first, constant or as the temperature has it."""
+    rows = [white_growth(parts, recording, blocks)]
     for part in parts:
         if part.kind == "vibration_noise":
             rows.append(part.effect.variants.get(part.form, vibration_square)(recording, part.shape["axis"], blocks))
@@ -18,6 +23,55 @@ def variance_shapes(parts, recording, blocks):
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
             rows.append(((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float))
     return np.array(rows)
+
+
+def white_growth(parts, recording, blocks):
+    """The variance of the white noise per block, 1 at the mean temperature (5.5)."""
+    relative = sum(part.shape["relative_per_degC"] for part in parts if part.kind == "temperature_noise")
+    if not relative:
+        return np.ones(len(blocks.energy))
+    return np.exp(np.clip(2 * relative * block_temperature(recording, blocks), -40, 40))
+
+
+def block_temperature(recording, blocks):
+    """Of each block, from the mean of the record, degC."""
+    slow = columns.slow_temperature(recording)
+    count = len(blocks.energy)
+    return slow[:count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
+
+
+def constant(rows):
+    """Does nothing change the white level."""
+    return len(rows) == 1 and np.ptp(rows[0]) == 0
+
+
+def best_growth(parts, recording, blocks):
+    """The exponent of temperature_noise, of the parts' own or beside them, at the maximum of the likelihood of the blocks:
+    (relative_per_degC, gain over none)."""
+    others = [part for part in parts if part.kind != "temperature_noise"]
+    rows = variance_shapes(others, recording, blocks)
+    warm = block_temperature(recording, blocks)
+    if np.ptp(warm) <= 0:
+        return 0.0, 0.0
+
+    def loss(relative):
+        return -changes.fit(blocks, np.vstack([rows[:1] * np.exp(2 * relative * warm), rows[1:]]))[2]
+
+    reach = GROWTH_MOST / np.ptp(warm)
+    tried = np.linspace(-reach, reach, 17)
+    best = int(np.argmin([loss(relative) for relative in tried]))
+    found = optimize.minimize_scalar(loss, bounds=(tried[max(best - 1, 0)], tried[min(best + 1, 16)]), method="bounded",
+                                     options={"xatol": 1e-4 * reach})
+    return float(found.x), float(loss(0.0) - found.fun)
+
+
+def regrown(bench, parts, fit):
+    """The parts with the exponent of temperature_noise refitted."""
+    if not any(part.kind == "temperature_noise" for part in parts):
+        return parts
+    blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+    relative = best_growth(parts, bench.recording, blocks)[0]
+    return [part.moved("relative_per_degC", relative) if part.kind == "temperature_noise" else part for part in parts]
 
 
 def white_share(bench, parts, fit):

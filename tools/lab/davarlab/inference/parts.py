@@ -67,16 +67,16 @@ def spectrum_of(parts, sizes, rate_hz, counts=None):
 
 class Bench:
     """The recording, cleaned of shocks, with rows and columns for every part that is asked for. `counts`: spectrum of what is known of
-    the counts that the gyro comes in, behind every filter; None: nothing."""
+    the counts that the gyro comes in, behind every filter; None: nothing. `gyro`: its column."""
 
-    def __init__(self, recording, y, counts=None, data=None):
-        self.recording, self.y, self.counts = recording, y, counts
+    def __init__(self, recording, y, counts=None, data=None, gyro=None):
+        self.recording, self.y, self.counts, self.gyro = recording, y, counts, gyro
         self.data = data or Data(y, recording.rate_hz)
         self.decoded = {}
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
-        other = Bench(self.recording, y, self.counts, self.data.with_gyro(y))
+        other = Bench(self.recording, y, self.counts, self.data.with_gyro(y), self.gyro)
         other.decoded = dict(self.decoded)
         return other
 
@@ -85,7 +85,7 @@ class Bench:
         bands = tuple((part.shape["frequency_hz"], part.shape["half_width_hz"]) for part in parts if part.kind == "narrow_band")
         if self.data.resolves(bands):
             return self
-        other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands))
+        other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro)
         other.decoded = self.decoded
         return other
 

@@ -71,7 +71,7 @@ def parameter_rows(model, given, estimates):
         for index, parameter in enumerate(p for p in table.find(term.kind).parameters if p.name in entry):
             rows.append({"effect": words.name(term.kind), "first": index == 0, "name": parameter.name,
                          "key": f"fitted.{place}.parameters.{parameter.name}",
-                         "unit": "" if parameter.values else parameter.unit,
+                         "unit": "" if parameter.values or parameter.text else parameter.unit,
                          "given": before.get(term.kind, {}).get(parameter.name), "fitted": entry[parameter.name],
                          "new": term.kind not in before})
     return rows
@@ -86,9 +86,9 @@ def candidate_rows(found):
         kind, after = candidate.kind, remaining.get(candidate.kind)
         joined, lasting = kind in added, after is not None and after * count < search.FAMILY_WISE
         if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
-            evidence = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
+            weight = words.evidence(candidate.p_value, after, count, joined, kind in [one.kind for one in found.diagnosis.alternatives])
             shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
-                          "evidence": evidence, "effect": table.find(kind),
+                          "evidence": weight, "effect": table.find(kind),
                           "after": None if joined else after, "share": evidence.share(candidate.error_after, found.base),
                           "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:

@@ -198,7 +198,7 @@ def verdict_of_missing(found):
     sizes = found.estimates[-len(added):]
     if len(added) == 1:
         if found.diagnosis.alternatives and found.diagnosis.ranking[0].kind == added[0]:
-            rivals = listed(added + found.diagnosis.alternatives, joint=" or ")
+            rivals = listed(added + [one.kind for one in found.diagnosis.alternatives], joint=" or ")
             return f"The model lacks {rivals}, which this recording cannot tell apart."
         return f"The model lacks {name(added[0])}: {clause(added[0])} ({strength(added[0], sizes[0])})."
     named = listed(zip(added, sizes), lambda one: f"{name(one[0])} ({strength(*one, bare_value)})")
@@ -241,8 +241,9 @@ def confirmations(found):
     """How to make sure of each effect that was found, and to tell it from its likes."""
     added = found.added if found.verdict != "unknown" or helpful(found) else []
     lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in added]
-    return lines + [f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(kind)}. To tell them "
-                    f"apart: {table.find(kind).confirm}" for kind in found.diagnosis.alternatives]
+    lines += [f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(one.kind)}. To tell them apart: {one.confirm}"
+              for one in found.diagnosis.alternatives if one.kind not in added]
+    return lines + [f"Not named: {name(kind)}: {why}." for kind, why in found.diagnosis.doubtful.items()]
 
 
 def what_next(found, run):

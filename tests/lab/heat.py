@@ -1,0 +1,88 @@
+"""Recordings whose gyro follows a logged column, made with formulas of their own: numpy only, nothing of davarlab. 50 Hz, one hour."""
+
+import numpy as np
+
+RATE = 50.0
+
+
+def flicker(count, b_dps, rng):
+    """A circle of four records, of which one is kept."""
+    f = np.fft.rfftfreq(4 * count, 1 / RATE)
+    f[0] = f[1]
+    return np.fft.irfft(np.fft.rfft(rng.standard_normal(4 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)), 4 * count)[:count]
+
+
+def late(x, lag_s):
+    """A body that follows x, at rest before; Euler's rule in steps of half a second, then straight lines."""
+    step = int(RATE / 2)
+    body, found = x[0], []
+    for value in x[::step]:
+        body += (value - body) * 0.5 / lag_s
+        found.append(body)
+    return np.interp(np.arange(len(x)), step * (1 + np.arange(len(found))), found)
+
+
+def loop(x, width):
+    """Backlash: x pushes the body along."""
+    body, found = x[0], np.empty(len(x))
+    for i, value in enumerate(x):
+        body = value + width / 2 if body > value + width / 2 else value - width / 2 if body < value - width / 2 else body
+        found[i] = body
+    return found
+
+
+def walk(count, rng):
+    x = np.cumsum(rng.standard_normal(count))
+    return x - x.mean()
+
+
+def temperature(how, t, rng):
+    if how == "cycles":
+        return 25 + 2 * np.sin(2 * np.pi * 4 * t / t[-1] + rng.uniform(0, 6))
+    if how == "cycle":
+        return 25 + 2 * np.sin(2 * np.pi * t / t[-1] + rng.uniform(0, 6))
+    if how == "warm":
+        return 20 + 6 * (1 - np.exp(-t / 600))
+    x = walk(len(t), rng)
+    return 25 + 3 * x / np.abs(x).max()
+
+
+def course(case, heat, t, rng):
+    """(what the gyro gets, further columns)."""
+    if case == "supply":
+        volts = walk(len(t), rng)
+        volts *= 0.05 / volts.std()
+        return 0.15 * volts, {"supply_V": 5 + volts + 0.002 * rng.standard_normal(len(t))}
+    if case == "leak":
+        other = 0.05 * np.sin(2 * np.pi * t / 300) + 0.035 * rng.standard_normal(len(t)) + flicker(len(t), 5 / 3600, rng)
+        return 0.1 * other, {"gyro_x_dps": other}
+    known = {"plain": lambda: 0.012 * heat, "lag": lambda: 0.012 * late(heat, 60), "hysteresis": lambda: 0.012 * loop(heat, 1.0),
+             "square": lambda: 0.004 * (heat - 25) ** 2, "walk": lambda: walk(len(t), rng) * 150 / 3600 / 60 / np.sqrt(RATE)}
+    return known[case]() if case in known else 0 * t, {}
+
+
+def make(case, how, seed, seconds=3600):
+    """Columns of a recording: ARW 0.3 deg/sqrt(h), bias instability 5 deg/h, and the case."""
+    rng = np.random.default_rng([seed, 31])
+    t = np.arange(int(seconds * RATE)) / RATE
+    heat = temperature(how, t, rng)
+    white = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t))
+    if case == "noise":
+        white *= np.exp(0.05 * (heat - heat.mean()))
+    more, columns = course(case, heat, t, rng)
+    return {"time_s": t, "gyro_z_dps": white + flicker(len(t), 5 / 3600, rng) + more + 0.1,
+            "temp_degC": heat + 0.02 * rng.standard_normal(len(t))} | columns
+
+
+def accelerometers(seed, seconds=3600):
+    """Columns with a true sensitivity of 0.5 deg/s/g along x, and with a cause behind both sensors instead, felt by the gyro later."""
+    rng = np.random.default_rng([seed, 32])
+    t = np.arange(int(seconds * RATE)) / RATE
+    tilt = {axis: walk(len(t), rng) for axis in "xyz"}
+    cause = walk(len(t), rng)
+    noise = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t)) + flicker(len(t), 5 / 3600, rng)
+    logged = {axis: 0.01 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()}
+    hidden = {axis: 0.01 * cause / cause.std() + 0.001 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()}
+    true = {"time_s": t, "gyro_z_dps": noise + 0.5 * 0.01 * tilt["x"] / tilt["x"].std()}
+    false = {"time_s": t, "gyro_z_dps": noise + 5 * 0.01 * late(cause, 30) / cause.std()}
+    return (true | {f"accel_{axis}_g": x for axis, x in logged.items()}, false | {f"accel_{axis}_g": x for axis, x in hidden.items()})

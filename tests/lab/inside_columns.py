@@ -1,0 +1,152 @@
+"""Effects on logged columns against formulas of their own (heat.py). Runs in davarlab's own environment: test_columns.py starts it."""
+
+import unittest
+
+import heat
+import numpy as np
+from davarlab import model, simulate
+from davarlab.data.recording import Recording
+from davarlab.diagnosis import columns, common_cause, diagnose, identifiable
+from davarlab.effects import columns as effects
+from davarlab.errors import BadInput
+from davarlab.inference.parts import Part
+
+BASE = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), model.Term("bias_instability", {"coefficient_deg_per_h": 5.0})]
+MODEL = model.Model(heat.RATE, "gyro_z_dps", BASE)
+
+
+def recording(case, how, seed):
+    return Recording(heat.make(case, how, seed), heat.RATE)
+
+
+class Courses(unittest.TestCase):
+    def test_play_is_the_chain_of_its_pushes(self):
+        rng = np.random.default_rng(1)
+        for count in (1, 2, 1000, 1023):
+            x = np.cumsum(rng.standard_normal(count))
+            np.testing.assert_allclose(effects.play(x, 3.0), heat.loop(x, 3.0), atol=1e-12)
+
+    def test_a_lag_is_late_by_its_time(self):
+        x = np.linspace(0, 36, 180000)  # 0.01 a second
+        self.assertAlmostEqual(x[-1] - effects.lagged(x, 50.0, 60.0)[-1], 0.6, places=3)
+        self.assertAlmostEqual(x[100] - effects.lagged(x, 50.0, 60.0, moving=True)[100], 0.6, places=3)
+        np.testing.assert_array_equal(effects.lagged(x, 50.0, 0.0), x)
+
+    def test_a_clock_or_a_copy_of_the_gyro_is_not_followed(self):
+        found = recording("none", "walk", 1)
+        found.columns |= {"index": np.arange(found.samples) * 1.0, "gyro_z_rad_s": found.columns["gyro_z_dps"] * np.pi / 180,
+                          "gyro_x_dps": np.random.default_rng(2).standard_normal(found.samples)}
+        self.assertEqual(effects.may_follow(found, "gyro_z_dps"), ["gyro_x_dps"])
+
+
+class Files(unittest.TestCase):
+    def sensor(self, **entry):
+        return model.of({"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}, "m.toml")
+
+    def test_a_lag_may_be_left_out_and_a_column_is_a_word(self):
+        self.assertEqual(self.sensor(kind="temperature", coefficient_dps_per_degC=0.01).terms[0].parameters, {"coefficient_dps_per_degC": 0.01})
+        found = self.sensor(kind="follows", column='V "raw"', coefficient=0.1, lag_s=3)
+        self.assertIn('column = "V \\"raw\\""', model.text_of(found))
+        for column in (3.0, "", "a,b", "gyro_z_dps"):
+            with self.assertRaisesRegex(BadInput, "m.toml.*(name of a column|follow itself)"):
+                self.sensor(kind="follows", column=column, coefficient=0.1)
+
+    def test_all_kinds_are_simulated_and_fitted(self):
+        terms = BASE + [model.Term("temperature", {"coefficient_dps_per_degC": 0.02, "lag_s": 60.0}),
+                        model.Term("follows", {"coefficient": 0.1, "column": "supply_V"}),
+                        model.Term("temperature_noise", {"relative_per_degC": 0.08})]
+        found = simulate.make(terms, 50.0, seed=4, duration_s=3600)
+        state = diagnose.judged(diagnose.start(found, model.Model(50.0, "gyro_z_dps", terms)))
+        shapes = {part.kind: part.shape for part in state.parts}
+        self.assertAlmostEqual(shapes["temperature_noise"]["relative_per_degC"], 0.08, delta=0.01)
+        self.assertGreater(state.adequacy.p_value, 0.01)
+        self.assertTrue(30 < shapes["temperature"]["lag_s"] < 120, shapes)
+
+
+class Verdicts(unittest.TestCase):
+    def diagnosed(self, case, how, seed=5):
+        return diagnose.diagnose(recording(case, how, seed), MODEL)
+
+    def test_heat_that_comes_late_is_a_lag_and_no_random_walk(self):
+        for how in ("cycles", "walk"):
+            found = self.diagnosed("lag", how)
+            self.assertEqual(found.added, ["temperature"])
+            self.assertAlmostEqual(found.states[-1].parts[-1].shape["lag_s"], 60, delta=25)
+            self.assertNotIn("rate_random_walk", [one.kind for one in found.undecided])
+
+    def test_what_one_sine_cannot_tell_is_said(self):
+        found = self.diagnosed("lag", "cycle")
+        self.assertEqual(found.verdict, "temperature")
+        self.assertIn("two full cycles", " ".join(one.confirm for one in found.undecided))
+
+    def test_a_square_and_hysteresis_have_their_names(self):
+        self.assertEqual(self.diagnosed("square", "walk").added, ["temperature_squared"])
+        found = self.diagnosed("hysteresis", "cycles")
+        self.assertEqual(found.added, ["temperature_hysteresis"])
+        self.assertAlmostEqual(found.states[-1].parts[-1].shape["width_degC"], 1.0, delta=0.3)
+
+    def test_a_random_walk_is_no_heat(self):
+        found = self.diagnosed("walk", "cycles")
+        self.assertEqual((found.added, found.undecided), (["rate_random_walk"], []))
+
+    def test_noise_that_goes_with_the_temperature(self):
+        found = self.diagnosed("noise", "walk")
+        self.assertEqual(found.added, ["temperature_noise"])
+        self.assertAlmostEqual(found.states[-1].parts[-1].shape["relative_per_degC"], 0.05, delta=0.01)
+
+    def test_a_supply_and_a_neighbouring_axis_are_followed(self):
+        for case, column in (("supply", "supply_V"), ("leak", "gyro_x_dps")):
+            found = self.diagnosed(case, "walk")
+            self.assertEqual((found.added, found.states[-1].parts[-1].shape["column"]), (["follows"], column))
+
+    def test_a_temperature_of_the_model_that_is_felt_late_is_put_right(self):
+        given = model.Model(heat.RATE, "gyro_z_dps", BASE + [model.Term("temperature", {"coefficient_dps_per_degC": 0.012})])
+        found = diagnose.diagnose(recording("lag", "cycles", 6), given)
+        self.assertEqual([part.kind for part in found.states[-1].parts], ["angle_random_walk", "bias_instability", "temperature"])
+        self.assertEqual(found.added, ["temperature"])
+
+
+class Chance(unittest.TestCase):
+    def test_columns_that_have_nothing_to_do_with_the_gyro_gain_nothing(self):
+        """200 candidates, of which chance lets two pass 1 %."""
+        few = 0
+        for seed in range(25):
+            columns_of = heat.make("none", ("cycles", "walk")[seed % 2], seed, 600) | {
+                "supply_V": heat.walk(30000, np.random.default_rng(seed + 70)), "gyro_x_dps": heat.make("none", "walk", seed + 99, 600)["gyro_z_dps"]}
+            found = Recording(columns_of, heat.RATE)
+            state = diagnose.start(found, MODEL)
+            few += sum(one.log_p < np.log(0.01) for one in columns.tried(state.bench, state.parts, state.fit, "gyro_z_dps"))
+        self.assertLessEqual(few, 6)
+
+
+class Causes(unittest.TestCase):
+    def judged(self, columns_of):
+        state = diagnose.start(Recording(columns_of, heat.RATE), MODEL)
+        return common_cause.judge(state.bench, state.parts, state.fit, Part("g_sensitivity", {"axis": "x"}))
+
+    def test_a_sensitivity_is_one_number_and_a_hidden_cause_is_not(self):
+        for seed in (1, 2, 3):
+            true, false = (self.judged(columns_of) for columns_of in heat.accelerometers(seed))
+            self.assertEqual((true.confirmed, true.disagrees, true.why), (True, False, ""))
+            self.assertEqual((false.confirmed, false.disagrees), (False, True))
+            self.assertIn("common cause", false.why)
+
+    def test_axes_that_drift_together_are_said_and_others_not(self):
+        alone = heat.make("none", "walk", 3)
+        drift = 0.05 * heat.walk(180000, np.random.default_rng(9)) / 200
+        both = alone | {"gyro_z_dps": alone["gyro_z_dps"] + drift, "gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"] + drift}
+        self.assertIn("gyro_x_dps", common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps"))
+        apart = alone | {"gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"]}
+        self.assertEqual(common_cause.several_axes(Recording(apart, heat.RATE), "gyro_z_dps"), "")
+
+
+class Words(unittest.TestCase):
+    def test_every_pair_of_heat_has_a_measurement_that_decides(self):
+        for named in identifiable.HEAT:
+            for other in identifiable.HEAT + identifiable.NOISE + identifiable.COURSES:
+                if other != named:
+                    self.assertRegex(identifiable.alternative(named, other).confirm, r"^Undecided: .* or .*\. To decide, .*\.$")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,193 @@
+"""Effects on a logged column, tried: temperature late, squared, with hysteresis, in the noise; any other column (DESIGN 4).
+
+Their shapes are scanned on the slow ordinates of block means at a given level of the noise, milliseconds a shape; only the best one is fitted
+in full, and once more at the level that it leaves."""
+
+import numpy as np
+from scipy import fft
+
+from ..data import signals
+from ..data.recording import Recording
+from ..effects import columns, table
+from ..inference import changes, modulation
+from ..inference.parts import Part
+from .candidate import Candidate, log_tail
+from .candidates import shapes_of
+
+SLOW_MOST = 16384  # samples of the recording of block means
+FINER = np.exp2(np.arange(-6, 7) / 8)  # about the best shape of the first round
+CLOSE = 3.0  # log-likelihood units for which an effect takes the place of another rather than stand beside it
+STRETCHES = 24
+# As candidates.TRIALS, per case: alone, or where the temperature is in the model already.
+TRIALS = {"temperature": 3.2, "temperature beside": 5.1, "temperature_squared": 5.5, "temperature_hysteresis": 3.5, "temperature_noise": 1.4,
+          "follows": 4.4}  # per column
+
+
+def block_means(x, length):
+    count = len(x) // length
+    return x[:count * length].reshape(count, length).mean(axis=1)
+
+
+def block_length(samples):
+    """Samples per mean; of a few lengths the first that makes a fast transform."""
+    least = -(-samples // SLOW_MOST)
+    return next((length for length in range(least, 2 * least) if fft.next_fast_len(samples // length, True) == samples // length), least)
+
+
+def coarse(recording, names):
+    """The recording in block means, with these columns, denoised before they were averaged."""
+    length = block_length(recording.samples)
+    small = recording.measured.setdefault("coarse", Recording({"index": np.arange(recording.samples // length)}, recording.rate_hz / length))
+    for name in names:
+        if name not in small.columns:
+            small.columns[name] = block_means(recording.column(name), length)
+            small.measured["still", name] = block_means(columns.still(recording, name), length)
+    return small
+
+
+class Scan:
+    """Gains of courses at a fixed level of the noise, beside the columns of the parts."""
+
+    def __init__(self, bench, parts, level, coefficients, names):
+        self.small = coarse(bench.recording, names)
+        keys, data = bench.all_keys(parts), bench.data
+        self.used = min(self.small.samples // 2, len(data.f))
+        self.weight = 1 / np.sqrt(np.interp(np.log(data.f[:self.used]), np.log(data.f_bin), level))
+        rest = data.without(coefficients, keys)[:self.used]
+        basis = np.array([data.columns[key][0][:self.used] * self.weight for key in keys]).reshape(len(keys), self.used)
+        self.basis = np.linalg.qr(basis.T)[0].T if len(keys) else basis
+        self.rest = self.without(rest * self.weight)
+
+    def without(self, c):
+        return c - self.basis.T @ (self.basis @ c)
+
+    def gain(self, part):
+        x = part.effect.variants.get(part.form, part.effect.regressor)(self.small, part.shape)
+        whole = signals.transform(x - x.mean())[1:self.used + 1] * self.weight
+        c = self.without(whole)
+        power = c @ c
+        return float((c @ self.rest) ** 2 / power / 2) if power > 1e-9 * (whole @ whole) else 0.0
+
+
+def with_lags(effect, shape):
+    """Parts of this shape; what the gyro felt before the record began matters only where it feels late."""
+    return [Part(effect.kind, shape, form) for form in effect.forms
+            if form != "moving before" or shape.get("lag_s", 0.0) > 0]
+
+
+def finer(part, recording):
+    """The part with its lag or width moved a little."""
+    name = next((name for name in ("width_degC", "lag_s") if part.shape.get(name)), None)
+    limit = columns.LAG_SHARE * recording.samples / recording.rate_hz
+    return [part.moved(name, part.shape[name] * step) for step in FINER if name != "lag_s" or part.shape[name] * step <= limit] if name else []
+
+
+def best_of(bench, parts, fit, tried, names):
+    """(part, its full fit) of the likeliest of the parts tried, beside `parts` whose fit is given. Tried parts of which the scan
+    knows only the slow half are judged by it; the winner by the full likelihood."""
+    if not tried:
+        return None
+    scan = Scan(bench, parts, fit.level, fit.coefficients, names)
+    part = max(tried, key=scan.gain)
+    full = bench.fit(parts + [part], near=fit.level)
+    scan = Scan(bench, parts, full.level, full.coefficients[:len(fit.coefficients)], names)
+    second = max(tried, key=scan.gain)
+    second = max([second] + finer(second, bench.recording), key=scan.gain)
+    if second.key != part.key:
+        other = bench.fit(parts + [second], near=full.level)
+        part, full, loser = (second, other, part) if other.log_likelihood > full.log_likelihood else (part, full, second)
+        bench.forget(loser)
+    return part, full
+
+
+def thermal(bench, parts, fit, kind, shapes=None):
+    """The best candidate of one kind on the temperature beside the parts; None without a temperature that moves."""
+    effect = table.find(kind)
+    if np.ptp(bench.recording.column("temp_degC")) <= 0:
+        return None
+    shapes = shapes_of(effect, bench.recording) if shapes is None else shapes
+    best = best_of(bench, parts, fit, [part for shape in shapes for part in with_lags(effect, shape)], ("temp_degC",))
+    return best and Candidate(kind, best[0], best[1].log_likelihood - fit.log_likelihood, 0.0)
+
+
+def judged(candidate, trials):
+    if candidate:
+        candidate.log_p = log_tail(candidate.gain, trials)
+    return candidate
+
+
+def plain_temperature(parts):
+    """The part that says that the temperature is felt at once; None when there is none."""
+    return next((part for part in parts if part.kind == "temperature" and not part.shape.get("lag_s")), None)
+
+
+def replacing(bench, parts, fit, kind, old):
+    """The best candidate of a kind in place of a part of the model; its gain is over the model with that part."""
+    rest = [part for part in parts if part is not old]
+    shapes = [shape for shape in shapes_of(table.find(kind), bench.recording) if kind != "temperature" or shape["lag_s"] > 0]
+    without = bench.fit(rest)
+    found = thermal(bench, rest, without, kind, shapes)
+    if found:
+        found.gain += without.log_likelihood - fit.log_likelihood
+        found.replaces = old
+    return found
+
+
+def on_temperature(bench, parts, fit):
+    """Temperature and what may be mistaken for it: alone, or in place of or beside one that the model has."""
+    kinds, plain = [part.kind for part in parts], plain_temperature(parts)
+    if plain:
+        yield judged(replacing(bench, parts, fit, "temperature", plain), TRIALS["temperature beside"])
+    elif "temperature" not in kinds:
+        yield judged(thermal(bench, parts, fit, "temperature"), TRIALS["temperature"])
+    if "temperature_squared" not in kinds:
+        yield judged(thermal(bench, parts, fit, "temperature_squared"), TRIALS["temperature_squared"])
+    if "temperature_hysteresis" not in kinds:
+        beside = thermal(bench, parts, fit, "temperature_hysteresis")
+        instead = plain and replacing(bench, parts, fit, "temperature_hysteresis", plain)
+        yield judged(instead if instead and instead.gain > beside.gain - CLOSE else beside, TRIALS["temperature_hysteresis"])
+
+
+def restless(energy, length):
+    """How much more than chance the level of the noise moves between stretches; at least 1."""
+    count = min(STRETCHES, len(energy))
+    edges = np.linspace(0, len(energy), count + 1).astype(int)
+    sizes = np.diff(edges)
+    means = np.add.reduceat(energy, edges[:-1]) / sizes
+    return max(1.0, float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)))
+
+
+def in_the_noise(bench, parts, blocks):
+    """White noise that goes with the temperature. A level that moves for other reasons too must not pass for it, so the gain
+    is divided by what stays restless."""
+    relative, gain = modulation.best_growth(parts, bench.recording, blocks)
+    part = Part("temperature_noise", {"relative_per_degC": relative})
+    variance = changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[1]
+    return judged(Candidate(part.kind, part, gain / restless(blocks.energy / variance, blocks.length), 0.0), TRIALS["temperature_noise"])
+
+
+def following(bench, parts, fit, gyro):
+    """Every other logged column that the model does not follow yet, best lag and form of each."""
+    known = [part.shape["column"] for part in parts if part.kind == "follows"]
+    names = [name for name in columns.may_follow(bench.recording, gyro) if name not in known]
+    effect, found = table.find("follows"), []
+    for name in names:
+        tried = [Part("follows", {"column": name, "lag_s": lag}, form) for lag in columns.lags(bench.recording) for form in effect.forms]
+        part, full = best_of(bench, parts, fit, tried, (name,))
+        at_once = tried[0]
+        other = full if part.key == at_once.key else bench.fit(parts + [at_once], near=fit.level)
+        part, full = (at_once, other) if other.log_likelihood > full.log_likelihood else (part, full)
+        one = Candidate("follows", part, full.log_likelihood - fit.log_likelihood, 0.0)
+        found.append(judged(one, TRIALS["follows"] * len(names)))
+    return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)
+
+
+def tried(bench, parts, fit, gyro, blocks=None):
+    """Candidates on the logged columns, of `follows` one per column. gyro: the column of the model."""
+    found = following(bench, parts, fit, gyro)
+    if "temp_degC" in bench.recording.columns and np.ptp(bench.recording.columns["temp_degC"]) > 0:
+        found += [one for one in on_temperature(bench, parts, fit) if one]
+        if all(part.kind != "temperature_noise" for part in parts):
+            blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+            found.append(in_the_noise(bench, parts, blocks))
+    return found

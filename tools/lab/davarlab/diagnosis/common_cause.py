@@ -1,0 +1,180 @@
+"""Is a coefficient on a column a coefficient: one number at all frequencies; or do both follow a cause that was not logged (DESIGN 4)."""
+
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+
+from ..data import signals
+from ..effects import columns
+from .columns import coarse
+
+# Hz. Above, the paths of both sensors (delays, filters) differ, and a true coefficient need not be one number.
+EDGES = (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5)
+WORKED_OUT_HZ = 0.05  # up to here a course worked out of a column (a square of vibration, a slope) has no scatter of its own to speak of
+ORDINATES_LEAST = 8  # in a band; one with fewer goes with the next
+SEEN, APART, FACTOR = 3.0, 3.5, 2.0  # standard errors of one band and of a difference; ratio of coefficients
+SHARE_LEAST = 0.1  # of real motion in an accelerometer's power, below which its noise is not divided out further
+SLOW_HZ, COHERENT, ALIKE = 0.01, 0.4, 1.5
+QUIET = 0.05  # of the seconds, whose noise is taken for the sensor's own
+
+
+@dataclass
+class CommonCause:
+    """confirmed: two bands agree; disagrees: two bands contradict each other, or the axes of the accelerometer move as one.
+    bands: (from Hz, to Hz, coefficient, standard error), in deg/s per unit of the column."""
+    confirmed: bool
+    disagrees: bool
+    bands: list = field(default_factory=list)
+    why: str = ""
+
+
+def column_of(part):
+    """The logged column that the part follows as it is; None for a course that is worked out of one."""
+    if part.kind == "g_sensitivity":
+        return f"accel_{part.shape['axis']}_g"
+    return part.shape["column"] if part.kind == "follows" and not part.shape["lag_s"] else None
+
+
+def on_column(part):
+    """Is it a coefficient on a column, that this question can be asked of."""
+    return part.role == "mean" and (part.kind == "follows" or bool(part.effect.needs))
+
+
+def sensor_noise(x, rate_hz):
+    """Density per ordinate of what the column's own sensor adds: white noise of the quietest seconds."""
+    length = max(8, int(rate_hz))
+    count = len(x) // length
+    steps = np.diff(x[:count * length].reshape(count, length), axis=1)
+    return float(np.quantile((steps ** 2).mean(axis=1), QUIET)) / 2
+
+
+def band_places(f):
+    """(from, to, slice of the ordinates) of every band with enough ordinates."""
+    found, low, first = [], EDGES[0], 0
+    for high in EDGES[1:]:
+        last = int(np.searchsorted(f, high))
+        if last - first >= ORDINATES_LEAST and high <= f[-1] * 1.01:
+            found.append((low, high, slice(first, last)))
+            low, first = high, last
+    return found
+
+
+def in_bands(bench, parts, part):
+    """(from, to, coefficient, standard error, share of real motion) per band; the noise is whitened, and measured in the band itself."""
+    fit, data = bench.fit(parts + [part]), bench.data
+    name = column_of(part)
+    x = bench.recording.column(name) if name else bench.courses(part)[0]
+    floor = sensor_noise(x, data.rate_hz) if name and name.startswith("accel_") else 0.0
+    used = int(np.searchsorted(data.f, EDGES[-1] if name else WORKED_OUT_HZ))
+    keys = bench.all_keys(parts)
+    c, rest = signals.transform(x - x.mean())[1:used + 1], data.without(fit.coefficients[:len(keys)], keys)[:used]
+    level, found = np.interp(np.log(data.f[:used]), np.log(data.f_bin), fit.level), []
+    for low, high, place in band_places(data.f[:used]):
+        power = float(np.sum(c[place] ** 2 / level[place]))
+        if power <= 0:
+            continue
+        beta = float(np.sum(c[place] * rest[place] / level[place])) / power
+        scatter = np.sum((rest[place] - beta * c[place]) ** 2 / level[place]) / (place.stop - place.start - 1)
+        share = max(SHARE_LEAST, 1 - floor / float(np.mean(c[place] ** 2)))
+        found.append((low, high, beta, float(np.sqrt(scatter / power)), share))
+    return found
+
+
+def contradict(one, other):
+    """Two bands (.., coefficient, error): is one seen, are they apart, and by more than chance and dilution explain."""
+    (a, error_a), (b, error_b) = one, other
+    if max(abs(a) / error_a, abs(b) / error_b) <= SEEN or abs(a - b) <= APART * np.hypot(error_a, error_b):
+        return False
+    return a * b <= 0 or max(abs(a), abs(b)) > FACTOR * min(abs(a), abs(b))
+
+
+def agree(one, other):
+    (a, error_a), (b, error_b) = one, other
+    return min(abs(a) / error_a, abs(b) / error_b) > SEEN and a * b > 0 and not contradict(one, other)
+
+
+def judge(bench, parts, fit, part):
+    """Before `part`, a coefficient on a column, is named beside `parts`. fit: that of the parts, unused where the part's own is needed."""
+    rest = [other for other in parts if other is not part]
+    found = in_bands(bench, rest, part)
+    plain = [(beta, error) for _, _, beta, error, _ in found]
+    true = [(beta / share, error / share) for _, _, beta, error, share in found]
+    bands = [(low, high, *value) for (low, high, *_), value in zip(found, true)]
+    pairs = list(combinations(range(len(found)), 2))
+    # An accelerometer that is shaken all the time has no quiet second; its noise is then taken too large. So: with it and without it.
+    apart = [pair for pair in pairs if all(contradict(values[pair[0]], values[pair[1]]) for values in (plain, true))]
+    confirmed = any(agree(true[i], true[j]) for i, j in pairs) and not apart
+    if apart:
+        return CommonCause(False, True, bands, contradiction(bands, apart))
+    why = as_one(bench, rest, part, confirmed)
+    return CommonCause(confirmed and not why, bool(why), bands, why)
+
+
+def contradiction(bands, pairs):
+    """The clearest of the pairs in words."""
+    first, second = (bands[i] for i in max(pairs, key=lambda pair: abs(bands[pair[0]][2] - bands[pair[1]][2])
+                                           / np.hypot(bands[pair[0]][3], bands[pair[1]][3])))
+    said = [f"{beta:.2g} ± {error:.1g} between {low:g} and {high:g} Hz" for low, high, beta, error in (first, second)]
+    return f"the coefficient is {said[0]} and {said[1]}: no coefficient, but a common cause that was not logged"
+
+
+def in_acceleration(part):
+    return "accel" in part.effect.needs or part.shape.get("column", "").startswith("accel_")
+
+
+def as_one(bench, parts, part, confirmed):
+    """The third rule: the coefficient is the same on all axes of the accelerometer; or these drift together, where no second band confirms
+    the coefficient."""
+    names = sorted(name for name in bench.recording.columns if name.startswith("accel_"))
+    if not in_acceleration(part) or len(names) < 3:
+        return ""
+    if same_on_all(bench, parts, part):
+        return "the coefficient is the same on all axes of the accelerometer: a common cause that was not logged"
+    if not confirmed and all(together(bench.recording, a, b) for a, b in combinations(names, 2)):
+        return "the axes of the accelerometer drift together: a common cause that was not logged"
+    return ""
+
+
+def same_on_all(bench, parts, part):
+    if part.kind != "g_sensitivity":
+        return False
+    best = [max(in_bands(bench, parts, part.moved("axis", axis)), key=lambda band: abs(band[2]) / band[3]) for axis in "xyz"]
+    sizes = [abs(beta) for _, _, beta, _, _ in best]
+    return all(abs(beta) > SEEN * error for _, _, beta, error, _ in best) and max(sizes) < ALIKE * min(sizes)
+
+
+def flattened(x, rate_hz):
+    """The slow ordinates with a power law of frequency taken out."""
+    c = signals.transform(x - x.mean())[1:]
+    f = signals.frequencies(len(x), rate_hz)
+    c, f = c[f < SLOW_HZ], f[f < SLOW_HZ]
+    if len(c) < 20 or not np.any(c):
+        return None
+    slope, level = np.polyfit(np.log(f), np.log(np.maximum(c ** 2, 1e-300)), 1)
+    return c / np.exp((slope * np.log(f) + level) / 2)
+
+
+def slow_coherence(recording, a, b):
+    """Correlation of two columns below SLOW_HZ, each octave with its own weight; and its standard error."""
+    small = coarse(recording, (a, b))
+    one, other = (flattened(small.columns[name], small.rate_hz) for name in (a, b))
+    if one is None or other is None:
+        return 0.0, 1.0
+    return float(one @ other / np.sqrt((one @ one) * (other @ other))), 1 / np.sqrt(len(one))
+
+
+def together(recording, a, b):
+    r, error = slow_coherence(recording, a, b)
+    return abs(r) > max(COHERENT, APART * error)
+
+
+def several_axes(recording, column):
+    """A sentence where other gyro axes share the slow drift of this one; "" where none does."""
+    others = [name for name in recording.columns if name.startswith("gyro_") and name != column and np.ptp(recording.columns[name]) > 0
+              and not columns.clocklike(recording.columns[name])]
+    shared = [(name, slow_coherence(recording, column, name)[0]) for name in others if together(recording, column, name)]
+    if not shared:
+        return ""
+    said = " and ".join(f"{name} (r = {r:.2f})" for name, r in shared)
+    return f"{said} drift{'s' if len(shared) == 1 else ''} together with {column} below {SLOW_HZ:g} Hz: a common cause that was not logged"

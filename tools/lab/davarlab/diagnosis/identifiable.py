@@ -1,0 +1,202 @@
+"""What a recording can tell of heat, and what it cannot: lag, square, hysteresis, slope, a random walk, a ramp explain much of each other.
+All are fitted on one footing, beside the temperature felt at once; the likeliest is named, those as likely are said (DESIGN 4)."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..effects import table
+from ..inference import changes, modulation, refine
+from ..inference.parts import Part
+from . import candidate as candidate_of, candidates, columns
+from .candidate import Candidate, log_tail
+
+NOISE = ("rate_random_walk", "gauss_markov")
+COURSES = ("rate_ramp", "warm_up")
+HEAT = ("temperature", "temperature_squared", "temperature_hysteresis", "temperature_rate")
+CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
+LAG_LEAST = 8.0  # gain of a lag over the temperature felt at once, below which a random walk does as well (REALITY: prototype)
+CHANCE = 0.01
+TRIALS = {"temperature": columns.TRIALS["temperature beside"], "temperature_squared": columns.TRIALS["temperature_squared"],
+          "temperature_hysteresis": columns.TRIALS["temperature_hysteresis"], "temperature_rate": candidate_of.TRIALS["temperature_rate"]}
+NAMES = {"temperature": "temperature lag", "temperature_squared": "square of the temperature", "temperature_hysteresis": "temperature hysteresis",
+         "temperature_rate": "slope of the temperature", "rate_random_walk": "random walk", "gauss_markov": "Gauss-Markov noise",
+         "rate_ramp": "ramp", "warm_up": "warm-up"}
+AGAIN = "take the temperature through two full cycles, or change it in one step, and once more: heat has the same effect each time, {other} takes another way"
+DECIDES = {
+    frozenset(("temperature", "temperature_rate")): "change the temperature in one step and hold it: after the corner a lag fades in its own time, "
+    "the effect of the slope ends with the slope",
+    frozenset(("temperature", "temperature_hysteresis")): "heat and cool twice, once quickly and once slowly: the gap between the ways up and down "
+    "shrinks for a lag and stays for hysteresis",
+    frozenset(("temperature", "temperature_squared")): "heat and cool slowly over the whole range: a square takes the same curve both ways, a lag two",
+    frozenset(("temperature_squared", "temperature_hysteresis")): "heat and cool slowly over the whole range: a square takes the same curve both ways, "
+    "hysteresis two",
+    frozenset(("temperature_hysteresis", "temperature_rate")): "heat and cool, then hold the temperature: hysteresis stays, the effect of the slope ends",
+    frozenset(("temperature_squared", "temperature_rate")): "hold the temperature at both ends of its range: a square stays, the effect of the slope ends",
+}
+
+
+@dataclass
+class Alternative:
+    """A kind that this recording cannot tell from the one that is named, and the measurement that would."""
+    kind: str
+    confirm: str
+
+
+@dataclass
+class Rival:
+    """An explanation: its gain over the temperature felt at once, the candidate that would join first for it, and whether that is all of it."""
+    kind: str
+    gain: float
+    first: Candidate | None
+    whole: bool = True
+
+    @property
+    def score(self):
+        """A second term must be worth as much as tells two effects."""
+        return self.gain - (0.0 if self.whole else CLOSE)
+
+
+def alternative(named, other):
+    apart = other if named in HEAT else named
+    how = DECIDES.get(frozenset((named, other))) or AGAIN.format(other="a " + NAMES[apart] if apart != "gauss_markov" else NAMES[apart])
+    return Alternative(other, f"Undecided: {NAMES[named]} or {NAMES[other]}. To decide, {how}.")
+
+
+def best_beside(bench, parts, fit, kind):
+    """The best candidate of a kind beside the parts; heat by columns.py, all else by its grid."""
+    if kind in ("temperature_squared", "temperature_hysteresis"):
+        return columns.thermal(bench, parts, fit, kind)
+    return candidates.stationary(bench, parts, fit, table.find(kind))
+
+
+class Bed:
+    """Parts, those with the temperature felt at once, and the candidates that were found."""
+
+    def __init__(self, found, bench, parts):
+        self.found, self.bench, self.parts = {candidate.kind: candidate for candidate in reversed(found)}, bench, parts
+        self.fit = bench.fit(parts)
+        self.refine_lag()
+        self.in_model = any(part.kind == "temperature" for part in parts)
+        at_once = Part("temperature", {"lag_s": 0.0})
+        self.base = parts if self.in_model else parts + [at_once]
+        self.base_fit = bench.fit(self.base)
+        self.step = self.base_fit.log_likelihood - self.fit.log_likelihood
+        self.plain = None if self.in_model else Candidate("temperature", at_once, self.step, log_tail(self.step, columns.TRIALS["temperature"]))
+
+    def refine_lag(self):
+        """The lag at the maximum of the likelihood, in the candidate itself: a few units decide."""
+        late = self.found.get("temperature")
+        if late and late.part.shape["lag_s"]:
+            rest = [part for part in self.parts if part is not late.replaces]
+            late.part = refine.refined(self.bench, rest + [late.part], only=("temperature",))[-1]
+            late.gain = self.bench.fit(rest + [late.part]).log_likelihood - self.fit.log_likelihood
+
+    def over_base(self, candidate):
+        return candidate.gain - self.step
+
+    def alone(self, kind):
+        """The candidate as it was found: without the temperature felt at once, or in its place."""
+        found = self.found.get(kind)
+        return found and Rival(kind, self.over_base(found), found)
+
+    def beside(self, kind):
+        """Beside the temperature felt at once; of the two, what gains more joins first."""
+        best = self.found.get(kind) if self.in_model else best_beside(self.bench, self.base, self.base_fit, kind)
+        if best is None:
+            return None
+        first = self.found.get(kind) if self.in_model else max((c for c in (self.plain, self.found.get(kind)) if c), key=lambda c: c.gain)
+        return Rival(kind, best.gain, first, self.in_model)
+
+    def rivals(self):
+        """One per kind, the simpler one unless the other gains CLOSE more."""
+        kinds = [part.kind for part in self.parts]
+        for kind in HEAT + NOISE + COURSES:
+            if kind in kinds and not (kind == "temperature" and kind in self.found):
+                continue
+            simple = self.alone(kind)
+            if kind == "temperature":
+                if simple and simple.first.part.shape["lag_s"] > 0:
+                    yield simple
+                continue
+            full = self.beside(kind)
+            if simple or full:
+                yield full if not simple or full and full.gain > simple.gain + CLOSE else simple
+
+
+def moving(recording):
+    return "temp_degC" in recording.columns and np.ptp(recording.columns["temp_degC"]) > 0
+
+
+def likeliest_heat(rivals):
+    """Of the ways to feel heat that are beyond chance the likeliest; of those CLOSE to it a lag, or else what needs no second term."""
+    heat = [rival for rival in rivals if rival.kind in HEAT and beyond_chance(rival)]
+    near = [rival for rival in heat if rival.gain > heat[0].gain - CLOSE]
+    return max(near, key=lambda rival: (rival.kind == "temperature", rival.whole, rival.gain), default=None)
+
+
+def beyond_chance(rival):
+    return log_tail(rival.gain, TRIALS[rival.kind]) < np.log(CHANCE)
+
+
+def at_stake(found, bed):
+    """Is any way to feel heat beyond doubt by itself, or in the model already."""
+    ways = [candidate.log_p for candidate in found if candidate.kind in HEAT] + ([bed.plain.log_p] if bed.plain else [])
+    return bed.in_model or min(ways, default=0.0) + np.log(len(found)) < np.log(CHANCE)
+
+
+def at_once(found, bed):
+    """The candidates with a temperature that is felt at once, not late by chance; in their order."""
+    changed = [replace(bed.plain) if candidate.kind == "temperature" and bed.plain else candidate for candidate in found]
+    late = [candidate for candidate in changed if candidate.kind == "temperature" and candidate.replaces]
+    return sorted([c for c in changed if c not in late], key=lambda c: c.log_p - 1e-9 * c.gain) + late
+
+
+def first(found, candidate):
+    """The candidates with this one before the others, as unlikely by chance as any."""
+    if candidate is None:
+        return found
+    rest = [other for other in found if other is not candidate and not (other.kind == candidate.kind and other.kind != "follows")]
+    return [replace(candidate, log_p=min([candidate.log_p] + [other.log_p for other in rest])), *rest]
+
+
+def settled(found, bench, parts):
+    """(candidates, alternatives): the one that is to be named and join first; what cannot be told from it. (found, None) where heat is not
+    the question."""
+    if found and found[0].kind == "noise_step":
+        return noise_of_heat(found, bench, parts)
+    if not found or found[0].kind not in HEAT + NOISE + COURSES or not moving(bench.recording):
+        return found, None
+    bed = Bed(found, bench, parts)
+    if not at_stake(found, bed):
+        return found, None
+    rivals = sorted(bed.rivals(), key=lambda rival: -rival.gain)
+    heat = likeliest_heat(rivals)
+    other = max((rival for rival in rivals if rival.kind in NOISE + COURSES), key=lambda rival: rival.score, default=None)
+    if heat is None:
+        return at_once(found, bed), None
+    if other and other.score > heat.score + CLOSE:
+        return outdone(found, bed), None
+    if other and other.score > heat.score:
+        return outdone(found, bed), [alternative(other.kind, heat.kind)]
+    named = [rival.kind for rival in rivals if rival is not heat and abs(rival.gain - heat.gain) < CLOSE and rival.gain > 0]
+    if heat.kind == "temperature" and heat.gain < LAG_LEAST and not set(named) & set(NOISE):
+        named.append("rate_random_walk")
+    return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
+
+
+def noise_of_heat(found, bench, parts):
+    """A noise step may be the best interval of noise that goes with the temperature: that one comes first when it explains more. Its gain in the
+    ranking was divided by what stays restless, that of the step was not."""
+    heat = next((c for c in found if c.kind == "temperature_noise" and c.log_p + np.log(len(found)) < np.log(CHANCE)), None)
+    if heat is None:
+        return found, None
+    blocks = changes.blocks_of(bench.residual(parts, bench.fit(parts)), bench.recording.rate_hz)
+    whole = modulation.best_growth(parts, bench.recording, blocks)[1]
+    return (first(found, heat), []) if whole > found[0].gain + CLOSE else (found, None)
+
+
+def outdone(found, bed):
+    """Noise or a course explains more than any way to feel heat: the temperature, if it is worth anything beside it, is felt at once."""
+    found = at_once(found, bed)
+    return first(found, next((c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces), None))

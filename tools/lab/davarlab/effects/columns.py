@@ -1,0 +1,159 @@
+"""Effects that follow a logged column: the temperature, late, squared, with hysteresis or in the noise, and any other column (DESIGN 4)."""
+
+from functools import partial
+
+import numpy as np
+from scipy import signal
+
+from ..data import signals
+from .base import Effect, INFINITE, Parameter
+
+ANY = (-INFINITE, INFINITE)
+SOUGHT_TOGETHER = ("temperature", "temperature_squared", "temperature_hysteresis", "temperature_noise", "follows")  # diagnosis/columns.py
+LAGS_S = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
+LAG_SHARE = 0.25  # of the record, the longest lag that it can show
+WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
+REFERENCE_DEGC = 25.0
+LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
+NOT_FOLLOWED = ("time", "temp_degC", "accel_")  # columns of which other effects know more; time is no cause
+COPY = 0.9  # correlation of the sample-to-sample changes from which a column is the gyro itself in other words
+CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
+
+
+def still(recording, name):
+    """A column without the white noise of its own sensor; worked out once."""
+    key = ("still", name)
+    if key not in recording.measured:
+        recording.measured[key] = signals.denoised(recording.column(name))
+    return recording.measured[key]
+
+
+def lagged(x, rate_hz, lag_s, moving=False):
+    """x through a body that takes `lag_s` to follow (first order). Before the first sample x stood still, or moved on as it begins."""
+    if lag_s * rate_hz < 1:
+        return x
+    decay = np.exp(-1 / (rate_hz * lag_s))
+    share, first = (1 - decay) / 2, x[0]
+    if moving:
+        reach = int(np.clip(lag_s * rate_hz, 1, len(x) - 1))
+        first = x[0] - (x[reach] - x[0]) / reach * lag_s * rate_hz
+    return signal.lfilter([share, share], [1, -decay], x, zi=[first - share * x[0]])[0]
+
+
+def play(x, width):
+    """Follows x only where x pushes it: x moves freely within `width`. A chain of clips is a clip, so blocks of the chain go in parallel."""
+    side = int(np.ceil(np.sqrt(len(x))))
+    padded = np.append(x, np.full(side * side - len(x), x[-1])).reshape(side, side)
+    low, high = padded - width / 2, padded + width / 2
+    for j in range(1, side):
+        floor, ceiling = low[:, j].copy(), high[:, j].copy()
+        low[:, j] = np.minimum(np.maximum(low[:, j - 1], floor), ceiling)
+        high[:, j] = np.minimum(np.maximum(high[:, j - 1], floor), ceiling)
+    place, starts = x[0], np.empty((side, 1))
+    for row in range(side):
+        starts[row] = place
+        place = min(max(place, low[row, -1]), high[row, -1])
+    return np.minimum(np.maximum(starts, low), high).ravel()[:len(x)]
+
+
+def slow_temperature(recording):
+    return still(recording, "temp_degC")
+
+
+def temperature(recording, shape, moving=False):
+    return lagged(slow_temperature(recording), recording.rate_hz, (shape or {}).get("lag_s", 0.0), moving)
+
+
+def temperature_rate(recording, _, half_s=5.0):
+    """The slope of the denoised temperature over twice `half_s`."""
+    reach = max(1, int(half_s * recording.rate_hz))
+    smooth = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
+    return (smooth[2 * reach:] - smooth[:-2 * reach]) * recording.rate_hz / (2 * reach)
+
+
+def squared(recording, shape, about_mean=False):
+    felt = temperature(recording, shape)
+    return (felt - (slow_temperature(recording).mean() if about_mean else REFERENCE_DEGC)) ** 2
+
+
+def hysteresis(recording, shape):
+    return play(slow_temperature(recording), shape["width_degC"])
+
+
+def follow(recording, shape, denoised=False):
+    values = still(recording, shape["column"]) if denoised else recording.column(shape["column"])
+    return lagged(values, recording.rate_hz, shape["lag_s"])
+
+
+def lags(recording):
+    return [lag for lag in LAGS_S if lag <= LAG_SHARE * recording.samples / recording.rate_hz]
+
+
+def widths(recording):
+    return [share * float(np.ptp(slow_temperature(recording))) for share in WIDTHS]
+
+
+def clocklike(x):
+    """Does it go up with the samples: an index, a clock."""
+    line = x[0] + (x[-1] - x[0]) * np.linspace(0, 1, len(x))
+    return np.ptp(x) <= 0 or np.max(np.abs(x - line)) < CLOCKLIKE * np.ptp(x)
+
+
+def may_follow(recording, gyro=None):
+    """The columns that `follows` may look at; `gyro`: the column that follows, of which none may be a copy."""
+    found = [name for name, values in recording.columns.items()
+             if name != gyro and not name.startswith(NOT_FOLLOWED) and not clocklike(values)]
+    if gyro is None:
+        return found
+    own = np.diff(recording.columns[gyro])
+    return [name for name in found if not abs(correlation(own, np.diff(recording.columns[name]))) > COPY]
+
+
+def correlation(a, b):
+    spread = np.std(a) * np.std(b)
+    return float(np.mean((a - a.mean()) * (b - b.mean())) / spread) if spread > 0 else 0.0
+
+
+def growth(recording, relative):
+    """How the standard deviation of the white noise goes with the temperature; 1 at its mean."""
+    slow = slow_temperature(recording)
+    return np.exp(np.clip(relative * (slow - slow.mean()), -20, 20))
+
+
+def simulate_temperature_noise(recording, parameters, _, white):
+    return white * (growth(recording, parameters["relative_per_degC"]) - 1)
+
+
+TEMPERATURE = Effect(
+    "temperature", "The bias follows the temperature of the die.",
+    (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY), LAG),
+    "Heat and cool the sensor twice: the bias must follow both times.", "mean", "the temperature's own, at long tau",
+    regressor=temperature, needs=("temp_degC",), grid={"lag_s": lags}, variants={"moving before": partial(temperature, moving=True)}, slow=True)
+TEMPERATURE_RATE = Effect(
+    "temperature_rate", "Gradients inside the package follow the rate of the temperature.",
+    (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
+    "Heat at two rates to the same temperature: the bias differs while it heats, not after.", "mean",
+    "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",),
+    variants={"over 1 s": partial(temperature_rate, half_s=0.5)}, slow=True)
+TEMPERATURE_SQUARED = Effect(
+    "temperature_squared", "The bias bends with the temperature: it follows the square of its distance from 25 degC.",
+    (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", *ANY), LAG),
+    "Hold three temperatures, ten degrees apart: the middle one is off the line through the outer two.", "mean",
+    "the temperature's own, at long tau", regressor=squared, needs=("temp_degC",), grid={"lag_s": lags},
+    variants={"about its mean": partial(squared, about_mean=True)}, slow=True)
+TEMPERATURE_HYSTERESIS = Effect(
+    "temperature_hysteresis", "The package grips its die: the bias follows the temperature only when it has turned by a width.",
+    (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY), Parameter("width_degC", "degC", 0, 1e3)),
+    "Heat and cool slowly over the same range: at one temperature the bias differs on the way up and down, however slow.", "mean",
+    "the temperature's own, at long tau", regressor=hysteresis, needs=("temp_degC",), grid={"width_degC": widths}, slow=True)
+TEMPERATURE_NOISE = Effect(
+    "temperature_noise", "The white noise grows with the temperature.",
+    (Parameter("relative_per_degC", "1/degC", -10, 10),),
+    "Hold two temperatures: the noise of single samples must differ, and come back.", "variance", "slope -1/2, higher while it is hot",
+    simulate=simulate_temperature_noise, needs=("temp_degC",), sized=False)
+FOLLOWS = Effect(
+    "follows", "The bias follows another logged column: a supply, a neighbouring axis, a current.",
+    (Parameter("coefficient", "deg/s per unit of the column", *ANY),
+     Parameter("column", "name of a column", *ANY, text=True), LAG),
+    "Move that quantity alone, up and down twice: the bias must follow both times.", "mean", "that of the column",
+    regressor=follow, grid={"column": may_follow, "lag_s": lags}, variants={"still": partial(follow, denoised=True)})
