@@ -120,6 +120,10 @@ def of(stamps, rate_hz, path, line):
         raise BadInput(f"{path}: one sample has no rate")
     steps = np.diff(stamps)
     check_order(steps, path, line)
+    mean = (stamps[-1] - stamps[0]) / len(steps)
+    if steps.min() > (1 - NEAR) * mean and steps.max() < (1 + NEAR) * mean:
+        jitter = float(steps.std() / np.sqrt(2))
+        return Clock(agreed(rate_hz, 1.0 / mean, path), None, "late" if jitter > JITTER * mean else "even", (), jitter)
     period = period_of(steps)
     if period is None:
         return without_places(steps, rate_hz, path)

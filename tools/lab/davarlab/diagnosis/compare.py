@@ -73,7 +73,7 @@ def cells_of(state, y):
         noise = allan.expected(spectrum, taus, bench.data.rate_hz)
         slopes = np.gradient(np.log(noise), np.log(taus)) if len(taus) > 1 else np.array([-1.0])
         measured = remembered(bench.recording.measured, y, window, taus) ** 2
-        known = allan.windows(course, window, taus) ** 2 if np.any(course) else np.zeros_like(measured)
+        known = allan.windows(course, window, taus)[0] ** 2 if np.any(course) else np.zeros_like(measured)
         for row in range(len(measured)):
             part = variance[row * window:(row + 1) * window]
             local = noise * np.where(slopes < -0.5, part.mean(), 1.0)
@@ -85,7 +85,7 @@ def remembered(known, y, window, taus):
     """Allan deviations of y in windows, measured once however many models are compared with them."""
     key = (hash(y.tobytes()), window)
     if key not in known:
-        known[key] = allan.windows(y, window, taus)
+        known[key] = allan.windows(y, window, taus)[0]
     return known[key]
 
 
