@@ -1,0 +1,261 @@
+"""Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the sensor may be called so."""
+
+import numpy as np
+from scipy import ndimage
+
+from . import events, recording as recordings, signals
+
+BLOCKS = (16, 64, 256, 1024)
+MEDIAN_BLOCKS = 9
+SCORE, RATIO = 6.5, 1.25  # robust standard deviations, and times the running median, from which a block is loud
+WITNESS = 2.0  # times the running median of the accelerometer, that bears the gyro out
+ROUNDS = 4
+TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
+SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
+SLOW = 3.0  # by as much more than differences of samples must slow rates have grown, or noise has
+SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
+STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
+
+
+def gyros(recording):
+    """Every gyro column in deg/s."""
+    return [recording.rate_dps(name) for name in recording.columns
+            if name.startswith("gyro_") and any(name.endswith("_" + unit) for unit in recordings.TO_DPS)]
+
+
+def accelerometers(recording):
+    return [recording.column(name) for name in recording.columns if name.startswith("accel_") and np.ptp(recording.columns[name]) > 0]
+
+
+def stretches(mask):
+    """(first, end) of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return list(zip(edges[::2], edges[1::2]))
+
+
+def widened(mask, samples):
+    return ndimage.maximum_filter1d(mask.astype(np.int8), 2 * int(samples) + 1) > 0
+
+
+def averaged(x, length):
+    blocks = len(x) // length
+    return x[:blocks * length].reshape(blocks, length).mean(axis=1)
+
+
+def spread(x, span):
+    """Standard deviation over `span` values around each."""
+    mean = ndimage.uniform_filter1d(x, span)
+    return np.sqrt(np.maximum(ndimage.uniform_filter1d(x ** 2, span) - mean ** 2, 0))
+
+
+def slow_and_fast(y, good, rate_hz):
+    """Spread of rates averaged over a quarter of a second, size of the differences of samples, and whether all of it was measured; per
+    block of a quarter of a second, from two seconds around it."""
+    length, span = max(1, int(SMOOTH_S * rate_hz)), max(8, int(SPAN_S / SMOOTH_S))
+    y = recordings.filled(y[good], good) - np.median(y[good])
+    count = averaged(good.astype(float), length)
+    mean = averaged(np.where(good, y, 0), length) / np.maximum(count, 1e-9)
+    slow = spread(recordings.filled(mean[count > 0.5], count > 0.5), span)
+    fast = np.sqrt(np.maximum(ndimage.uniform_filter1d(averaged(np.diff(y, append=y[-1]) ** 2, length), span), 0))
+    whole = ndimage.uniform_filter1d(averaged(good.astype(float), length), span) > 0.9
+    return slow, fast, whole
+
+
+def low_level(x, whole, share):
+    """The quantile of what was measured and moves at all."""
+    x = x[whole & (x > 0)]
+    return np.quantile(x, share) if len(x) else np.inf
+
+
+def turning(y, good, rate_hz):
+    """Where rates averaged over a quarter of a second have grown by far more than differences of single samples have."""
+    slow, fast, whole = slow_and_fast(y, good, rate_hz)
+    grown = slow / low_level(slow, whole, 0.1)
+    noise = fast / low_level(fast, whole, 0.1)
+    return expanded((grown > TURN) & (grown > SLOW * noise), max(1, int(SMOOTH_S * rate_hz)), len(y))
+
+
+def expanded(mask, length, count):
+    """A mask of blocks as one of samples."""
+    mask = np.repeat(mask, length)
+    return np.concatenate([mask, np.full(count - len(mask), mask[-1] if len(mask) else False)])
+
+
+def whitened(x, good):
+    """x whitened by the record's own spectrum, in units of its local noise; 0 where nothing was measured."""
+    w = events.self_whitened(recordings.filled(x[good], good))
+    part = w[good]
+    return np.where(good, w / max(events.local_scale(part, min(len(part) // 2, 1024)).mean(), 1e-30), 0.0)
+
+
+def wilder(w, good):
+    """Measured samples that no noise of the size around them has in a record this long."""
+    found, part = np.zeros(len(w), bool), w[good]
+    scale = np.maximum(events.local_scale(part, min(len(part) // 2, 200)), 1e-30)
+    found[good] = np.abs(part) > np.sqrt(2 * np.log(len(part) / 1e-3)) * scale
+    return found
+
+
+def lone(w, good):
+    """Wild samples by themselves."""
+    wild = wilder(w, good)
+    found = np.zeros(len(w), bool)
+    for first, end in stretches(widened(wild, 1)):
+        found[first:end] = end - first <= 5
+    return wild & found, widened(wild & found, 2)
+
+
+def loud(energy, good, length, least=RATIO):
+    """Blocks whose energy stands out of the running median."""
+    count = averaged(good.astype(float), length)
+    mean = averaged(energy, length) / np.maximum(count, 1e-9)
+    mean = np.where(count > 0.5, mean, np.nan)
+    mean = np.interp(np.arange(len(mean)), np.flatnonzero(count > 0.5), mean[count > 0.5]) if np.any(count > 0.5) else np.ones_like(mean)
+    usual = np.maximum(ndimage.median_filter(mean, MEDIAN_BLOCKS, mode="nearest"), 1e-12)
+    ratio = mean / usual
+    normal = np.cbrt(ratio)
+    sd = 1.4826 * np.median(np.abs(normal - np.median(normal)))
+    return (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > least) & (count > 0.5)
+
+
+def loud_anywhere(energy, good, least=RATIO):
+    """From short blocks to long ones, which are asked about what is left."""
+    found = np.zeros(len(energy), bool)
+    for length in BLOCKS:
+        if len(energy) >= 2 * MEDIAN_BLOCKS * length:
+            seen = good & ~widened(found, 16)
+            found |= expanded(loud(np.where(seen, energy, 0), seen, length, least), length, len(energy))
+    return found
+
+
+def steady(w, first, end):
+    """Is a loud stretch of whitened rate noise that has grown: as much in every band, and all along."""
+    part = w[first:end]
+    power = signals.transform(part)[1:] ** 2
+    bands = np.array([band.mean() for band in np.array_split(power, 4)])
+    doubt = 5 * np.sqrt(2 * 4 / len(power))
+    blocks = averaged(part ** 2, 64)
+    even = blocks.max() < blocks.mean() * (1 + 7 * np.sqrt(2 / 64)) if len(blocks) else True
+    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.2)
+
+
+def courses(accels, first, end, rate_hz):
+    """What a gyro may follow without being turned: a level, a slope, acceleration, its local square."""
+    count = end - first
+    rows = [np.ones(count), np.linspace(-1, 1, count)]
+    for a in accels:
+        part = a[first:end] - a[first:end].mean()
+        rows += [part, ndimage.uniform_filter1d(part ** 2, max(3, int(rate_hz)))]
+    return rows
+
+
+def without_courses(y, rows):
+    """y less its best fit by the rows and by one step."""
+    basis = np.linalg.qr(np.column_stack(rows))[0]
+    rest = y - basis @ (basis.T @ y)
+    places = np.unique(np.linspace(1, len(y) - 1, 200).astype(int))
+    best, gain = rest, 0.0
+    for place in places:
+        step = (np.arange(len(y)) >= place).astype(float)
+        step -= basis @ (basis.T @ step)
+        size = step @ rest / max(step @ step, 1e-12)
+        if size ** 2 * (step @ step) > gain:
+            best, gain = rest - size * step, size ** 2 * (step @ step)
+    return best
+
+
+def without_lines(y):
+    """y less its strongest lines, when these are most of it."""
+    c = np.fft.rfft(y * 1.0)
+    power = np.abs(c) ** 2
+    for _ in range(3):
+        peak = 10 + int(np.argmax(power[10:])) if len(power) > 20 else 0
+        if power[peak] < 30 * np.median(power):
+            break
+        near = slice(max(0, peak - 3), peak + 4)
+        c[near], power[near] = 0, 0
+    return np.fft.irfft(c, len(y))
+
+
+def levels_at_rest(y, good, rate_hz):
+    """(slow, fast): spread of rates averaged over a quarter of a second, and of samples about their mean over a second, at rest."""
+    slow, _, whole = slow_and_fast(y, good, rate_hz)
+    y = recordings.filled(y[good], good)
+    fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(SMOOTH_S * rate_hz)))
+    return low_level(slow, whole, 0.3), low_level(fast, whole, 0.3)
+
+
+def explained(y, levels, accels, first, end, rate_hz):
+    """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a stretch."""
+    length, second = max(1, int(SMOOTH_S * rate_hz)), max(4, int(rate_hz))
+    margin = max(64, (end - first) // 2)
+    low, high = max(0, first - margin), min(len(y), end + margin)
+    rest = without_courses(y[low:high], courses(accels, low, high, rate_hz))
+    for rest in (rest, without_lines(rest)):
+        slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
+        fast = np.sqrt(np.mean(spread(rest, second)[first - low:end - low] ** 2))
+        if slow < 0.75 * TURN * levels[0] and fast < 1.12 * levels[1]:
+            return True
+    return False
+
+
+def turns(rates, levels, accels, good, rate_hz):
+    """Where the sensor was turned: the rate says so by itself."""
+    found = np.zeros(len(good), bool)
+    for y, level in zip(rates, levels):
+        for first, end in stretches(widened(turning(y, good, rate_hz), RING_S * rate_hz / 2)):
+            if end - first > SHORT_S * rate_hz and not explained(y, level, accels, first, end, rate_hz):
+                found[first:end] = True
+    return widened(found, RING_S * rate_hz / 2)
+
+
+def touches(rates, levels, accels, good, rate_hz):
+    """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it too."""
+    ws = [whitened(y, good) for y in rates]
+    alone = [lone(w, good) for w in ws]
+    energies = [np.where(near, 0, w ** 2) for w, (_, near) in zip(ws, alone)]
+    seen = good & ~np.any([near for _, near in alone], axis=0)
+    heard = loud_anywhere(sum(energies), seen)
+    wild = np.any([at for at, _ in alone], axis=0)
+    if not heard.any() and not (wild.any() and accels):
+        return heard
+    witness = witnesses(accels, energies, seen, good)
+    found = widened(wild, 2) & witness[1]
+    if found.any():  # what these leave in the whitened record is asked about when they are out
+        return found
+    for first, end in stretches(widened(heard, rate_hz / 2)):
+        if not witness[0][max(0, first - 16):end + 16].any():
+            continue
+        if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
+            continue
+        if not all(explained(y, level, accels, first, end, rate_hz) for y, level in zip(rates, levels)):
+            found[first:end] = True
+    return found
+
+
+def witnesses(accels, energies, seen, good):
+    """Where the accelerometer is loud, and where it is wild; without one, where two axes of the gyro are loud at once."""
+    if accels:
+        ws = [whitened(a, good) for a in accels]
+        wild = np.any([wilder(w, good) for w in ws], axis=0)
+        return loud_anywhere(sum(w ** 2 for w in ws), good, WITNESS), widened(wild, 2)
+    if len(energies) > 1:
+        several = np.sum([loud_anywhere(e, seen, WITNESS) for e in energies], axis=0) > 1
+        return several, np.zeros(len(good), bool)
+    return np.zeros(len(good), bool), np.zeros(len(good), bool)
+
+
+def find(recording, good):
+    """True where the recording holds motion."""
+    rates, accels, rate_hz = gyros(recording), accelerometers(recording), recording.rate_hz
+    levels = [levels_at_rest(y, good, rate_hz) for y in rates]
+    moved = turns(rates, levels, accels, good, rate_hz)
+    for _ in range(ROUNDS):
+        still = good & ~moved
+        if still.mean() < 0.05:
+            break
+        more = touches(rates, levels, accels, still, rate_hz) & ~moved
+        if not more.any():
+            break
+        moved |= more
+    return moved
