@@ -1,19 +1,22 @@
 """Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the sensor may be called so."""
 
 import numpy as np
-from scipy import ndimage
+from scipy import ndimage, stats
 
 from . import events, recording as recordings, signals
 
 BLOCKS = (16, 64, 256, 1024)
 MEDIAN_BLOCKS = 9
 SCORE, RATIO = 6.5, 1.25  # robust standard deviations, and times the running median, from which a block is loud
-WITNESS = 2.0  # times the running median of the accelerometer, that bears the gyro out
+WITNESS = 12.0  # over the square root of a block's samples: by so much the accelerometer must be louder than usual to bear the gyro out
+PIECE = 1_000_000  # samples that are asked at once
+MINIMUM = 500  # samples that a level at rest takes
 ROUNDS = 4
 TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
 SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
 SLOW = 3.0  # by as much more than differences of samples must slow rates have grown, or noise has
 SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
+TILT_S, TILT = 10.0, 7.0  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
@@ -35,6 +38,14 @@ def stretches(mask):
 
 def widened(mask, samples):
     return ndimage.maximum_filter1d(mask.astype(np.int8), 2 * int(samples) + 1) > 0
+
+
+def holes_kept(mask, samples):
+    """A mask without its runs that are shorter than so many samples."""
+    kept = np.zeros(len(mask), bool)
+    for first, end in stretches(mask):
+        kept[first:end] = end - first >= samples or first == 0 or end == len(mask)
+    return kept
 
 
 def averaged(x, length):
@@ -118,13 +129,13 @@ def loud(energy, good, length, least=RATIO):
     return (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > least) & (count > 0.5)
 
 
-def loud_anywhere(energy, good, least=RATIO):
+def loud_anywhere(energy, good, witness=0.0):
     """From short blocks to long ones, which are asked about what is left."""
     found = np.zeros(len(energy), bool)
     for length in BLOCKS:
         if len(energy) >= 2 * MEDIAN_BLOCKS * length:
             seen = good & ~widened(found, 16)
-            found |= expanded(loud(np.where(seen, energy, 0), seen, length, least), length, len(energy))
+            found |= expanded(loud(np.where(seen, energy, 0), seen, length, max(RATIO, 1 + witness / np.sqrt(length))), length, len(energy))
     return found
 
 
@@ -137,6 +148,14 @@ def steady(w, first, end):
     blocks = averaged(part ** 2, 64)
     even = blocks.max() < blocks.mean() * (1 + 7 * np.sqrt(2 / 64)) if len(blocks) else True
     return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.2)
+
+
+def passing(energy, seen, first, end):
+    """Is a loud stretch louder than what came before and than what comes after: not the beginning of vibration or of noise that stays."""
+    reach = max(256, end - first)
+    sides = [energy[part][seen[part]] for part in (slice(max(0, first - reach), first), slice(end, end + reach))]
+    inside = energy[first:end][seen[first:end]]
+    return not len(inside) or all(inside.mean() > RATIO * side.mean() for side in sides if len(side) >= 64)
 
 
 def courses(accels, first, end, rate_hz):
@@ -224,7 +243,7 @@ def touches(rates, levels, accels, good, rate_hz):
     if found.any():  # what these leave in the whitened record is asked about when they are out
         return found
     for first, end in stretches(widened(heard, rate_hz / 2)):
-        if not witness[0][max(0, first - 16):end + 16].any():
+        if not witness[0][max(0, first - 16):end + 16].any() or not passing(sum(energies), seen, first, end):
             continue
         if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
             continue
@@ -246,16 +265,67 @@ def witnesses(accels, energies, seen, good):
 
 
 def find(recording, good):
-    """True where the recording holds motion."""
-    rates, accels, rate_hz = gyros(recording), accelerometers(recording), recording.rate_hz
+    """True where the recording holds motion. A long recording is asked in pieces."""
+    rates, accels = gyros(recording), accelerometers(recording)
+    marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
+    return np.concatenate([between([y[a:b] for y in rates], [x[a:b] for x in accels], good[a:b], recording.rate_hz)
+                           for a, b in zip(marks, marks[1:])])
+
+
+def between(rates, accels, good, rate_hz):
+    moved = np.zeros(len(good), bool)
+    if good.sum() < MINIMUM:
+        return moved
     levels = [levels_at_rest(y, good, rate_hz) for y in rates]
     moved = turns(rates, levels, accels, good, rate_hz)
     for _ in range(ROUNDS):
         still = good & ~moved
-        if still.mean() < 0.05:
+        if still.sum() < MINIMUM:
             break
         more = touches(rates, levels, accels, still, rate_hz) & ~moved
         if not more.any():
             break
         moved |= more
-    return moved
+    moved = ~holes_kept(~moved, SHORT_S * rate_hz)
+    return moved | tilts(rates, accels, good & ~moved, rate_hz)
+
+
+def tilts(rates, accels, good, rate_hz):
+    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other."""
+    found = np.zeros(len(good), bool)
+    length = int(TILT_S * rate_hz)
+    if not accels or length < 16 or len(good) < 30 * length:
+        return found
+    count = averaged(good.astype(float), length)
+    whole = count > 0.5
+    level = [recordings.filled((averaged(np.where(good, x, 0), length) / np.maximum(count, 1e-9))[whole], whole) for x in accels + rates]
+    gravity, rate = np.array(level[:len(accels)]), np.array(level[len(accels):])
+    moved = gravity[:, 2:] - gravity[:, :-2]
+    scores = np.sqrt(np.sum((moved / robust(moved)) ** 2, axis=0))
+    apart = scores * (ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99)  # not beside what was cut
+    edges = [i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3):i + 4].max()]
+    back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
+    limit = stats.chi2.isf(1e-3 / max(len(edges), 1), len(rates))
+    seen = [turned(back, moved, i, length / rate_hz, limit) for i in edges]
+    for number, i in enumerate(edges):
+        if seen[number]:
+            found[i * length:(i + 3) * length] = True
+        for other in range(number):
+            j, undone = edges[other], np.linalg.norm(moved[:, i] + moved[:, edges[other]])
+            small = min(np.linalg.norm(moved[:, i]), np.linalg.norm(moved[:, j]))
+            if (seen[number] or seen[other]) and undone < 0.5 * small and (i - j) * length < len(good) / 10:
+                found[j * length:(i + 3) * length] = True
+    return found
+
+
+def robust(x):
+    return np.maximum(1.4826 * np.median(np.abs(x - np.median(x, axis=1, keepdims=True)), axis=1, keepdims=True), 1e-12)
+
+
+def turned(back, moved, i, seconds, limit):
+    """Did the gyro leave its level for the time of a tilt, by chance no more often than the limit says, and by an angle worth the tilt."""
+    near = back[:, max(0, i - 1):i + 2]
+    place = np.argmax(np.sum((near / robust(back)) ** 2, axis=0))
+    angle = np.linalg.norm(near[:, place]) * seconds
+    tilt = np.degrees(np.linalg.norm(moved[:, i]))
+    return np.sum((near[:, place] / robust(back)[:, 0]) ** 2) > limit and angle > 0.3 * tilt
