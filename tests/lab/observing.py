@@ -3,6 +3,7 @@ test_observations.py starts it."""
 
 import tempfile
 import unittest
+import warnings
 from pathlib import Path
 
 import elsewhere
@@ -61,12 +62,13 @@ class Motion(unittest.TestCase):
         self.assertAlmostEqual(kept.mean(), 1 - (stop - start) / 400, delta=1e-3)
 
     def test_a_knock_that_the_accelerometer_felt_is_motion_and_one_that_it_did_not_is_none(self):
-        ring = 1.5 * np.exp(-np.arange(80) / 20) * np.sin(np.arange(80))
+        decay = np.exp(-np.arange(80) / 20)
+        ring, shake = 1.5 * decay * np.sin(np.arange(80)), decay * np.cos(1.7 * np.arange(80))
         for felt in (0.15, 0.0):
             columns = still()
             for axis, size in zip("xyz", (1, -0.6, 0.8)):
                 columns[f"gyro_{axis}_dps"][20000:20080] += size * ring
-                columns[f"accel_{axis}_g"][20000:20080] += felt * ring
+                columns[f"accel_{axis}_g"][20000:20080] += felt * shake
             found, kept = said(columns)
             self.assertEqual("motion" in found, felt > 0, felt)
             if felt:
@@ -125,6 +127,19 @@ class Samples(unittest.TestCase):
         self.assertAlmostEqual(found["outliers"].share * 40000, 3)
         self.assertAlmostEqual(found["clipped"].share, 0.02275, delta=0.003)  # beyond two standard deviations
         self.assertFalse(kept[12345])
+
+
+class Awkward(unittest.TestCase):
+    def test_nothing_that_a_file_may_hold_is_too_much(self):
+        rng, t = np.random.default_rng(7), np.arange(1000) / RATE
+        for x in (np.sin(2 * np.pi * 5 * t), 20000 / 3600 ** 2 * t, np.where(t < 5, rng.standard_normal(1000), 0.1), np.round(t), np.zeros(1000),
+                  np.where(t == 3, 1e6, 0), rng.standard_normal(1000) ** 9, np.arange(1000) % 2.0):
+            for others in ({}, {"accel_x_g": rng.standard_normal(1000)}, {"accel_x_g": np.zeros(1000), "gyro_y_dps": x}):
+                with warnings.catch_warnings():
+                    warnings.simplefilter("error")
+                    found, kept = said({"gyro_x_dps": x} | others)
+                self.assertEqual(len(kept), 1000)
+                self.assertTrue(all(np.isfinite(entry.share) and entry.detail for entry in found.values()))
 
 
 class Clocks(unittest.TestCase):

@@ -44,7 +44,7 @@ def load(options):
     if options.command != "fit" and noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
         raise BadInput(f"{options.model}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
     if len(recording.gaps):
-        progress(f"{len(recording.gaps)} gaps: samples are taken as if they followed each other; times of columns are kept")
+        progress(f"{len(recording.gaps)} gaps: {(~recording.known).sum()} samples of the even grid are missing")
     return recording, model
 
 

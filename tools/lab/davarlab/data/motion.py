@@ -13,17 +13,18 @@ PIECE = 1_000_000  # samples that are asked at once
 MINIMUM = 500  # samples that a level at rest takes
 ROUNDS = 4
 TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
+VIOLENT = 50.0  # times that level, which no noise of a sensor reaches
 SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
-SLOW = 3.0  # by as much more than differences of samples must slow rates have grown, or noise has
+SLOW = 5.0  # by as much more than differences of samples must slow rates have grown, or noise has (by chance up to 3.5)
 SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
 TILT_S, TILT = 10.0, 7.0  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
 def gyros(recording):
-    """Every gyro column in deg/s."""
-    return [recording.rate_dps(name) for name in recording.columns
-            if name.startswith("gyro_") and any(name.endswith("_" + unit) for unit in recordings.TO_DPS)]
+    """Every gyro column in deg/s that moves at all."""
+    return [recording.column(name) * factor for name in recording.columns for unit, factor in recordings.TO_DPS.items()
+            if name.startswith("gyro_") and name.endswith("_" + unit) and np.ptp(recording.columns[name]) > 0]
 
 
 def accelerometers(recording):
@@ -83,7 +84,7 @@ def turning(y, good, rate_hz):
     slow, fast, whole = slow_and_fast(y, good, rate_hz)
     grown = slow / low_level(slow, whole, 0.1)
     noise = fast / low_level(fast, whole, 0.1)
-    return expanded((grown > TURN) & (grown > SLOW * noise), max(1, int(SMOOTH_S * rate_hz)), len(y))
+    return expanded((grown > TURN) & ((grown > SLOW * noise) | (grown > VIOLENT)), max(1, int(SMOOTH_S * rate_hz)), len(y))
 
 
 def expanded(mask, length, count):
@@ -116,7 +117,7 @@ def lone(w, good):
     return wild & found, widened(wild & found, 2)
 
 
-def loud(energy, good, length, least=RATIO):
+def loud(energy, good, length):
     """Blocks whose energy stands out of the running median."""
     count = averaged(good.astype(float), length)
     mean = averaged(energy, length) / np.maximum(count, 1e-9)
@@ -126,16 +127,16 @@ def loud(energy, good, length, least=RATIO):
     ratio = mean / usual
     normal = np.cbrt(ratio)
     sd = 1.4826 * np.median(np.abs(normal - np.median(normal)))
-    return (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > least) & (count > 0.5)
+    return (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > RATIO) & (count > 0.5)
 
 
-def loud_anywhere(energy, good, witness=0.0):
+def loud_anywhere(energy, good):
     """From short blocks to long ones, which are asked about what is left."""
     found = np.zeros(len(energy), bool)
     for length in BLOCKS:
         if len(energy) >= 2 * MEDIAN_BLOCKS * length:
             seen = good & ~widened(found, 16)
-            found |= expanded(loud(np.where(seen, energy, 0), seen, length, max(RATIO, 1 + witness / np.sqrt(length))), length, len(energy))
+            found |= expanded(loud(np.where(seen, energy, 0), seen, length), length, len(energy))
     return found
 
 
@@ -238,12 +239,12 @@ def touches(rates, levels, accels, good, rate_hz):
     wild = np.any([at for at, _ in alone], axis=0)
     if not heard.any() and not (wild.any() and accels):
         return heard
-    witness = witnesses(accels, energies, seen, good)
+    witness = witnesses(accels, energies, good)
     found = widened(wild, 2) & witness[1]
     if found.any():  # what these leave in the whitened record is asked about when they are out
         return found
     for first, end in stretches(widened(heard, rate_hz / 2)):
-        if not witness[0][max(0, first - 16):end + 16].any() or not passing(sum(energies), seen, first, end):
+        if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(sum(energies), seen, first, end):
             continue
         if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
             continue
@@ -252,16 +253,25 @@ def touches(rates, levels, accels, good, rate_hz):
     return found
 
 
-def witnesses(accels, energies, seen, good):
-    """Where the accelerometer is loud, and where it is wild; without one, where two axes of the gyro are loud at once."""
+def witnesses(accels, energies, good):
+    """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of the second loudest axis of the gyro."""
     if accels:
         ws = [whitened(a, good) for a in accels]
-        wild = np.any([wilder(w, good) for w in ws], axis=0)
-        return loud_anywhere(sum(w ** 2 for w in ws), good, WITNESS), widened(wild, 2)
-    if len(energies) > 1:
-        several = np.sum([loud_anywhere(e, seen, WITNESS) for e in energies], axis=0) > 1
-        return several, np.zeros(len(good), bool)
-    return np.zeros(len(good), bool), np.zeros(len(good), bool)
+        return [sum(w ** 2 for w in ws)], widened(np.any([wilder(w, good) for w in ws], axis=0), 2)
+    return ([np.sort(energies, axis=0)[-2]] if len(energies) > 1 else []), np.zeros(len(good), bool)
+
+
+def borne_out(energy, good, first, end):
+    """Is an energy larger in a stretch than beside it, all along or in its loudest 16 samples."""
+    reach = max(256, end - first)
+    low, high = max(0, first - reach), min(len(energy), end + reach)
+    beside = good[low:high].copy()
+    beside[first - low:end - low] = False
+    inside = np.where(good[first:end], energy[first:end], 0)
+    if beside.sum() < 64 or not len(inside):
+        return False
+    usual, peak = energy[low:high][beside].mean(), ndimage.uniform_filter1d(inside, 16, mode="constant").max()
+    return inside.mean() > (1 + WITNESS / np.sqrt(len(inside))) * usual or peak > (1 + WITNESS / 4) * usual
 
 
 def find(recording, good):
@@ -274,7 +284,7 @@ def find(recording, good):
 
 def between(rates, accels, good, rate_hz):
     moved = np.zeros(len(good), bool)
-    if good.sum() < MINIMUM:
+    if good.sum() < MINIMUM or not rates:
         return moved
     levels = [levels_at_rest(y, good, rate_hz) for y in rates]
     moved = turns(rates, levels, accels, good, rate_hz)
