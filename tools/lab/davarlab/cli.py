@@ -44,7 +44,7 @@ def load(options):
     if options.command != "fit" and noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
         raise BadInput(f"{options.model}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
     if len(recording.gaps):
-        progress(f"{len(recording.gaps)} gaps: samples are taken as if they followed each other; times of columns are kept")
+        progress(f"{len(recording.gaps)} gaps: {(~recording.known).sum()} samples of the even grid are missing")
     return recording, model
 
 
@@ -82,9 +82,13 @@ def judgement_json(j):
             "said": words.in_ascii(words.adequacy(j))}
 
 
+def observations_json(seen):
+    return [one.plain() for one in seen]
+
+
 def comparison_json(c):
     return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
-            "p_value": c.p_value, **judgement_json(c.judgement), "tests": c.tests,
+            "p_value": c.p_value, **judgement_json(c.judgement), "observations": observations_json(c.observations), "tests": c.tests,
             "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
             "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,
                        "model_dps": w.model_dps, "ratio": w.ratio, "z": w.z} for w in c.where]}
@@ -106,7 +110,7 @@ def run_fit(options):
     if options.output:
         models.write(fitted, options.output)
     emit(options, {"effects": fitted_json(fitted, entries), "model": options.output, **judgement_json(state.judgement),
-                   "intervals_hold": state.judgement.adequate}, terminal.fit(fitted, entries, state.judgement, []))
+                   "observations": observations_json(state.seen), "intervals_hold": state.judgement.adequate}, terminal.fit(fitted, entries, state.judgement, state.seen))
     return 0
 
 
@@ -163,7 +167,7 @@ def run_improve(options):
     report(options, recording, model, found)
     steps = [vars(step) for step in found.steps]
     emit(options, {"steps": steps, "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
-                   **judgement_json(found.judgement), "error": found.judgement.error, "error_floor": found.judgement.floor,
+                   **judgement_json(found.judgement), "observations": observations_json(found.comparison.observations), "error": found.judgement.error, "error_floor": found.judgement.floor,
                    "p_value": found.judgement.p_value, "useless": [part.kind for part in found.diagnosis.useless],
                    "notes": found.notes, "model": options.output, "fitted": fitted_json(found.model, found.estimates)},
          terminal.improvement(found))

@@ -3,10 +3,10 @@
 import contextlib
 import math
 
-import numpy as np
 
 from ..errors import BadInput
 from . import recording as recordings
+from . import table
 
 
 def renamed(names, mapping, path):
@@ -36,14 +36,8 @@ def factor_of(pair, names):
 
 def imported(path, rate_hz, mapping, scales):
     """A CSV with any separator (comma, semicolon, tab) and any names, as a Recording."""
-    text = recordings.open_text(path).replace(";", ",").replace("\t", ",")
-    notes, names, line, offset = recordings.split_header(text, path)
-    recordings.check_names(names, f"{path}:{line}")
-    names = renamed(names, mapping, path)
-    table = recordings.read_numbers(text[offset:], line, names, path)
-    columns = dict(zip(names, np.ascontiguousarray(table.T)))
+    notes, columns, line = table.read(path, ";\t,", lambda names, where: renamed(names, mapping, where))
     for pair in scales:
-        name, factor = factor_of(pair, names)
+        name, factor = factor_of(pair, columns)
         columns[name] = columns[name] * factor
-    rate, gaps = recordings.clock(columns, rate_hz, path, line)
-    return recordings.Recording(columns, rate, str(path), notes, gaps)
+    return recordings.of_columns(columns, rate_hz, path, notes, line)

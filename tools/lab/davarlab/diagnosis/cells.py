@@ -9,6 +9,7 @@ from ..inference import adequacy, allan
 from ..inference.parts import spectrum_of
 
 WINDOWS = (1, 4, 16)
+VALID = 0.1  # share of the differences, below which a window says nothing of an averaging time
 COURSE = 2.0  # turns that a line's phase must be lost in, in a window: a narrower one is a course, no noise (8.4)
 
 
@@ -76,21 +77,23 @@ def cells_of(state, y, relative=None):
         if not taus:
             continue
         noise, freedom, share, steady = expectation.of(window, taus)
-        measured = remembered(bench.recording.measured, y, window, taus) ** 2
-        known = allan.windows(course, window, taus) ** 2 if np.any(course) else np.zeros_like(measured)
+        measured, valid = remembered(bench.recording.measured, y, window, taus, state.known)
+        measured = measured ** 2
+        course_there = allan.windows(course, window, taus, state.known)[0] ** 2 if np.any(course) else np.zeros_like(measured)
         for row in range(len(measured)):
             level = 1.0 if relative is None else float(relative[row * window:(row + 1) * window].mean())
             local = noise * (1 + share * (level - 1))
-            found += row_cells(row, window, taus, measured[row], local, known[row] + steady, freedom, bench.data.rate_hz)
+            rows = row_cells(row, window, taus, measured[row], local, course_there[row] + steady, freedom * valid[row], bench.data.rate_hz)
+            found += [cell for cell, part in zip(rows, valid[row]) if part > VALID and cell.freedom > 1]
     return found
 
 
-def remembered(known, y, window, taus):
-    """Allan deviations of y in windows, measured once however many models are compared with them."""
-    key = (hash(y.tobytes()), window)
-    if key not in known:
-        known[key] = allan.windows(y, window, taus)
-    return known[key]
+def remembered(memory, y, window, taus, known):
+    """Allan deviations of y in windows and the share of valid differences, measured once however many models are compared with them."""
+    key = (hash(y.tobytes()), known is not None and hash(known.tobytes()), window)
+    if key not in memory:
+        memory[key] = allan.windows(y, window, taus, known)
+    return memory[key]
 
 
 def row_cells(row, window, taus, measured, noise, known, freedom, rate_hz):

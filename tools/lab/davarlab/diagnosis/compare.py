@@ -25,6 +25,7 @@ class Comparison:
     where: list = field(default_factory=list)
     spectrum: tuple = ()  # f, measured over model, degrees of freedom
     correlations: dict = field(default_factory=dict)  # column -> (correlation, p)
+    observations: list = field(default_factory=list)  # what is in the record and no error of the sensor
 
     error = property(lambda self: self.judgement.error)
     error_floor = property(lambda self: self.judgement.floor)
@@ -72,7 +73,7 @@ def as_given(state, model):
     sizes, coefficients = np.array((sizes or [1e-30]) + behind), np.array(coefficients)
     level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(), 1e-30)
     fit = type(state.fit)(sizes, coefficients, vector_likelihood(bench, given, sizes, coefficients), level, np.zeros((0, 0)))
-    return state_of.State(bench, given, fit, state.shocks)
+    return replace(state, bench=bench, parts=given, fit=fit)
 
 
 def whiter(model, part, state):
@@ -108,7 +109,7 @@ def of_state(state, column):
     where = sorted((cell for cell, off in zip(state.cells, judge.proven(state.cells)) if off), key=lambda cell: -abs(cell.z))
     recording = state.bench.recording
     return Comparison(recording.samples, recording.rate_hz, state.model_kinds, state.judgement, state.cells, state.adequacy.tests,
-                      where[:40], residual_spectrum(state), correlations(state, column))
+                      where[:40], residual_spectrum(state), correlations(state, column), state.seen)
 
 
 def loss_of(fitted, state):

@@ -18,7 +18,7 @@ def of_course(bench, part, coefficients, taus):
     for key, value, unit in zip(bench.keys(part), coefficients, bench.courses(part)):
         scale = bench.data.scale(key)
         course += value / scale * (unit - unit.mean()) if scale else 0.0
-    return allan.windows(course, len(course) // 2 * 2, taus)[0]
+    return allan.windows(course, len(course) // 2 * 2, taus)[0][0]
 
 
 def white_shares(state):
@@ -46,7 +46,7 @@ def of_state(state, recording, model):
         elif part.role == "mean":
             deviation = of_course(bench, part, [next(coefficients) for _ in bench.keys(part)], taus)
         elif part.role == "events":
-            deviation = allan.windows(y - state.shocks.clean, len(y) // 2 * 2, taus)[0]
+            deviation = allan.windows(state.shocks.raw - state.shocks.clean, len(y) // 2 * 2, taus)[0][0]
         elif part.kind in shares and white is not None:
             deviation = white * np.sqrt(shares[part.kind])
         if deviation is not None:

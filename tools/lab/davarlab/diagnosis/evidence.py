@@ -5,8 +5,6 @@ import numpy as np
 from ..effects import table
 
 CLEARLY = 1.25  # times its floor, from which an error is more than a true model's
-CLIPPED = 1e-3  # of the samples, that must lie on an extreme value
-COARSE_VALUES = 32  # distinct values below which a recording is called coarse
 
 def share(after, base):
     """Percent of the avoidable error that an effect alone takes from the refitted model `base`; None when `after` was not worked
@@ -27,23 +25,8 @@ def why(candidate, taken):
 
 
 def notes(recording, model):
-    """What is unusual about a recording and bears on every verdict."""
-    return [note for note in (amplitude_note(recording.rate_dps(model.column)), *still_notes(recording, model)) if note]
-
-
-def amplitude_note(values):
-    """Samples on the rails, or few distinct values; None when neither is unusual."""
-    levels, counts = np.unique(values, return_counts=True)
-    if len(levels) < 2:
-        return None
-    rails = [count for count, inside in ((counts[0], counts[1]), (counts[-1], counts[-2]))
-             if count > 2 * inside and count > CLIPPED * len(values)]
-    if rails and len(levels) > 3:
-        place = "the two extreme values" if len(rails) == 2 else "one extreme value"
-        return f"{100 * sum(rails) / len(values):.2g} % of the samples lie on {place}: clipped?"
-    if len(levels) < COARSE_VALUES:
-        return f"The samples take only {len(levels)} distinct values: is the resolution too coarse for the noise?"
-    return None
+    """What bears on every verdict and is no observation."""
+    return list(still_notes(recording, model))
 
 
 def still_notes(recording, model):

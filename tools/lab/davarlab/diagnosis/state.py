@@ -1,21 +1,24 @@
 """A model at its best on one recording, and before the judge."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import events
+from ..data import events, observations
+from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
-from ..inference import adequacy, changes, modulation, refine
+from ..inference import adequacy, changes, gaps, modulation, refine
 from ..inference.parts import as_spectra, Bench, part_of
 from . import candidates, cells, filters, judge
 
+DRAWS = 2  # of the missing samples, each from the spectrum that the one before led to
 MOVING = 0.02  # of the samples, that must differ from the one before
 
 
 @dataclass
 class State:
-    """A model at its best on one recording."""
+    """A model at its best on one recording. known: True where a sample was measured and may be used, None: everywhere; the others are drawn.
+    seen: the observations on the recording."""
     bench: Bench
     parts: list
     fit: object
@@ -24,6 +27,8 @@ class State:
     adequacy: object = None
     cells: list = None
     judgement: object = None
+    known: object = None
+    seen: list = field(default_factory=list)
 
     @property
     def model_kinds(self):
@@ -38,17 +43,38 @@ class State:
 def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     progress("reading the spectrum")
+    seen = observations.find(recording, model.column)
+    known = observations.kept(recording, model.column, [one for one in seen if one.kind != "outliers"])  # which `shocks` explains
     y = recording.rate_dps(model.column)
-    shocks = events.find(y, recording.rate_hz)
-    if np.mean(np.diff(shocks.clean) != 0) < MOVING:
+    check_alive(recording, model, y[known])
+    if known.all():
+        return fitted(recording, model, y, None, seen)
+    progress(f"drawing {np.count_nonzero(~known)} missing samples")
+    level = gaps.first_level(y, known)
+    for draw in range(DRAWS):
+        state = fitted(recording, model, gaps.conditional_draw(y, known, level, np.random.default_rng(draw)), known, seen)
+        level = state.bench.data.at_ordinates(state.fit.level)
+    return state
+
+
+def check_alive(recording, model, y):
+    if len(y) < MINIMUM_SAMPLES:
+        raise BadInput(f"{recording.name}: column {model.column}: {len(y)} samples are left when motion, repeats and clipped ones are left out; "
+                       f"at least {MINIMUM_SAMPLES} are needed")
+    if np.mean(np.diff(y) != 0) < MOVING:
         raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
+
+
+def fitted(recording, model, y, known, seen):
+    """The model's terms at their best on a record without holes."""
+    shocks = events.find(y, recording.rate_hz)
     bench = Bench(recording, shocks.clean, gyro=model.column)
     parts = [part_of(term) for term in model.terms]
     bench = bench.resolving(parts)
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
-    state = State(bench, parts, bench.fit(parts), shocks)
+    state = State(bench, parts, bench.fit(parts), shocks, known=known, seen=seen)
     return cleaned_again(state) if any(part.role == "mean" for part in parts) else state
 
 
@@ -120,7 +146,7 @@ def cleaned_again(state):
     if np.array_equal(shocks.clean, state.shocks.clean):
         return state
     bench = state.bench.with_gyro(shocks.clean)
-    return State(bench, state.parts, bench.fit(state.parts), shocks)
+    return replace(state, bench=bench, fit=bench.fit(state.parts), shocks=shocks)
 
 
 def joined(state, part, replaces=None):
@@ -135,10 +161,10 @@ def joined(state, part, replaces=None):
         parts = refine.refined(bench, parts, only={one.kind for one in parts} - set(candidates.REPEATED) | {part.kind}, only_last=alone)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
-    state = State(bench, parts, bench.fit(parts), state.shocks)
+    state = replace(state, bench=bench, parts=parts, fit=bench.fit(parts))
     return cleaned_again(state) if part.role == "mean" else state
 
 
 def with_parts(state, parts):
     """Other parts on the same bench."""
-    return State(state.bench, parts, state.bench.fit(parts), state.shocks)
+    return replace(state, parts=parts, fit=state.bench.fit(parts))

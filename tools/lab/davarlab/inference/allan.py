@@ -35,16 +35,42 @@ def octaves(window):
     return [2 ** i for i in range(TAUS_MAX) if 9 * 2 ** i <= window]
 
 
-def windows(y, window, taus, stride=None):
-    """Allan deviations of the full windows on a grid: (windows, taus), in the unit of y."""
-    stride = stride or window
+def windows(y, window, taus, known=None):
+    """Allan deviations of the full windows that follow each other, in the unit of y, and the share of their differences that touch known
+    samples only: two arrays (windows, taus). A deviation without any such difference is nan."""
+    if known is not None and not known.all():
+        return masked(y, window, taus, known)
+    found = measured(y, window, taus)
+    return found, np.ones_like(found)
+
+
+def masked(y, window, taus, known):
+    """As measured(), from the differences that lie in known samples."""
+    total = np.concatenate([[0.0], np.cumsum(np.where(known, y - y[known].mean(), 0.0))])
+    lost = np.concatenate([[0], np.cumsum(~known)])
+    rows = len(y) // window
+    found, shares = np.full((2, rows, len(taus)), np.nan)
+    for column, m in enumerate(taus):
+        square = ((total[2 * m:] - 2 * total[m:-m] + total[:-2 * m]) / m) ** 2
+        valid = lost[2 * m:] == lost[:-2 * m]
+        for row in range(rows):
+            part = slice(row * window, (row + 1) * window - 2 * m + 1)
+            count = np.count_nonzero(valid[part])
+            shares[row, column] = count / (window - 2 * m + 1)
+            if count:
+                found[row, column] = np.sqrt(square[part][valid[part]].sum() / (2 * count))
+    return found, shares
+
+
+def measured(y, window, taus):
+    """Allan deviations of the full windows that follow each other, by lib/: (windows, taus), in the unit of y."""
     data = np.ascontiguousarray(y - np.mean(y), dtype=np.float32)
-    rows = (len(data) - window) // stride + 1
+    rows = len(data) // window
     out = np.full((rows, len(taus)), np.nan)
     array = (ctypes.c_uint32 * len(taus))(*taus)
     scale = float(np.abs(data).max()) * 1.01 or 1.0
     done = library().davar_lab_windows(data.ctypes.data_as(ctypes.POINTER(ctypes.c_float)), len(data), scale, window,
-                                       stride, array, len(taus), out.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), rows)
+                                       window, array, len(taus), out.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), rows)
     if done < 0:
         raise BadInput(f"the library refused a window of {window} samples (status {-1 - done})")
     return out[:done]

@@ -34,9 +34,13 @@ def estimates(model, entries):
     return "\n".join(lines)
 
 
+def observed(seen):
+    return [words.in_ascii(words.observation(one)) for one in seen]
+
+
 def fit(model, entries, judgement, seen):
     """What `fit` prints: the judge first, then the parameters."""
-    lines = [words.in_ascii(words.adequacy(judgement)), *(words.in_ascii(words.observation(one)) for one in seen)]
+    lines = [words.in_ascii(words.adequacy(judgement)), *observed(seen)]
     if not judgement.adequate:
         lines.append("The intervals below hold for a model that is true; this one is rejected.")
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
@@ -44,7 +48,8 @@ def fit(model, entries, judgement, seen):
 
 def comparison(c, notes=()):
     lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
-             words.in_ascii(words.adequacy(c.judgement)), words.in_ascii(words.misfit(c)), *notes]
+             words.in_ascii(words.adequacy(c.judgement)), words.in_ascii(words.misfit(c)),
+             *observed(c.observations), *notes]
     lines += [f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
               f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)" for w in c.where[:WHERE_MAX]]
     lines += [f"  residual goes with {name}: correlation {r:+.3f}" for name, (r, p) in c.correlations.items() if p < 1e-3]
@@ -92,4 +97,4 @@ def diagnosis(found):
 
 
 def improvement(found):
-    return "\n\n".join(["\n".join([steps(found), *found.notes]), verdict(found), estimates(found.model, found.estimates)])
+    return "\n\n".join(["\n".join([steps(found), *observed(found.comparison.observations), *found.notes]), verdict(found), estimates(found.model, found.estimates)])

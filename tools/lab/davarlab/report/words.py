@@ -276,9 +276,8 @@ def gap_note(recording):
     """What gaps do to the results; None without gaps."""
     if not len(recording.gaps):
         return None
-    return (f"The recording has {len(recording.gaps)} gaps. Samples are taken as if they followed each other, and times "
-            "below count samples: do not trust slow terms (bias instability, random walk, drifts) where gaps are a large "
-            "part.")
+    return (f"The recording has {len(recording.gaps)} gaps, in which {(~recording.known).sum()} samples of its even grid are missing. Allan "
+            "deviations span none of them: where gaps are a large part, long times rest on little.")
 
 
 def in_ascii(text):

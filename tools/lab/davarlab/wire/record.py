@@ -2,7 +2,6 @@
 
 What is in the file already stays: a later run goes on behind it, as later stretches. (channel, stretch, epoch) comes once."""
 
-import contextlib
 import csv
 import io
 import itertools

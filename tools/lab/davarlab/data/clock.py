@@ -1,0 +1,150 @@
+"""Time stamps: the rate of the clock behind them, and the place of every sample on its even grid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from ..errors import BadInput
+
+DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
+NEAR = 0.25  # of a period, between a step and a whole number of periods
+WHOLE = 0.8  # of the steps must be near a whole number, for stamps that tell of lost samples
+MEMORYLESS = 0.3  # of the variance that independent steps would gather: an even clock, read late, gathers none
+JITTER = 0.05  # of a period, rms, from which stamps are called late
+PHASE_SAMPLES = 31  # over which the phase of the clock is averaged; a period that is 1 % off turns it by a third meanwhile
+LONG = 32  # periods, from which a gap need not keep the phase
+LATE = 64  # samples within which a late stamp is made good
+LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
+
+
+@dataclass
+class Clock:
+    """places: index on the grid of each sample, None when they follow each other. kind: even, late (stamps jitter about an even clock),
+    uneven. cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
+    rate_hz: float
+    places: object = None
+    kind: str = "even"
+    cut: tuple = ()
+    jitter_s: float = 0.0
+
+
+def agreed(rate_hz, stamped_hz, path):
+    """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
+    if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
+        raise BadInput(f"--rate: {rate_hz:g} Hz, but column time_s of {path} says {stamped_hz:.6g} Hz; it decides: leave --rate out, "
+                       "or mend time_s")
+    return float(rate_hz or stamped_hz)
+
+
+def check_order(steps, path, line):
+    back = np.flatnonzero(steps < 0)
+    if len(back):
+        raise BadInput(f"{path}:{line + back[0] + 2}: column time_s: time runs backwards")
+    if not steps.sum() > 0:
+        raise BadInput(f"{path}: column time_s: time stands still")
+
+
+def gathered(steps):
+    """Variance that the stamps gather over many steps, over what independent steps would: 0 for stamps about an even clock, 1 for a
+    loop that waits anew each time."""
+    count = len(steps)
+    line = np.cumsum(steps - steps.mean())
+    span = max(2, count // 30)
+    moved = line[span:] - line[:-span]
+    return float(np.mean(moved ** 2) / (span * steps.var())) if steps.var() > 0 else 0.0
+
+
+def period_of(steps):
+    """The period, when most steps are near a whole number of them; else None. Where half the samples are lost the median step may be two
+    periods; stamps in coarse units alternate too, but gather nothing."""
+    for share in (50, 25, 10):
+        period = np.percentile(steps, share)
+        if period > 0 and (share == 50 or gathered(steps) > MEMORYLESS):
+            period = steps[np.abs(steps - period) < 0.5 * period].mean()
+            whole = np.round(steps / period)
+            if np.mean((np.abs(steps / period - whole) < NEAR) & (whole > 0)) >= WHOLE:
+                return period
+    return None
+
+
+def phase(turns):
+    return np.angle(np.mean(np.exp(2j * np.pi * turns))) / (2 * np.pi)
+
+
+def one_phase(stamps, period):
+    """Stamps in periods, moved by less than half of one after each long gap, so that the phase of the clock goes on."""
+    steps = np.diff(stamps) / period
+    turns = np.concatenate([[0.0], np.cumsum(steps)])
+    starts = np.flatnonzero(steps > LONG) + 1
+    for run, before in zip(np.split(turns, starts)[1:], np.split(turns, starts)):  # views: each is moved in its place
+        apart = phase(run[:PHASE_SAMPLES]) - phase(before[-PHASE_SAMPLES:])
+        run -= apart - np.round(apart)
+    return turns
+
+
+def lost_before(stamps, period):
+    """Samples lost before each sample: whole periods at the phase of the clock around it, that later stamps do not take back."""
+    turns = one_phase(stamps, period)
+    around = np.exp(2j * np.pi * (turns % 1))
+    width = min(PHASE_SAMPLES, len(turns))
+    mean = ndimage.uniform_filter1d(around.real, width) + 1j * ndimage.uniform_filter1d(around.imag, width)
+    excess = np.round(turns - np.unwrap(np.angle(mean)) / (2 * np.pi)).astype(np.int64) - np.arange(len(turns))
+    excess -= excess[0]
+    if not np.any(excess):
+        return excess
+    ahead = ndimage.minimum_filter1d(excess, min(LATE, len(excess)), mode="nearest", origin=-(min(LATE, len(excess)) // 2))
+    return np.maximum.accumulate(np.maximum(ahead, 0))
+
+
+def straightened(steps, period, lost):
+    """The period, once more, from all steps with the samples lost in them; gaps are left out (rounded anyway)."""
+    periods = 1 + np.diff(lost)
+    short = periods < LATE
+    return float(steps[short].sum() / periods[short].sum())
+
+
+def longest_kept(gaps, most):
+    """The length to which gaps are cut so that all together hold no more than `most` samples."""
+    if gaps.sum() <= most:
+        return int(gaps.max(initial=0))
+    rising = np.sort(gaps)
+    short = np.concatenate([[0], np.cumsum(rising)[:-1]])
+    left = (most - short) / np.arange(len(rising), 0, -1)
+    return max(int(left[np.argmax(rising > left)]), 1)
+
+
+def of(stamps, rate_hz, path, line):
+    """The clock behind a column of time stamps (seconds). Raises BadInput where time runs backwards or stands still."""
+    if len(stamps) < 2:
+        raise BadInput(f"{path}: one sample has no rate")
+    steps = np.diff(stamps)
+    check_order(steps, path, line)
+    mean = (stamps[-1] - stamps[0]) / len(steps)
+    if steps.min() > (1 - NEAR) * mean and steps.max() < (1 + NEAR) * mean:
+        jitter = float(steps.std() / np.sqrt(2))
+        return Clock(agreed(rate_hz, 1.0 / mean, path), None, "late" if jitter > JITTER * mean else "even", (), jitter)
+    period = period_of(steps)
+    if period is None:
+        return without_places(steps, rate_hz, path)
+    lost = lost_before(stamps, period)
+    period = straightened(steps, period, lost)
+    return with_places(stamps, steps, period, lost, agreed(rate_hz, 1.0 / period, path))
+
+
+def without_places(steps, rate_hz, path):
+    """Index decides: the stamps only tell how many samples there are a second."""
+    even = gathered(steps) < MEMORYLESS
+    late = np.cumsum(steps - steps.mean())
+    return Clock(agreed(rate_hz, 1.0 / steps.mean(), path), None, "late" if even else "uneven", (), float(late.std()))
+
+
+def with_places(stamps, steps, period, lost, rate):
+    gaps = np.diff(lost)
+    longest = longest_kept(gaps, LOST_MOST * len(stamps))
+    kept = np.minimum(gaps, longest)
+    places = np.concatenate([[0], np.cumsum(1 + kept)])
+    cut = tuple((int(places[i + 1]), float((gaps[i] - longest) * period)) for i in np.flatnonzero(gaps > longest))
+    off = steps - (1 + gaps) * period
+    jitter = float(np.std(off[gaps < LATE]) / np.sqrt(2)) if len(off) else 0.0
+    return Clock(rate, places if np.any(gaps) else None, "late" if jitter > JITTER * period else "even", cut, jitter)

@@ -1,0 +1,341 @@
+"""Motion: true rotation in a record of a sensor that should be at rest (DESIGN 13). No error of the sensor may be called so."""
+
+import numpy as np
+from scipy import ndimage, stats
+
+from . import events, recording as recordings, signals
+
+BLOCKS = (16, 64, 256, 1024)
+MEDIAN_BLOCKS = 9
+SCORE, RATIO = 6.5, 1.25  # robust standard deviations, and times the running median, from which a block is loud
+WITNESS = 12.0  # over the square root of a block's samples: by so much the accelerometer must be louder than usual to bear the gyro out
+PIECE = 1_000_000  # samples that are asked at once
+MINIMUM = 500  # samples that a level at rest takes
+ROUNDS = 4
+TURN = 6.0  # times the level at rest, of rates averaged over SMOOTH_S
+VIOLENT = 50.0  # times that level, which no noise of a sensor reaches
+SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
+SLOW = 5.0  # by as much more than differences of samples must slow rates have grown, or noise has (by chance up to 3.5)
+SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
+TILT_S, TILT = 10.0, 7.0  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
+STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
+
+
+def gyros(recording):
+    """Every gyro column in deg/s that moves at all."""
+    return [recording.column(name) * factor for name in recording.columns for unit, factor in recordings.TO_DPS.items()
+            if name.startswith("gyro_") and name.endswith("_" + unit) and np.ptp(recording.columns[name]) > 0]
+
+
+def accelerometers(recording):
+    return [recording.column(name) for name in recording.columns if name.startswith("accel_") and np.ptp(recording.columns[name]) > 0]
+
+
+def stretches(mask):
+    """(first, end) of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return list(zip(edges[::2], edges[1::2]))
+
+
+def widened(mask, samples):
+    return ndimage.maximum_filter1d(mask.astype(np.int8), 2 * int(samples) + 1) > 0
+
+
+def holes_kept(mask, samples):
+    """A mask without its runs that are shorter than so many samples."""
+    kept = np.zeros(len(mask), bool)
+    for first, end in stretches(mask):
+        kept[first:end] = end - first >= samples or first == 0 or end == len(mask)
+    return kept
+
+
+def averaged(x, length):
+    blocks = len(x) // length
+    return x[:blocks * length].reshape(blocks, length).mean(axis=1)
+
+
+def spread(x, span):
+    """Standard deviation over `span` values around each."""
+    mean = ndimage.uniform_filter1d(x, span)
+    return np.sqrt(np.maximum(ndimage.uniform_filter1d(x ** 2, span) - mean ** 2, 0))
+
+
+def slow_and_fast(y, good, rate_hz):
+    """Spread of rates averaged over a quarter of a second, size of the differences of samples, and whether all of it was measured; per
+    block of a quarter of a second, from two seconds around it."""
+    length, span = max(1, int(SMOOTH_S * rate_hz)), max(8, int(SPAN_S / SMOOTH_S))
+    y = recordings.filled(y[good], good) - np.median(y[good])
+    count = averaged(good.astype(float), length)
+    mean = averaged(np.where(good, y, 0), length) / np.maximum(count, 1e-9)
+    slow = spread(recordings.filled(mean[count > 0.5], count > 0.5), span)
+    fast = np.sqrt(np.maximum(ndimage.uniform_filter1d(averaged(np.diff(y, append=y[-1]) ** 2, length), span), 0))
+    whole = ndimage.uniform_filter1d(averaged(good.astype(float), length), span) > 0.9
+    return slow, fast, whole
+
+
+def low_level(x, whole, share):
+    """The quantile of what was measured and moves at all."""
+    x = x[whole & (x > 0)]
+    return np.quantile(x, share) if len(x) else np.inf
+
+
+def turning(y, good, rate_hz):
+    """Where rates averaged over a quarter of a second have grown by far more than differences of single samples have."""
+    slow, fast, whole = slow_and_fast(y, good, rate_hz)
+    grown = slow / low_level(slow, whole, 0.1)
+    noise = fast / low_level(fast, whole, 0.1)
+    return expanded((grown > TURN) & ((grown > SLOW * noise) | (grown > VIOLENT)), max(1, int(SMOOTH_S * rate_hz)), len(y))
+
+
+def expanded(mask, length, count):
+    """A mask of blocks as one of samples."""
+    mask = np.repeat(mask, length)
+    return np.concatenate([mask, np.full(count - len(mask), mask[-1] if len(mask) else False)])
+
+
+def whitened(x, good):
+    """x whitened by the record's own spectrum, in units of its local noise; 0 where nothing was measured."""
+    w = events.self_whitened(recordings.filled(x[good], good))
+    part = w[good]
+    return np.where(good, w / max(events.local_scale(part, min(len(part) // 2, 1024)).mean(), 1e-30), 0.0)
+
+
+def wilder(w, good):
+    """Measured samples that no noise of the size around them has in a record this long."""
+    found, part = np.zeros(len(w), bool), w[good]
+    scale = np.maximum(events.local_scale(part, min(len(part) // 2, 200)), 1e-30)
+    found[good] = np.abs(part) > np.sqrt(2 * np.log(len(part) / 1e-3)) * scale
+    return found
+
+
+def lone(w, good):
+    """Wild samples by themselves."""
+    wild = wilder(w, good)
+    found = np.zeros(len(w), bool)
+    for first, end in stretches(widened(wild, 1)):
+        found[first:end] = end - first <= 5
+    return wild & found, widened(wild & found, 2)
+
+
+def loud(energy, good, length):
+    """Blocks whose energy stands out of the running median."""
+    count = averaged(good.astype(float), length)
+    mean = averaged(energy, length) / np.maximum(count, 1e-9)
+    mean = np.where(count > 0.5, mean, np.nan)
+    mean = np.interp(np.arange(len(mean)), np.flatnonzero(count > 0.5), mean[count > 0.5]) if np.any(count > 0.5) else np.ones_like(mean)
+    usual = np.maximum(ndimage.median_filter(mean, MEDIAN_BLOCKS, mode="nearest"), 1e-12)
+    ratio = mean / usual
+    normal = np.cbrt(ratio)
+    sd = 1.4826 * np.median(np.abs(normal - np.median(normal)))
+    return (normal - np.median(normal) > SCORE * max(sd, 1e-9)) & (ratio > RATIO) & (count > 0.5)
+
+
+def loud_anywhere(energy, good):
+    """From short blocks to long ones, which are asked about what is left."""
+    found = np.zeros(len(energy), bool)
+    for length in BLOCKS:
+        if len(energy) >= 2 * MEDIAN_BLOCKS * length:
+            seen = good & ~widened(found, 16)
+            found |= expanded(loud(np.where(seen, energy, 0), seen, length), length, len(energy))
+    return found
+
+
+def steady(w, first, end):
+    """Is a loud stretch of whitened rate noise that has grown: as much in every band, and all along."""
+    part = w[first:end]
+    power = signals.transform(part)[1:] ** 2
+    bands = np.array([band.mean() for band in np.array_split(power, 4)])
+    doubt = 5 * np.sqrt(2 * 4 / len(power))
+    blocks = averaged(part ** 2, 64)
+    even = blocks.max() < blocks.mean() * (1 + 7 * np.sqrt(2 / 64)) if len(blocks) else True
+    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.2)
+
+
+def passing(energy, seen, first, end):
+    """Is a loud stretch louder than what came before and than what comes after: not the beginning of vibration or of noise that stays."""
+    reach = max(256, end - first)
+    sides = [energy[part][seen[part]] for part in (slice(max(0, first - reach), first), slice(end, end + reach))]
+    inside = energy[first:end][seen[first:end]]
+    return not len(inside) or all(inside.mean() > RATIO * side.mean() for side in sides if len(side) >= 64)
+
+
+def courses(accels, first, end, rate_hz):
+    """What a gyro may follow without being turned: a level, a slope, acceleration, its local square."""
+    count = end - first
+    rows = [np.ones(count), np.linspace(-1, 1, count)]
+    for a in accels:
+        part = a[first:end] - a[first:end].mean()
+        rows += [part, ndimage.uniform_filter1d(part ** 2, max(3, int(rate_hz)))]
+    return rows
+
+
+def without_courses(y, rows):
+    """y less its best fit by the rows and by one step."""
+    basis = np.linalg.qr(np.column_stack(rows))[0]
+    rest = y - basis @ (basis.T @ y)
+    places = np.unique(np.linspace(1, len(y) - 1, 200).astype(int))
+    best, gain = rest, 0.0
+    for place in places:
+        step = (np.arange(len(y)) >= place).astype(float)
+        step -= basis @ (basis.T @ step)
+        size = step @ rest / max(step @ step, 1e-12)
+        if size ** 2 * (step @ step) > gain:
+            best, gain = rest - size * step, size ** 2 * (step @ step)
+    return best
+
+
+def without_lines(y):
+    """y less its strongest lines, when these are most of it."""
+    c = np.fft.rfft(y * 1.0)
+    power = np.abs(c) ** 2
+    for _ in range(3):
+        peak = 10 + int(np.argmax(power[10:])) if len(power) > 20 else 0
+        if power[peak] < 30 * np.median(power):
+            break
+        near = slice(max(0, peak - 3), peak + 4)
+        c[near], power[near] = 0, 0
+    return np.fft.irfft(c, len(y))
+
+
+def levels_at_rest(y, good, rate_hz):
+    """(slow, fast): spread of rates averaged over a quarter of a second, and of samples about their mean over a second, at rest."""
+    slow, _, whole = slow_and_fast(y, good, rate_hz)
+    y = recordings.filled(y[good], good)
+    fast = averaged(spread(y, max(4, int(rate_hz))), max(1, int(SMOOTH_S * rate_hz)))
+    return low_level(slow, whole, 0.3), low_level(fast, whole, 0.3)
+
+
+def explained(y, levels, accels, first, end, rate_hz):
+    """Does a level, a step, a line, or what the gyro feels of acceleration leave nothing loud of a stretch."""
+    length, second = max(1, int(SMOOTH_S * rate_hz)), max(4, int(rate_hz))
+    margin = max(64, (end - first) // 2)
+    low, high = max(0, first - margin), min(len(y), end + margin)
+    rest = without_courses(y[low:high], courses(accels, low, high, rate_hz))
+    for rest in (rest, without_lines(rest)):
+        slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
+        fast = np.sqrt(np.mean(spread(rest, second)[first - low:end - low] ** 2))
+        if slow < 0.75 * TURN * levels[0] and fast < 1.12 * levels[1]:
+            return True
+    return False
+
+
+def turns(rates, levels, accels, good, rate_hz):
+    """Where the sensor was turned: the rate says so by itself."""
+    found = np.zeros(len(good), bool)
+    for y, level in zip(rates, levels):
+        for first, end in stretches(widened(turning(y, good, rate_hz), RING_S * rate_hz / 2)):
+            if end - first > SHORT_S * rate_hz and not explained(y, level, accels, first, end, rate_hz):
+                found[first:end] = True
+    return widened(found, RING_S * rate_hz / 2)
+
+
+def touches(rates, levels, accels, good, rate_hz):
+    """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it too."""
+    ws = [whitened(y, good) for y in rates]
+    alone = [lone(w, good) for w in ws]
+    energies = [np.where(near, 0, w ** 2) for w, (_, near) in zip(ws, alone)]
+    seen = good & ~np.any([near for _, near in alone], axis=0)
+    heard = loud_anywhere(sum(energies), seen)
+    wild = np.any([at for at, _ in alone], axis=0)
+    if not heard.any() and not (wild.any() and accels):
+        return heard
+    witness = witnesses(accels, energies, good)
+    found = widened(wild, 2) & witness[1]
+    if found.any():  # what these leave in the whitened record is asked about when they are out
+        return found
+    for first, end in stretches(widened(heard, rate_hz / 2)):
+        if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(sum(energies), seen, first, end):
+            continue
+        if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
+            continue
+        if not all(explained(y, level, accels, first, end, rate_hz) for y, level in zip(rates, levels)):
+            found[first:end] = True
+    return found
+
+
+def witnesses(accels, energies, good):
+    """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of the second loudest axis of the gyro."""
+    if accels:
+        ws = [whitened(a, good) for a in accels]
+        return [sum(w ** 2 for w in ws)], widened(np.any([wilder(w, good) for w in ws], axis=0), 2)
+    return ([np.sort(energies, axis=0)[-2]] if len(energies) > 1 else []), np.zeros(len(good), bool)
+
+
+def borne_out(energy, good, first, end):
+    """Is an energy larger in a stretch than beside it, all along or in its loudest 16 samples."""
+    reach = max(256, end - first)
+    low, high = max(0, first - reach), min(len(energy), end + reach)
+    beside = good[low:high].copy()
+    beside[first - low:end - low] = False
+    inside = np.where(good[first:end], energy[first:end], 0)
+    if beside.sum() < 64 or not len(inside):
+        return False
+    usual, peak = energy[low:high][beside].mean(), ndimage.uniform_filter1d(inside, 16, mode="constant").max()
+    return inside.mean() > (1 + WITNESS / np.sqrt(len(inside))) * usual or peak > (1 + WITNESS / 4) * usual
+
+
+def find(recording, good):
+    """True where the recording holds motion. A long recording is asked in pieces."""
+    rates, accels = gyros(recording), accelerometers(recording)
+    marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
+    return np.concatenate([between([y[a:b] for y in rates], [x[a:b] for x in accels], good[a:b], recording.rate_hz)
+                           for a, b in zip(marks, marks[1:])])
+
+
+def between(rates, accels, good, rate_hz):
+    moved = np.zeros(len(good), bool)
+    if good.sum() < MINIMUM or not rates:
+        return moved
+    levels = [levels_at_rest(y, good, rate_hz) for y in rates]
+    moved = turns(rates, levels, accels, good, rate_hz)
+    for _ in range(ROUNDS):
+        still = good & ~moved
+        if still.sum() < MINIMUM:
+            break
+        more = touches(rates, levels, accels, still, rate_hz) & ~moved
+        if not more.any():
+            break
+        moved |= more
+    moved = ~holes_kept(~moved, SHORT_S * rate_hz)
+    return moved | tilts(rates, accels, good & ~moved, rate_hz)
+
+
+def tilts(rates, accels, good, rate_hz):
+    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other."""
+    found = np.zeros(len(good), bool)
+    length = int(TILT_S * rate_hz)
+    if not accels or length < 16 or len(good) < 30 * length:
+        return found
+    count = averaged(good.astype(float), length)
+    whole = count > 0.5
+    level = [recordings.filled((averaged(np.where(good, x, 0), length) / np.maximum(count, 1e-9))[whole], whole) for x in accels + rates]
+    gravity, rate = np.array(level[:len(accels)]), np.array(level[len(accels):])
+    moved = gravity[:, 2:] - gravity[:, :-2]
+    scores = np.sqrt(np.sum((moved / robust(moved)) ** 2, axis=0))
+    apart = scores * (ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99)  # not beside what was cut
+    edges = [i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3):i + 4].max()]
+    back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
+    limit = stats.chi2.isf(1e-3 / max(len(edges), 1), len(rates))
+    seen = [turned(back, moved, i, length / rate_hz, limit) for i in edges]
+    for number, i in enumerate(edges):
+        if seen[number]:
+            found[i * length:(i + 3) * length] = True
+        for other in range(number):
+            j, undone = edges[other], np.linalg.norm(moved[:, i] + moved[:, edges[other]])
+            small = min(np.linalg.norm(moved[:, i]), np.linalg.norm(moved[:, j]))
+            if (seen[number] or seen[other]) and undone < 0.5 * small and (i - j) * length < len(good) / 10:
+                found[j * length:(i + 3) * length] = True
+    return found
+
+
+def robust(x):
+    return np.maximum(1.4826 * np.median(np.abs(x - np.median(x, axis=1, keepdims=True)), axis=1, keepdims=True), 1e-12)
+
+
+def turned(back, moved, i, seconds, limit):
+    """Did the gyro leave its level for the time of a tilt, by chance no more often than the limit says, and by an angle worth the tilt."""
+    near = back[:, max(0, i - 1):i + 2]
+    place = np.argmax(np.sum((near / robust(back)) ** 2, axis=0))
+    angle = np.linalg.norm(near[:, place]) * seconds
+    tilt = np.degrees(np.linalg.norm(moved[:, i]))
+    return np.sum((near[:, place] / robust(back)[:, 0]) ** 2) > limit and angle > 0.3 * tilt

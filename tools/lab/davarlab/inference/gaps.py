@@ -1,0 +1,67 @@
+"""Missing samples: drawn from what the spectrum and the known samples leave open (DESIGN 12)."""
+
+import numpy as np
+
+from ..data import signals
+
+ITERATIONS_MAX = 60
+LAGS = 8  # of the record, the longest lag whose products are looked at
+FLOOR = 0.05  # of the median level, for where products of few samples say less than nothing
+CLOSE = 1e-3  # of the first residual, at which the solution is taken
+
+
+def first_level(y, known):
+    """Variance per ordinate 1 .. n-1 from products of known samples alone (12.2): what the first draw starts from. From a fill by means the
+    loop of draws and fits would take as many rounds as halve the share of missing samples away."""
+    count = len(y)
+    values = np.where(known, y - y[known].mean(), 0.0)
+    products, pairs = (np.fft.irfft(np.abs(np.fft.rfft(x, 2 * count)) ** 2)[:count // LAGS] for x in (values, known.astype(float)))
+    lags = len(products)
+    covariance = products / np.maximum(pairs, 0.5) * np.cos(0.5 * np.pi * np.arange(lags) / lags) ** 2
+    spectrum = 2 * np.fft.rfft(covariance, 2 * count).real[1:count] - covariance[0]
+    edges = signals.bin_edges(count - 1)
+    width = np.diff(edges)
+    level = np.add.reduceat(spectrum, edges[:-1]) / width
+    return np.repeat(np.maximum(level, FLOOR * np.median(level)), width)
+
+
+def conditional_draw(y, known, level, rng):
+    """y with its missing samples drawn, given the known ones and the variance `level` of each ordinate 1 .. n-1. Solves (12.1) by conjugate
+    gradients: four cosine transforms an iteration, ten to thirty iterations."""
+    missing = ~known
+    if not missing.any():
+        return y
+    mean = y[known].mean()
+    level = np.concatenate([[level[0]], level])
+    pull = signals.transform(np.where(known, y - mean, 0.0)) / level
+    push = rng.standard_normal(len(y)) / np.sqrt(level)
+    right = signals.inverse(push - pull)[missing]
+    drawn = y.astype(float)
+    drawn[missing] = mean + solved(right, missing, level)
+    return drawn
+
+
+def within(x, missing, weight):
+    """The block of C' diag(weight) C between missing samples, times x."""
+    whole = np.zeros(len(missing))
+    whole[missing] = x
+    return signals.inverse(weight * signals.transform(whole))[missing]
+
+
+def solved(right, missing, level):
+    """x of Q_mm x = right; the covariance of the missing samples is the preconditioner."""
+    x, rest = np.zeros_like(right), right.copy()
+    shaped = within(rest, missing, level)
+    direction, size = shaped.copy(), rest @ shaped
+    first = size
+    for _ in range(ITERATIONS_MAX):
+        ahead = within(direction, missing, 1 / level)
+        step = size / (direction @ ahead)
+        x += step * direction
+        rest -= step * ahead
+        shaped = within(rest, missing, level)
+        size, before = rest @ shaped, size
+        if size <= CLOSE ** 2 * first:
+            break
+        direction = shaped + size / before * direction
+    return x
