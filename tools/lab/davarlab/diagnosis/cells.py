@@ -100,7 +100,7 @@ def row_cells(row, window, taus, measured, noise, known, freedom, rate_hz):
     """`known`: variance of what is no noise, which makes the sum scatter less (8.2)."""
     model = noise + known
     share = noise / model
-    freedom = freedom / np.maximum(share ** 2 + 2 * share * (1 - share), 1e-3)
+    freedom = np.maximum(freedom, 1e-3) / np.maximum(share ** 2 + 2 * share * (1 - share), 1e-3)
     ratio = measured / model
     z = adequacy.normal_score(ratio, freedom)
     return [Cell(m / rate_hz, row * window / rate_hz, (row + 1) * window / rate_hz, float(np.sqrt(measured[i])), float(np.sqrt(model[i])),

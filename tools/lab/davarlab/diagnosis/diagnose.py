@@ -25,7 +25,7 @@ class Diagnosis:
 
 def diagnose(recording, model, progress=lambda text: None):
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
-    states, way, useless = search.search(start(recording, model, progress), len(model.terms), progress)
+    states, way, useless = search.search(start(recording, model, progress), model, progress)
     added = [part.kind for part in states[-1].parts[way.given:]]
     adequate = states[-1].judgement.adequate
     verdict = "unknown" if not adequate else next((c.kind for c in way.first if c.kind in added), added[0] if added else "none")

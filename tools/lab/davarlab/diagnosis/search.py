@@ -7,7 +7,7 @@ from ..inference import changes, modulation
 from ..inference.parts import Part
 from . import candidates, cells, columns, common_cause, filters, identifiable
 from .candidate import Candidate
-from .state import joined, judged, with_parts
+from .state import joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01
 STEPS_MAX = 24
@@ -177,9 +177,15 @@ def path(state, given):
     return states
 
 
-def search(state, given, progress):
-    """(judged states from the given effects to the last, the search, useless parts)."""
+def search(state, model, progress):
+    """(judged states from the given effects to the last, the search, useless parts). Missing samples are drawn anew from what was found,
+    and the search begins again."""
+    given = len(model.terms)
     way = forward(state, given, progress)
+    if state.known is not None:
+        progress("drawing the missing samples from what was found")
+        state = redrawn(way.state, model)
+        way = forward(state, given, progress)
     progress("asking what lowers the error")
     last, useless = useful(way.state, way.given)
     states = [state, *path(last, way.given)[1:]] if len(last.parts) > way.given else [state]

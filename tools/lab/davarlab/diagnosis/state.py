@@ -11,7 +11,6 @@ from ..inference import adequacy, changes, gaps, modulation, refine
 from ..inference.parts import as_spectra, Bench, part_of
 from . import candidates, cells, filters, judge
 
-DRAWS = 2  # of the missing samples, each from the spectrum that the one before led to
 MOVING = 0.02  # of the samples, that must differ from the one before
 
 
@@ -50,11 +49,17 @@ def start(recording, model, progress=lambda text: None):
     if known.all():
         return fitted(recording, model, y, None, seen)
     progress(f"drawing {np.count_nonzero(~known)} missing samples")
-    level = gaps.first_level(y, known)
-    for draw in range(DRAWS):
-        state = fitted(recording, model, gaps.conditional_draw(y, known, level, np.random.default_rng(draw)), known, seen)
-        level = state.bench.data.at_ordinates(state.fit.level)
-    return state
+    drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
+    return fitted(recording, model, drawn, known, seen)
+
+
+def redrawn(state, model):
+    """The given model on the record whose missing samples are drawn anew: from the spectrum, and about the course, of this state."""
+    bench = state.bench
+    course = bench.mean_course(state.parts, state.fit)
+    level = bench.data.at_ordinates(state.fit.level)
+    drawn = course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(1))
+    return fitted(bench.recording, model, drawn, state.known, state.seen)
 
 
 def check_alive(recording, model, y):

@@ -193,7 +193,7 @@ def ends(parts, blocks, ratio):
     part = next(part for part in parts if part.kind == "noise_step")
     nats = 0.5 * blocks.length * abs(ratio ** 2 - 1 - 2 * np.log(max(ratio, 1e-3)))
     reach = blocks.period_s * (0.5 + 3 / max(nats, 1e-3))
-    return {name: Estimate(part.shape[name], part.shape[name] - reach, part.shape[name] + reach) for name in ("start_s", "stop_s")}
+    return {name: Estimate(part.shape[name], float(part.shape[name] - reach), float(part.shape[name] + reach)) for name in ("start_s", "stop_s")}
 
 
 def growth_estimates(parts, recording, blocks, share):
