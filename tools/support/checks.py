@@ -284,8 +284,8 @@ PARTS = {
     "cppcheck": ("cppcheck", [cppcheck]),
     "shell": ("shellcheck", [shell]),
 }
-# Begun first: the short jobs then fill what is left of the other cores.
-LONGEST = ("kernel", "lab", "targets")
+# Begun first, in this order: the short jobs then fill what is left of the other cores.
+LONGEST = ("targets", "lab", "kernel")
 
 
 def attempt(job):
@@ -311,7 +311,7 @@ def show(name, results):
 
 def run_parts(parts):
     """Runs the jobs of these parts {name: jobs}, one on each core, and prints a part when its last job is done."""
-    total, order = Tally(), sorted(parts, key=lambda name: name not in LONGEST)
+    total, order = Tally(), sorted(parts, key=lambda name: LONGEST.index(name) if name in LONGEST else len(LONGEST))
     with ThreadPoolExecutor(int(JOBS)) as pool:
         futures = {name: [pool.submit(attempt, job) for job in parts[name]] for name in order}
         try:
