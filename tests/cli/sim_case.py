@@ -46,7 +46,7 @@ class SimCase(unittest.TestCase):
     def sim(self, *arguments, stdin=None, **keywords):
         """Runs davar-sim; bytes for stdin, text back."""
         done = subprocess.run(
-            [PROGRAM, *map(str, arguments)], input=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60,
+            [PROGRAM, *map(str, arguments)], input=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600,
             **keywords)
         done.stdout = done.stdout.decode()
         done.stderr = done.stderr.decode(errors="backslashreplace")

@@ -167,9 +167,9 @@ class JsonLines(SimCase):
 
 
 class Pace(SimCase):
-    def timed(self, *options):
+    def timed(self, *options, rate_hz=100.0):
         begin = time.monotonic()
-        rows = self.results(self.recording(count=100), *LSB, *SMALL_WINDOW, *options)
+        rows = self.results(self.recording(count=100, rate_hz=rate_hz), *LSB, *SMALL_WINDOW, *options)
         return time.monotonic() - begin, rows
 
     def test_real_time_takes_the_time_of_the_recording(self):
@@ -178,10 +178,11 @@ class Pace(SimCase):
         self.assertEqual(self.timed()[1], rows)
 
     def test_a_factor_shortens_it(self):
-        seconds, rows = self.timed("--pace", "20")
+        """A recording of 1000 s: even the busiest machine needs less."""
+        seconds, rows = self.timed("--pace", "20000", rate_hz=0.1)
         self.assertGreater(seconds, 0.048)
-        self.assertLess(seconds, 0.95)
-        self.assertEqual(self.timed("--pace", "max")[1], rows)
+        self.assertLess(seconds, 500)
+        self.assertEqual(self.timed("--pace", "max", rate_hz=0.1)[1], rows)
 
     def test_gaps_take_time_too(self):
         rows = noise_rows(100)

@@ -1,6 +1,11 @@
-"""What every test on a real kernel needs. These tests run as root inside the guest of tools/support/uml/run."""
+"""What every test on a real kernel needs. These tests run as root inside the guest of tools/support/uml/run -T.
+
+Time is virtual there: it stands still while anybody works and jumps to the next timer when all wait. Who sleeps wakes when
+what was going on is done, however slow the machine is; no deadline in here can be missed for want of speed.
+"""
 
 import csv
+import faulthandler
 import fcntl
 import io
 import os
@@ -25,10 +30,16 @@ RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
 REPLAY = (RECORDING, "--lsb", "0.05", "--stride", "100", "--progress", "never")
 N_SLCAN = 17  # line discipline
 SIOCGIFNAME = 0x8910
+assert "time-travel=inf-cpu" in Path("/proc/cmdline").read_text(), "these tests need virtual time"
 
 
 def shell(*command):
     return subprocess.run([*map(str, command)], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout
+
+
+def settle(seconds=0.5):
+    """Until all wait, and what comes within so long has come."""
+    time.sleep(seconds)
 
 
 def wait_for(condition, what, seconds=20):
@@ -38,7 +49,7 @@ def wait_for(condition, what, seconds=20):
         value = condition()
         if value:
             return value
-        time.sleep(0.02)
+        settle(0.02)
     raise AssertionError(f"waited in vain for {what}")
 
 
@@ -66,8 +77,8 @@ class SerialCan:
         os.write(self.master, text)
 
     def hear(self, receiver):
-        """Feeds what has come on the line since the last call to a receiver."""
-        while select.select([self.master], [], [], 0)[0]:
+        """Feeds what has come on the line since the last call to a receiver; slcan sends a frame when the last has been read."""
+        while select.select([self.master], [], [], 0.01)[0]:
             self.text += os.read(self.master, 65536)
         *lines, self.text = self.text.split(b"\r")
         for line in lines:
@@ -79,7 +90,11 @@ class SerialCan:
 
 
 class KernelCase(unittest.TestCase):
+    hang_s = 3600  # then a test ends with the stacks of its threads
+
     def setUp(self):
+        faulthandler.dump_traceback_later(self.hang_s, exit=True)
+        self.addCleanup(faulthandler.cancel_dump_traceback_later)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
@@ -140,7 +155,7 @@ class KernelCase(unittest.TestCase):
                     message = bus.recv(patience_s)
                 except can.CanError:  # the interface is down; the socket stays good
                     message = None
-                    time.sleep(0.05)
+                    settle(0.05)
                     continue
                 if message and not message.is_error_frame:
                     result = receiver.push(message.arbitration_id, bytes(message.data))
@@ -152,7 +167,7 @@ class KernelCase(unittest.TestCase):
         thread.start()
 
         def stop_listening():
-            time.sleep(0.3)
+            settle()
             done.set()
             thread.join()
             return collected

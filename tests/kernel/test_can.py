@@ -5,7 +5,7 @@ import time
 import unittest
 from pathlib import Path
 
-from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, SerialCan, near, shell, sim_csv, wait_for
+from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, SerialCan, near, settle, shell, sim_csv, wait_for
 
 
 class Values(KernelCase):
@@ -33,7 +33,7 @@ class Values(KernelCase):
     def test_the_data_of_can_fd_goes_at_the_fast_rate(self):
         interface = self.vcan()
         dump = self.start("candump", "-L", "-n", "1", interface)
-        time.sleep(0.5)
+        settle()
         subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True)
         self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
@@ -48,7 +48,7 @@ class Values(KernelCase):
         interface = self.vcan()
         command = f"candump -n 5 {interface} | cantools decode {ROOT}/tools/davar.dbc"
         decoder = self.start("bash", "-c", command)
-        time.sleep(2)
+        settle()
         subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True)
         text, errors = decoder.communicate(timeout=60)
         for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", "ArwDegPerSqrtH: 0.46", "deg/sqrt(h)"):
@@ -78,12 +78,12 @@ class Link(KernelCase):
         self.feed(node, 1000)
         wait_for(lambda: receiver.faults.good > 100, "frames")
         shell("ip", "link", "set", interface, "down")
-        time.sleep(0.3)
+        settle()
         self.feed(node, 500, first=1)
-        time.sleep(0.3)
+        settle()
         shell("ip", "link", "set", interface, "up")
         before = receiver.faults.good
-        time.sleep(0.5)
+        settle()
         self.feed(node, 1000, first=2)
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the interface came back")
         told = self.last_words(node)
@@ -99,10 +99,10 @@ class Link(KernelCase):
     def test_a_node_may_start_before_its_interface(self):
         node = self.node("--out", "can:vcan0", "--wait")
         self.feed(node, 500)
-        time.sleep(0.3)
+        settle()
         interface = self.vcan()
         receiver, stop_listening = self.listen(interface)
-        time.sleep(0.3)
+        settle()
         self.feed(node, 500)
         wait_for(lambda: receiver.faults.good > 50, "frames")
         told = self.last_words(node)
@@ -118,7 +118,7 @@ class Bus(KernelCase):
         line = SerialCan()
         self.addCleanup(line.close)
         sim = self.start(SIM, *REPLAY, "--out", f"can:{line.name}")
-        time.sleep(1)
+        settle()
         self.assertIsNone(sim.poll(), "the simulator should wait for room")
         receiver, text = wire.Receiver(), b""
         os.set_blocking(line.master, False)
@@ -126,11 +126,11 @@ class Bus(KernelCase):
             try:
                 text += os.read(line.master, 4096)
             except BlockingIOError:
-                time.sleep(0.001)
+                settle(0.001)
             *lines, text = text.split(b"\r")
             for one in lines:
                 receiver.push(int(one[1:4], 16), bytes.fromhex(one[5:].decode()))
-        time.sleep(0.2)
+        settle()
         self.assertEqual(0, sim.returncode)
         self.assertEqual(0, receiver.faults.total(), receiver.faults)
         self.assertGreater(receiver.channels[0].health["SendRetries"], 0)
@@ -140,17 +140,17 @@ class Bus(KernelCase):
         line = SerialCan()
         self.addCleanup(line.close)
         node = self.node("--out", f"can:{line.name}")
-        time.sleep(0.3)
+        settle()
         line.say(b"sp130130\r")
-        time.sleep(0.3)
+        settle()
         line.say(b"sa000000\r")
-        time.sleep(0.3)
+        settle()
         line.say(b"sp130130\r")
-        time.sleep(0.3)
+        settle()
         line.say(b"sb255255\r")
-        time.sleep(0.3)
+        settle()
         self.feed(node, 2000)
-        time.sleep(0.3)
+        settle()
         told = self.last_words(node)
         self.assertEqual((2, 1), (told["error passive"], told["bus off"]), told)
         self.assertEqual(2000, told["samples"])
@@ -161,7 +161,6 @@ class Bus(KernelCase):
         before, until = receiver.faults.good, time.monotonic() + seconds
         while time.monotonic() < until:
             line.hear(receiver)
-            time.sleep(0.01)
         return receiver.faults.good - before
 
     def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_every_lost_one_is_counted(self):
@@ -174,16 +173,16 @@ class Bus(KernelCase):
         wait_for(lambda: self.count_frames(line, receiver) == 0, "the last of them")
         line.say(b"sb255255\r")
         wait_for(lambda: Path(f"/sys/class/net/{line.name}/carrier").read_text() == "0\n", "bus-off")
-        time.sleep(0.1)
+        settle()
         line.hear(receiver)
         self.feed(node, 5000, first=1)
         self.assertEqual(0, self.count_frames(line, receiver), "nothing is given to a bus that is off")
         line.say(b"sa000000\r")  # the controller is well again; the interface has not been restarted
         self.assertEqual(0, self.count_frames(line, receiver))
         shell("ip", "link", "set", line.name, "down")
-        time.sleep(0.3)
+        settle()
         shell("ip", "link", "set", line.name, "up")
-        time.sleep(0.3)
+        settle()
         before = receiver.faults.good
         self.feed(node, 1000, first=2)
         wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > before + 200, "frames again")
@@ -205,12 +204,12 @@ class Bus(KernelCase):
         node = self.node("--out", f"can:{interface}")
         self.feed(node, 500)
         wait_for(lambda: receiver.faults.good > 100, "frames")
-        time.sleep(0.3)
+        settle()
         before = receiver.faults.good
         shell("cansend", interface, "20000040#0000000000000000")  # bus-off
-        time.sleep(0.2)
+        settle()
         self.feed(node, 500, first=1)
-        time.sleep(0.3)
+        settle()
         self.assertEqual(before, receiver.faults.good)
         shell("cansend", interface, "20000100#0000000000000000")  # restarted
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the restart")

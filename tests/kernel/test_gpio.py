@@ -7,12 +7,11 @@ import time
 import unittest
 from pathlib import Path
 
-from kernel_case import NODE, KernelCase, wait_for
+from kernel_case import NODE, KernelCase, settle
 
 CONFIG = Path("/sys/kernel/config/gpio-sim/davar")
 EDGE, ALARM = 2, 5
 PERIOD_S = 0.004
-SLOW_HZ = 1  # told to the node where no edge is to be lost: a guest that stalls for some periods then loses none
 
 
 class Chip:
@@ -49,11 +48,11 @@ class Gpio(KernelCase):
         self.addCleanup(self.chip.close)
         self.interface = self.vcan()
 
-    def gateway(self, source, *options, rate=1 / PERIOD_S):
-        node = self.start(NODE, "--source", source, "--rate", rate, "--lsb", "0.05", "--window-max", 40, "--window-min",
+    def gateway(self, source, *options):
+        node = self.start(NODE, "--source", source, "--rate", 1 / PERIOD_S, "--lsb", "0.05", "--window-max", 40, "--window-min",
                           20, "--segment", 6, "--stride", 4, "--out", f"can:{self.interface}", "--edges",
                           f"{self.chip.name}:{EDGE}", *options)
-        time.sleep(0.5)
+        settle()
         return node
 
     def recording(self, values):
@@ -63,10 +62,10 @@ class Gpio(KernelCase):
 
     def test_one_edge_is_one_sample(self):
         receiver, stop_listening = self.listen(self.interface)
-        node = self.gateway(self.recording(range(200)), rate=SLOW_HZ)
+        node = self.gateway(self.recording(range(200)))
         for _ in range(100):
             self.chip.edge()
-        time.sleep(0.3)
+        settle()
         told = self.stop(node)
         self.assertEqual(100, told["samples"])
         self.assertEqual(0, told.get("edges lost", 0))
@@ -78,14 +77,14 @@ class Gpio(KernelCase):
         node = self.gateway(self.recording(range(1000)))
         for _ in range(20):
             self.chip.edge()
-        time.sleep(0.2)
+        settle()
         node.send_signal(signal.SIGSTOP)
         for _ in range(60):
             self.chip.edge()
         node.send_signal(signal.SIGCONT)
-        time.sleep(0.3)
+        settle()
         self.chip.edge()
-        time.sleep(0.3)
+        settle()
         told = self.stop(node)
         self.assertGreaterEqual(told["edges lost"], 40)
         self.assertGreaterEqual(told["gaps"], 1)
@@ -95,7 +94,7 @@ class Gpio(KernelCase):
         quiet = [(7 * n * n + 3 * n) % 11 - 5 for n in range(200)]
         burst = [400 if n % 9 == 0 else 0 for n in range(40)]
         node = self.gateway(self.recording(quiet[:80] + burst + quiet), "--alarm", f"{self.chip.name}:{ALARM}",
-                            "--alarm-off", "12", rate=SLOW_HZ)
+                            "--alarm-off", "12")
         seen = []
         for _ in range(300):
             self.chip.edge()
@@ -111,7 +110,7 @@ class Gpio(KernelCase):
         node = self.gateway(f"value:{value}")
         for _ in range(30):
             self.chip.edge()
-        time.sleep(0.2)
+        settle()
         self.assertEqual(30, self.stop(node)["samples"])
 
     def refused(self, *options):
@@ -128,7 +127,7 @@ class Gpio(KernelCase):
 
     def test_a_busy_line_is_named(self):
         holder = self.start("gpiomon", self.chip.name, EDGE)
-        time.sleep(0.3)
+        settle()
         self.assertIn("busy: another program holds it", self.refused("--edges", f"{self.chip.name}:{EDGE}"))
         holder.kill()
 

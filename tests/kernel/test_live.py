@@ -8,11 +8,10 @@ import re
 import signal
 import subprocess
 import sys
-import time
 import tty
 import unittest
 
-from kernel_case import REPLAY, ROOT, SIM, KernelCase, shell, sim_csv, wait_for
+from kernel_case import REPLAY, ROOT, SIM, KernelCase, settle, shell, sim_csv, wait_for
 from test_readme import listeners
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
@@ -40,7 +39,7 @@ class Live(KernelCase):
 
     def finish(self, live, how=signal.SIGINT):
         """Ends it; (results shown, what it said)."""
-        time.sleep(0.5)
+        settle()
         if live.poll() is None:
             live.send_signal(how)
         shown, told = live.communicate(timeout=20)
@@ -60,7 +59,7 @@ class Live(KernelCase):
         wait_for(lambda: listeners(interface) == 1, "the return")
         self.send(f"can:{interface}")
         shell("ip", "link", "del", interface)
-        time.sleep(0.3)
+        settle()
         self.vcan(interface)
         wait_for(lambda: listeners(interface) == 1, "the new interface")
         self.send(f"can:{interface}")
@@ -91,7 +90,7 @@ class Live(KernelCase):
         for part, again in ((frames[:1980], True), (frames[1980:3960], False)):
             wait_for(lambda: b"O\r" in os.read(ends[0], 100), "davarlab live", 60)
             os.write(ends[0], part)
-            time.sleep(0.3)
+            settle()
             for end in ends:
                 os.close(end)
             ends = plug() if again else ()

@@ -3,11 +3,10 @@
 import os
 import re
 import subprocess
-import time
 import tty
 import unittest
 
-from kernel_case import REPLAY, SIM, KernelCase, near, sim_csv, wait_for
+from kernel_case import REPLAY, SIM, KernelCase, near, settle, sim_csv, wait_for
 
 from davarlab.wire import frames as wire
 
@@ -64,17 +63,17 @@ class Serial(KernelCase):
         receiver = wire.Receiver()
         first = os.open(line, os.O_RDWR | os.O_NOCTTY)
         self.feed(node, 1000)
-        time.sleep(0.5)
+        settle()
         take(os.read(first, 100000), receiver)
         os.close(first)
-        time.sleep(0.2)
+        settle()
         self.feed(node, 1000, first=1)
-        time.sleep(0.5)
+        settle()
         second = os.open(line, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(second)
-        time.sleep(0.2)
+        settle()
         self.feed(node, 300, first=2)
-        time.sleep(0.5)
+        settle()
         take(os.read(second, 100000), receiver)
         told = self.last_words(node)
         os.close(second)
@@ -88,9 +87,9 @@ class Serial(KernelCase):
         tty.setraw(descriptor)
         os.write(descriptor, b"C\rS6\rO\rV\r")
         os.write(descriptor, b"\xff\x00garbage!\r" + b"x" * 50 + b"\r")
-        time.sleep(0.3)
+        settle()
         self.feed(node, 200)
-        time.sleep(0.2)
+        settle()
         told = self.last_words(node)
         os.close(descriptor)
         self.assertEqual(60, told["noise bytes"])

@@ -1,5 +1,6 @@
 """tools/davar-mcu: the same bytes as davar-sim, on every target; the same errors for bad options."""
 
+import functools
 import random
 import subprocess
 import sys
@@ -56,13 +57,20 @@ class Mcu(unittest.TestCase):
         write_recording(cls.long, SAMPLES)
         write_recording(cls.short, 3000)
 
-    def command(self, name, *arguments):
+    @staticmethod
+    def command(name, *arguments):
         done = subprocess.run([ROOT / "tools" / name, *map(str, arguments)], text=True, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, check=False)
         return done.returncode, done.stdout, done.stderr
 
+    @classmethod
+    @functools.cache
+    def simulated(cls, recording, options):
+        """davar-sim's answer, for all targets."""
+        return cls.command("davar-sim", recording, *options)
+
     def same(self, target, recording, options):
-        expected = self.command("davar-sim", recording, *options)
+        expected = self.simulated(recording, options)
         actual = self.command("davar-mcu", "--target", target, recording, *options)
         self.assertEqual((0, True), (actual[0], expected[0] == 0), actual[2])
         self.assertGreater(len(expected[1].splitlines()), 50)

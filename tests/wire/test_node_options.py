@@ -29,7 +29,7 @@ LINKS = {"can:": "can:IFACE or slcan:PATH expected, found 'can:'", "lin:0": "can
 
 
 def node(*options):
-    return subprocess.run([NODE, *options], text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=20,
+    return subprocess.run([NODE, *options], text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=600,
                           check=False)
 
 

@@ -16,7 +16,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-PATIENCE_S = 120
+PATIENCE_S = 600
 
 
 class Closed(Exception):

@@ -1,6 +1,7 @@
 """The parts of tools/test: each builds what it needs, runs a tool or a test suite and returns a tally.
 
-Called by tools/test, which has seen to the packages and to Unity. Standard library only.
+A part is a list of jobs, which do not depend on each other; run_parts() runs as many at once as there are cores. Called by
+tools/test, which has seen to the packages and to Unity. Standard library only.
 """
 
 import argparse
@@ -10,9 +11,12 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 import time
+import traceback
 import xml.etree.ElementTree
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 
 import coverage_report
@@ -21,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
 LOGS = BUILD / "log"
 JOBS = str(os.cpu_count() or 2)
+HANG_S = "1800"  # real seconds after which a guest is thought to hang, however busy the machine is
 # ctest labels that a kind of build leaves out: these tests measure statistics or count to 10^7, and their answer cannot
 # depend on the kind of build.
 LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "long"}
@@ -54,6 +59,25 @@ def run(command, log, env=None):
     return done.returncode, done.stdout
 
 
+def once(work):
+    """`work`, done once for each argument: whoever comes second waits for the first, and gets its result or its failure."""
+    done, lock = {}, threading.Lock()
+
+    def result(*key):
+        with lock:
+            first = key not in done
+            future = done.setdefault(key, Future())
+        if first:
+            try:
+                future.set_result(work(*key))
+            except BaseException as why:
+                future.set_exception(why)
+        return future.result()
+
+    return result
+
+
+@once
 def build(preset):
     """Configures and builds a preset (both are quick when nothing changed)."""
     unity = os.environ.get("DAVAR_UNITY_DIR", "")
@@ -162,26 +186,32 @@ def shell():
     return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))
 
 
-def python_suite(folder, python=sys.executable, command=None, **env):
-    """Runs the unittest modules of tests/<folder>, with another Python or another command that ends in one if asked."""
-    if not list((ROOT / "tests" / folder).glob("test_*.py")):
-        raise Broken(f"no tests in tests/{folder}")
-    status, output = run([*(command or [python]), "-B", "-m", "unittest", "discover", "-v", "-s", f"tests/{folder}"],
-                         f"{folder}.log", {**os.environ, **env})
+def plain():
+    return [sys.executable], {}
+
+
+def suite(part, folder=None, setting=plain):
+    """The unittest modules of tests/<folder>, a job each. setting(): builds what they need; the command that a Python ends,
+    and variables for its environment."""
+    folder = f"tests/{folder or part}"
+    return [partial(python_module, part, folder, path.name, setting) for path in sorted((ROOT / folder).glob("test_*.py"))]
+
+
+def python_module(part, folder, name, setting):
+    command, variables = setting()
+    status, output = run([*command, "-B", "-m", "unittest", "discover", "-v", "-s", folder, "-p", name],
+                         f"{part}-{Path(name).stem}.log", {**os.environ, **variables})
     ran = re.search(r"^Ran (\d+) test", output, re.MULTILINE)
     if not ran:
         raise Broken(output)
     counts = {key: int(value) for key, value in re.findall(r"(failures|errors|skipped)=(\d+)", output)}
     failed, skipped = counts.get("failures", 0) + counts.get("errors", 0), counts.get("skipped", 0)
-    failed = max(failed, 1) if status else failed
+    failed = max(failed, 1) if status or int(ran.group(1)) + skipped == 0 else failed
     lines = [f"skipped: {line}" for line in output.splitlines() if re.search(r" \.\.\. skipped ", line)]
     return Tally(max(int(ran.group(1)) - failed - skipped, 0), failed, skipped, lines + ([output] if failed else []))
 
 
-def command_line(preset):
-    return python_suite("cli", DAVAR_SIM=program("host_sim/davar-sim", preset))
-
-
+@once
 def set_up(words, log):
     """Runs functions of tools/support/setup.sh; the last line they print."""
     status, output = run(["bash", "-c", f". tools/support/setup.sh && {words}"], log)
@@ -190,71 +220,109 @@ def set_up(words, log):
     return output.splitlines()[-1]
 
 
+def simulator(preset):
+    return [sys.executable], {"DAVAR_SIM": program("host_sim/davar-sim", preset)}
+
+
 def wire_python():
     """The Python of build/venv-wire, made when missing or when the pins have changed."""
     return set_up("python_environment venv-wire tools/support/requirements-wire.txt", "wire-python.log")
 
 
-def wire():
-    return python_suite("wire", python=wire_python(), DAVAR_WIRE_PROBE=program("tests/wire_probe", "release"),
-                        DAVAR_SIM=program("host_sim/davar-sim", "release"),
-                        DAVAR_NODE=program("gateway/davar-node", "release"))
-
-
-def kernel():
-    """The tests of tests/kernel inside a User-Mode Linux kernel, which is built when the cache has none; then those in virtual
-    time, and those of an emulated board beside it."""
-    python = wire_python()
-    # What the README's commands find or make on their first use; the guest could not keep it.
+def lab():
+    """Makes what the commands in tools/ build on their first use, and every module would find missing at once."""
     set_up("build tools && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
+    return plain()
+
+
+def wire():
+    return [wire_python()], {"DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
+                             "DAVAR_NODE": program("gateway/davar-node", "release"), **simulator("release")[1]}
+
+
+@once
+def linux():
+    """The kernel of the tests of tests/kernel, built when the cache has none."""
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
     if status:
         raise Broken(output)
-    linux = output.splitlines()[-1]
-    guest = ["tools/support/uml/run", "-t", "600", linux, "env",
-             f"PATH={Path(python).parent}:{os.environ['PATH']}", f"DAVAR_SIM={program('host_sim/davar-sim', 'release')}",
-             f"DAVAR_NODE={program('gateway/davar-node', 'release')}", python]
-    virtual = [*guest[:1], "-T", *guest[1:]]
-    tally = python_suite("kernel", command=guest)
-    tally.add(python_suite("kernel_virtual", command=virtual))
-    tally.add(python_suite("kernel_board", python=python, DAVAR_KERNEL=linux,
-                           DAVAR_SIM=program("host_sim/davar-sim", "release")))
-    return tally
+    return output.splitlines()[-1]
+
+
+def guest():
+    """A User-Mode Linux kernel in virtual time."""
+    lab()  # the guest could not keep what it makes
+    command, variables = wire()
+    variables["PATH"] = f"{Path(command[0]).parent}:{os.environ['PATH']}"
+    return ["tools/support/uml/run", "-T", "-t", HANG_S, linux(), "env",
+            *(f"{name}={value}" for name, value in variables.items()), *command], {}
+
+
+def board():
+    """An emulated board beside such a kernel."""
+    return [wire_python()], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
 
 
 PARTS = {
-    "debug": ("unit, property and published tests, assertions on", lambda: ctest("debug")),
-    "release": ("the same and the long ones, as shipped", lambda: ctest("release")),
-    "sanitize": ("the same under address and undefined-behaviour sanitizers", lambda: ctest("sanitize")),
-    "m32": ("the same as a 32-bit program", lambda: ctest("m32")),
-    "coverage": ("the same; every line and branch of lib/ must have run", coverage),
-    "cli": ("davar-sim through its command line", lambda: command_line("release")),
-    "cli-sanitize": ("the same, under the sanitizers", lambda: command_line("sanitize")),
-    "tools": ("the commands in tools/ and the bundled recording", lambda: python_suite("tools")),
-    "wire": ("frames against davar.dbc, read by cantools; the receiver against a million faults", wire),
-    "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included", kernel),
-    "lab": ("tools/davarlab on recordings with known truth", lambda: python_suite("lab")),
-    "targets": ("the suites of lib/ and its cost on six emulated microcontrollers", lambda: python_suite("target")),
-    "consumer": ("find_package and add_subdirectory from outside", lambda: python_suite("consumer")),
-    "style": ("the house rules: includes, no heap, function length, one version", lambda: python_suite("style")),
-    "format": ("clang-format", lambda: tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))),
-    "tidy": ("clang-tidy", clang_tidy),
-    "cppcheck": ("cppcheck", cppcheck),
-    "shell": ("shellcheck", shell),
+    "debug": ("unit, property and published tests, assertions on", [partial(ctest, "debug")]),
+    "release": ("the same and the long ones, as shipped", [partial(ctest, "release")]),
+    "sanitize": ("the same under address and undefined-behaviour sanitizers", [partial(ctest, "sanitize")]),
+    "m32": ("the same as a 32-bit program", [partial(ctest, "m32")]),
+    "coverage": ("the same; every line and branch of lib/ must have run", [coverage]),
+    "cli": ("davar-sim through its command line", suite("cli", setting=partial(simulator, "release"))),
+    "cli-sanitize": ("the same, under the sanitizers", suite("cli-sanitize", "cli", partial(simulator, "sanitize"))),
+    "tools": ("the commands in tools/ and the bundled recording", suite("tools")),
+    "wire": ("frames against davar.dbc, read by cantools; the receiver against a million faults", suite("wire", setting=wire)),
+    "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
+               suite("kernel", setting=guest) + suite("kernel", "kernel_board", board)),
+    "lab": ("tools/davarlab on recordings with known truth", suite("lab", setting=lab)),
+    "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
+                suite("targets", "target")[::-1]),  # the longest, test_suites.py, first
+    "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
+    "style": ("the house rules: includes, no heap, function length, one version", suite("style")),
+    "format": ("clang-format", [partial(tool, "clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))]),
+    "tidy": ("clang-tidy", [clang_tidy]),
+    "cppcheck": ("cppcheck", [cppcheck]),
+    "shell": ("shellcheck", [shell]),
 }
+# Begun first, in this order: the short jobs then fill what is left of the other cores.
+LONGEST = ("targets", "lab", "kernel")
 
 
-def run_part(name):
-    """Runs one part and prints its line; a part that breaks is one failure."""
+def attempt(job):
+    """(tally, seconds) of one job; a job that breaks is one failure."""
     start = time.monotonic()
     try:
-        tally = PARTS[name][1]()
-    except Broken as why:
-        tally = Tally(failed=1, lines=[str(why)])
-    print(f"{name:<13} {tally}  ({time.monotonic() - start:.0f} s)", flush=True)
-    for line in tally.lines:
+        tally = job()
+    except Exception as why:
+        tally = Tally(failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()])
+    return tally, time.monotonic() - start
+
+
+def show(name, results):
+    """Prints a part whole: its line, with the seconds of all its jobs, and what a person must read. Its tally."""
+    tally = Tally()
+    for one, _ in results:
+        tally.add(one)
+    print(f"{name:<13} {tally}  ({sum(seconds for _, seconds in results):.0f} s)", flush=True)
+    for line in dict.fromkeys(tally.lines):  # a build that fails fails every job alike
         print("    " + line.rstrip().replace("\n", "\n    "), flush=True)
     return tally
+
+
+def run_parts(parts):
+    """Runs the jobs of these parts {name: jobs}, one on each core, and prints a part when its last job is done."""
+    total, order = Tally(), sorted(parts, key=lambda name: LONGEST.index(name) if name in LONGEST else len(LONGEST))
+    with ThreadPoolExecutor(int(JOBS)) as pool:
+        futures = {name: [pool.submit(attempt, job) for job in parts[name]] for name in order}
+        try:
+            for _ in as_completed(future for jobs in futures.values() for future in jobs):
+                for name in [name for name, jobs in futures.items() if all(job.done() for job in jobs)]:
+                    total.add(show(name, [job.result() for job in futures.pop(name)]))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return total
 
 
 def main():
@@ -274,9 +342,8 @@ def main():
     if real.is_dir():
         os.environ.setdefault("DAVAR_REAL_DATA", str(real))
     LOGS.mkdir(parents=True, exist_ok=True)
-    total = Tally()
-    for name in names:
-        total.add(run_part(name))
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a job has one core
+    total = run_parts({name: PARTS[name][1] for name in names})
     print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
     return 1 if total.failed else 0
 

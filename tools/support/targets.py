@@ -1,5 +1,6 @@
 """The emulated microcontrollers: how to build for each and how to run an image on it. Standard library only."""
 
+import fcntl
 import os
 import subprocess
 import sys
@@ -42,13 +43,16 @@ def build(target, kind="target", image=None):
     Unity (needs DAVAR_UNITY_DIR), "portable" likewise without hand-written instructions. Returns the folder."""
     toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target][0]}.cmake"
     where = folder(target, kind)
-    run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
-         f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
-         f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
-         f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}"],
-        f"configuring {target}")
-    run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2),
-         *(["--target", image] if image else [])], f"building {target}")
+    where.mkdir(parents=True, exist_ok=True)
+    with open(where / "lock", "w", encoding="ascii") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # two at once take turns
+        run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
+             f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
+             f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
+             f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}"],
+            f"configuring {target}")
+        run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2),
+             *(["--target", image] if image else [])], f"building {target}")
     return where
 
 
@@ -66,7 +70,7 @@ def command(target, image, arguments="", shift=None, serial="null"):
             "-semihosting-config", semihosting, "-kernel", str(image)]
 
 
-def execute(target, image, arguments="", shift=None, serial="null", timeout=300):
+def execute(target, image, arguments="", shift=None, serial="null", timeout=1200):
     """Runs one image (a path) on a target and returns (exit status, what it printed)."""
     done = subprocess.run(command(target, image, arguments, shift, serial), text=True, errors="replace",
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
