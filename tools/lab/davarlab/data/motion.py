@@ -94,10 +94,8 @@ def expanded(mask, length, count):
 
 
 def whitened(x, good):
-    """x whitened by the record's own spectrum, in units of its local noise; 0 where nothing was measured."""
-    w = events.self_whitened(recordings.filled(x[good], good))
-    part = w[good]
-    return np.where(good, w / max(events.local_scale(part, min(len(part) // 2, 1024)).mean(), 1e-30), 0.0)
+    """x whitened by the record's own spectrum, of variance about one; 0 where nothing was measured."""
+    return np.where(good, events.self_whitened(recordings.filled(x[good], good)), 0.0)
 
 
 def wilder(w, good):
@@ -214,7 +212,7 @@ def explained(y, levels, accels, first, end, rate_hz):
     for rest in (rest, without_lines(rest)):
         slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
         fast = np.sqrt(np.mean(spread(rest, second)[first - low:end - low] ** 2))
-        if slow < 0.75 * TURN * levels[0] and fast < 1.12 * levels[1]:
+        if slow < 0.75 * TURN * levels[0] and fast < (1.12 + 3 / np.sqrt(2 * (end - first))) * levels[1]:
             return True
     return False
 
@@ -301,10 +299,11 @@ def between(rates, accels, good, rate_hz):
 
 
 def tilts(rates, accels, good, rate_hz):
-    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other."""
+    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other. One axis of
+    a gyro cannot tell: it may be the vertical one."""
     found = np.zeros(len(good), bool)
     length = int(TILT_S * rate_hz)
-    if not accels or length < 16 or len(good) < 30 * length:
+    if not accels or len(rates) < 2 or length < 16 or len(good) < 30 * length:
         return found
     count = averaged(good.astype(float), length)
     whole = count > 0.5
