@@ -94,10 +94,8 @@ def expanded(mask, length, count):
 
 
 def whitened(x, good):
-    """x whitened by the record's own spectrum, in units of its local noise; 0 where nothing was measured."""
-    w = events.self_whitened(recordings.filled(x[good], good))
-    part = w[good]
-    return np.where(good, w / max(events.local_scale(part, min(len(part) // 2, 1024)).mean(), 1e-30), 0.0)
+    """x whitened by the record's own spectrum, of variance about one; 0 where nothing was measured."""
+    return np.where(good, events.self_whitened(recordings.filled(x[good], good)), 0.0)
 
 
 def wilder(w, good):
@@ -214,7 +212,7 @@ def explained(y, levels, accels, first, end, rate_hz):
     for rest in (rest, without_lines(rest)):
         slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
         fast = np.sqrt(np.mean(spread(rest, second)[first - low:end - low] ** 2))
-        if slow < 0.75 * TURN * levels[0] and fast < 1.12 * levels[1]:
+        if slow < 0.75 * TURN * levels[0] and fast < (1.12 + 3 / np.sqrt(2 * (end - first))) * levels[1]:
             return True
     return False
 
@@ -301,22 +299,24 @@ def between(rates, accels, good, rate_hz):
 
 
 def tilts(rates, accels, good, rate_hz):
-    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other."""
+    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other. One axis of
+    a gyro cannot tell: it may be the vertical one."""
     found = np.zeros(len(good), bool)
     length = int(TILT_S * rate_hz)
-    if not accels or length < 16 or len(good) < 30 * length:
+    if not accels or len(rates) < 2 or length < 16 or len(good) < 30 * length:
         return found
     count = averaged(good.astype(float), length)
     whole = count > 0.5
-    level = [recordings.filled((averaged(np.where(good, x, 0), length) / np.maximum(count, 1e-9))[whole], whole) for x in accels + rates]
-    gravity, rate = np.array(level[:len(accels)]), np.array(level[len(accels):])
+    gravity, shaken = levels(accels, good, count, length)
+    rate, noisy = levels(rates, good, count, length)
     moved = gravity[:, 2:] - gravity[:, :-2]
-    scores = np.sqrt(np.sum((moved / robust(moved)) ** 2, axis=0))
+    scores = np.sqrt(np.sum(moved ** 2 / (robust(moved) ** 2 + 2 * shaken), axis=0))
     apart = scores * (ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99)  # not beside what was cut
     edges = [i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3):i + 4].max()]
     back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
     limit = stats.chi2.isf(1e-3 / max(len(edges), 1), len(rates))
-    seen = [turned(back, moved, i, length / rate_hz, limit) for i in edges]
+    size = np.sqrt(robust(back) ** 2 + 1.5 * noisy)
+    seen = [turned(back, size, moved, i, length / rate_hz, limit) for i in edges]
     for number, i in enumerate(edges):
         if seen[number]:
             found[i * length:(i + 3) * length] = True
@@ -332,10 +332,17 @@ def robust(x):
     return np.maximum(1.4826 * np.median(np.abs(x - np.median(x, axis=1, keepdims=True)), axis=1, keepdims=True), 1e-12)
 
 
-def turned(back, moved, i, seconds, limit):
+def levels(signals_of, good, count, length):
+    """Means of blocks per axis, and, of three neighbouring blocks, the largest variance that their samples would give such a mean."""
+    mean = np.array([averaged(np.where(good, x - x[good].mean(), 0), length) for x in signals_of]) / np.maximum(count, 1e-9)
+    square = np.array([averaged(np.where(good, x - x[good].mean(), 0) ** 2, length) for x in signals_of]) / np.maximum(count, 1e-9)
+    variance = ndimage.maximum_filter1d(np.maximum(square - mean ** 2, 0) / length, 3, axis=1)[:, 1:-1]
+    return np.array([recordings.filled(row[count > 0.5], count > 0.5) for row in mean]), variance
+
+
+def turned(back, size, moved, i, seconds, limit):
     """Did the gyro leave its level for the time of a tilt, by chance no more often than the limit says, and by an angle worth the tilt."""
-    near = back[:, max(0, i - 1):i + 2]
-    place = np.argmax(np.sum((near / robust(back)) ** 2, axis=0))
-    angle = np.linalg.norm(near[:, place]) * seconds
-    tilt = np.degrees(np.linalg.norm(moved[:, i]))
-    return np.sum((near[:, place] / robust(back)[:, 0]) ** 2) > limit and angle > 0.3 * tilt
+    near = slice(max(0, i - 1), i + 2)
+    place = near.start + np.argmax(np.sum((back[:, near] / size[:, near]) ** 2, axis=0))
+    angle, tilt = np.linalg.norm(back[:, place]) * seconds, np.degrees(np.linalg.norm(moved[:, i]))
+    return np.sum((back[:, place] / size[:, place]) ** 2) > limit and angle > 0.3 * tilt

@@ -74,8 +74,10 @@ def gridded(columns, rate_hz, path, line):
 
 def filled(values, known):
     """Values at the known samples of a grid, the rest interpolated."""
-    places = np.flatnonzero(known)
-    return np.interp(np.arange(len(known)), places, values).astype(values.dtype)
+    out = np.empty(len(known), values.dtype)
+    out[known] = values
+    out[~known] = np.interp(np.flatnonzero(~known), np.flatnonzero(known), values)
+    return out
 
 
 def of_columns(columns, rate_hz, path, notes, line):
