@@ -97,7 +97,16 @@ def best_of(bench, parts, fit, tried, names):
         other = bench.fit(parts + [second], near=full.level)
         part, full, loser = (second, other, part) if other.log_likelihood > full.log_likelihood else (part, full, second)
         bench.forget(loser)
-    return part, full
+    return at_once_unless(bench, parts, part, full)
+
+
+def at_once_unless(bench, parts, part, full):
+    """(part, fit) without its lag, unless that is worth CLOSE. How late the temperature itself is felt, identifiable.py weighs."""
+    if part.kind == "temperature" or not part.shape.get("lag_s"):
+        return part, full
+    prompt = part.moved("lag_s", 0.0)
+    other = bench.fit(parts + [prompt], near=full.level)
+    return (prompt, other) if other.log_likelihood > full.log_likelihood - CLOSE else (part, full)
 
 
 def thermal(bench, parts, fit, kind, shapes=None):
@@ -176,7 +185,7 @@ def following(bench, parts, fit, gyro):
         part, full = best_of(bench, parts, fit, tried, (name,))
         at_once = tried[0]
         other = full if part.key == at_once.key else bench.fit(parts + [at_once], near=fit.level)
-        part, full = (at_once, other) if other.log_likelihood > full.log_likelihood else (part, full)
+        part, full = (at_once, other) if other.log_likelihood > full.log_likelihood - (CLOSE if part.shape["lag_s"] else 0.0) else (part, full)
         one = Candidate("follows", part, full.log_likelihood - fit.log_likelihood, 0.0)
         found.append(judged(one, TRIALS["follows"] * len(names)))
     return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)

@@ -129,9 +129,10 @@ def moving(recording):
 
 
 def likeliest_heat(rivals):
-    """Of the ways to feel heat that are beyond chance the likeliest; of those CLOSE to it a lag, or else what needs no second term."""
-    heat = [rival for rival in rivals if rival.kind in HEAT and beyond_chance(rival)]
-    near = [rival for rival in heat if rival.gain > heat[0].gain - CLOSE]
+    """Where one of the ways to feel heat is beyond chance, the likeliest; of those CLOSE to it a lag, or else what needs no second term."""
+    heat = [rival for rival in rivals if rival.kind in HEAT]
+    best = max((rival.score for rival in heat if beyond_chance(rival)), default=np.inf)
+    near = [rival for rival in heat if rival.score > best - CLOSE]
     return max(near, key=lambda rival: (rival.kind == "temperature", rival.whole, rival.gain), default=None)
 
 
@@ -170,17 +171,17 @@ def settled(found, bench, parts):
     bed = Bed(found, bench, parts)
     if not at_stake(found, bed):
         return found, None
-    rivals = sorted(bed.rivals(), key=lambda rival: -rival.gain)
+    rivals = sorted(bed.rivals(), key=lambda rival: -rival.score)
     heat = likeliest_heat(rivals)
     other = max((rival for rival in rivals if rival.kind in NOISE + COURSES), key=lambda rival: rival.score, default=None)
     if heat is None:
-        return at_once(found, bed), None
+        return outdone(found, bed), None
     if other and other.score > heat.score + CLOSE:
         return outdone(found, bed), None
     if other and other.score > heat.score:
         return outdone(found, bed), [alternative(other.kind, heat.kind)]
     named = [rival.kind for rival in rivals if rival is not heat and abs(rival.gain - heat.gain) < CLOSE and rival.gain > 0]
-    if heat.kind == "temperature" and heat.gain < LAG_LEAST and not set(named) & set(NOISE):
+    if heat.gain < LAG_LEAST and not set(named) & set(NOISE):
         named.append("rate_random_walk")
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
 
@@ -197,6 +198,6 @@ def noise_of_heat(found, bench, parts):
 
 
 def outdone(found, bed):
-    """Noise or a course explains more than any way to feel heat: the temperature, if it is worth anything beside it, is felt at once."""
+    """Nothing is beyond the temperature felt at once, or noise or a course explains more: the temperature, if it is worth anything, is felt at once."""
     found = at_once(found, bed)
     return first(found, next((c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces), None))
