@@ -236,10 +236,11 @@ def scatter_of(bench, parts, fit, blocks):
 
 def ranked(bench, parts, fit, skip=()):
     """All candidates, least likely by chance first."""
-    blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+    blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
     have, found = set(kinds) - ({"sinusoid"} if kinds.count("sinusoid") < LINES_MAX else set()) | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
+    have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()
     for effect in table.TABLE.values():
         if effect.kind in have or effect.kind == "shocks" or not available(effect, bench.recording):
             continue

@@ -50,13 +50,14 @@ def model_series(state, sizes=None):
     sizes = state.fit.sizes if sizes is None else sizes
     noise = [part for part in active if part.role == "spectrum"] or [parts_of.Part("angle_random_walk")]
     filters = [part for part in active if part.role == "filter"]
+    known = bench.counts.level if np.any(bench.fixed(active)) else np.zeros_like
 
     def spectrum(f):
         gain = np.ones_like(f)
         for part in filters:
             gain = gain * part.effect.spectrum(f, bench.data.rate_hz, part.shape)
-        return sum(size * part.effect.spectrum(f, bench.data.rate_hz, part.shape)
-                   * (gain if part.kind == "angle_random_walk" else 1) for part, size in zip(noise, sizes))
+        return sum(size * bench.spectrum(part, f)
+                   * (gain if part.kind == "angle_random_walk" else 1) for part, size in zip(noise, sizes)) + known(f)
 
     return spectrum, bench.mean_course(active, state.fit), diagnose.relative_variance(state)[0]
 
@@ -149,7 +150,7 @@ def as_given(state, model):
             coefficients += line_as_given(bench, part, size) if part.kind == "sinusoid" else [
                 size * bench.data.scale(bench.keys(part)[0])]
     sizes, coefficients = np.array(sizes or [1e-30]), np.array(coefficients)
-    level = np.maximum(bench.rows(given).T @ sizes, 1e-30)
+    level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(given), 1e-30)
     fit = type(state.fit)(sizes, coefficients, vector_likelihood(bench, given, sizes, coefficients), level, np.zeros((0, 0)))
     return diagnose.State(bench, given, fit, state.shocks)
 

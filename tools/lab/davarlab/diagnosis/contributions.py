@@ -9,7 +9,7 @@ def of_spectrum(bench, parts, part, size, taus):
     filters = [other for other in parts if other.role == "filter"] if part.kind == "angle_random_walk" else []
 
     def spectrum(f):
-        value = part.effect.spectrum(f, bench.data.rate_hz, part.shape)
+        value = bench.spectrum(part, f)
         for cut in filters:
             value = value * cut.effect.spectrum(f, bench.data.rate_hz, cut.shape)
         return value

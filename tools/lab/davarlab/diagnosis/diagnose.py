@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import events, signals
+from ..data import counts, events
 from ..effects import table
 from ..errors import BadInput
 from ..inference import adequacy, changes, modulation, refine
@@ -47,10 +47,12 @@ def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     progress("reading the spectrum")
     y = recording.rate_dps(model.column)
-    shocks = events.find(y, recording.rate_hz)
+    known = counts.of(y, recording.rate_hz)
+    shocks = events.find(y, recording.rate_hz, known.reach_dps if known else 0.0)
     if np.mean(np.diff(shocks.clean) != 0) < MOVING:
         raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
-    bench = Bench(recording, shocks.clean)
+    bench = Bench(recording, shocks.clean, known)
+    bench.logged = y
     parts = [part_of(term) for term in model.terms]
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
     parts = with_decoded_states(bench, parts)
@@ -94,13 +96,12 @@ def with_decoded_states(bench, parts):
 
 def relative_variance(state):
     """White level per sample over its mean, when the model lets it change; and the blocks it comes from."""
-    w = state.bench.residual(state.parts, state.fit)
-    blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
+    blocks = state.bench.blocks(state.parts, state.fit)
     rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
-    if len(rows) == 1:
+    if len(rows) == 1 and blocks.known is None:
         return None, blocks
-    variance = changes.fit(blocks, rows)[1]
-    samples = np.minimum(np.arange(len(w)) // blocks.length, len(variance) - 1)
+    variance = changes.fit(blocks, rows)[1] * (1.0 if blocks.known is None else blocks.known)
+    samples = np.minimum(np.arange(len(state.bench.y)) // blocks.length, len(variance) - 1)
     return variance[samples] / variance.mean(), blocks
 
 
@@ -121,13 +122,15 @@ def judged(state):
         fit = state.bench.fit(noise)
         other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
-    state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra, counted(state))
+    known = state.bench.counts
+    state.adequacy = adequacy.judge(c, level, free, state.bench.recording.rate_hz, extra, counted(state), *(known.suspends, known.kurtosis) if known else ())
     return state
 
 
 def counted(state):
     """Does the gyro, or its angle (quantization), come in counts that its noise does not cover."""
-    return "quantization" in state.model_kinds or signals.count_of(state.shocks.raw) > COARSE * np.std(np.diff(state.bench.y)) / np.sqrt(2)
+    known = state.bench.counts
+    return "quantization" in state.model_kinds or known is not None and known.q > COARSE * np.std(np.diff(state.bench.y)) / np.sqrt(2)
 
 
 State.model_kinds = property(lambda self: [part.kind for part in self.parts])
@@ -158,7 +161,8 @@ def joined(state, part):
 def cleaned_again(state):
     """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
     course = state.bench.mean_course(state.parts, state.fit)
-    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz)
+    known = state.bench.counts
+    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz, known.reach_dps if known else 0.0)
     shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
     if np.array_equal(shocks.clean, state.shocks.clean):
         return state
@@ -206,7 +210,7 @@ def loss_without(state, rest, part):
     if part.role != "variance":
         return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
     recording = state.bench.recording
-    blocks = changes.blocks_of(state.bench.residual(state.parts, state.fit), recording.rate_hz)
+    blocks = state.bench.blocks(state.parts, state.fit)
     with_it, without = (changes.fit(blocks, modulation.variance_shapes(parts, recording, blocks))[2]
                         for parts in (state.parts, rest))
     return with_it - without

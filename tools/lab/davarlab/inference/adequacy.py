@@ -38,8 +38,9 @@ def spectrum_score(c, free):
     return float(stats.chi2.sf(np.sum(z ** 2), max(len(z) - free, 1)))
 
 
-def cells_of(c):
-    """Energies of octave bands in equal stretches of time, as normal scores after each band's own mean is taken out."""
+def cells_of(c, kurtosis=0.0):
+    """Energies of octave bands in equal stretches of time, as normal scores after each band's own mean is taken out.
+    kurtosis: excess of the samples; energy in a share of the band scatters by that share of it more."""
     edges = np.unique(np.round(np.geomspace(len(c) / 2 ** (BANDS - 1), len(c), BANDS)).astype(int))
     edges = edges[edges > 12 * TIMES]
     edges = np.concatenate([[min(12 * TIMES, len(c) // 4)], edges])
@@ -52,7 +53,7 @@ def cells_of(c):
         x = signals.inverse(part)
         length = len(x) // TIMES
         energy = (x[:length * TIMES].reshape(TIMES, length) ** 2).sum(axis=1)
-        freedom = (high - low) / TIMES
+        freedom = (high - low) / TIMES / (1 + kurtosis / 2 * (high - low) / len(c))
         rows.append(normal_score(energy / energy.mean(), freedom))
     return np.array(rows).reshape(-1, TIMES), edges
 
@@ -103,11 +104,11 @@ def step_p(c, level):
     return float(min(1.0, tries * 2 * stats.norm.sf(peak)))
 
 
-def judge(c, level, free, rate_hz, extra=None, counted=False):
+def judge(c, level, free, rate_hz, extra=None, counted=False, suspended=(), kurtosis=0.0):
     """c: whitened residual ordinates; level: the model's at each ordinate; free: fitted
-    parameters; extra: further p-values by name; counted: the gyro comes in counts that its noise does not cover."""
+    parameters; extra: further p-values by name; counted: the gyro comes in counts that its noise does not cover; suspended: tests that its counts fail by themselves."""
     tests = {"spectrum": spectrum_score(c, free), "bias step": step_p(c, level)}
-    cells, edges = cells_of(c)
+    cells, edges = cells_of(c, kurtosis)
     if cells.size:  # a short record has none
         tests["time and frequency"] = float(stats.chi2.sf(np.sum(cells ** 2) * TIMES / (TIMES - 1), cells.size))
         tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
@@ -120,4 +121,5 @@ def judge(c, level, free, rate_hz, extra=None, counted=False):
     tests["amplitudes"] = float(min(1.0, min(scores, default=1.0) * len(scores)))
     tests["jumps"] = jump_p(c)
     tests.update(extra or {})
+    tests = {name: p for name, p in tests.items() if name not in suspended}
     return Adequacy(float(1 - (1 - min(tests.values())) ** INDEPENDENT), tests, cells, edges * rate_hz / (2 * len(c)))

@@ -22,7 +22,7 @@ class Estimate:
 def vector_likelihood(bench, parts, sizes, coefficients):
     """Log-likelihood with every parameter given."""
     data, keys = bench.data, bench.all_keys(parts)
-    level = np.maximum(bench.rows(parts).T @ sizes, 1e-30)
+    level = np.maximum(bench.rows(parts).T @ sizes + bench.fixed(parts), 1e-30)
     energy = data.product("gyro", "gyro").copy()
     for i, a in enumerate(keys):
         energy -= 2 * coefficients[i] * data.product("gyro", a)
@@ -151,7 +151,7 @@ def dynamic_estimates(bench, parts, fit, blocks):
     dynamic = [part for part in parts if part.kind in ("vibration_noise", "noise_step")]
     if not dynamic:
         return {}
-    blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+    blocks = blocks or bench.blocks(parts, fit)
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, _ = changes.fit(blocks, rows)
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))

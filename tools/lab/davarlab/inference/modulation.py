@@ -27,7 +27,7 @@ def white_share(bench, parts, fit):
         return np.ones_like(fit.level)
     rows = bench.rows(parts)
     white = [i for i, part in enumerate(noise) if part.kind == "angle_random_walk"]
-    return np.clip(sum((fit.sizes[i] * rows[i] for i in white), np.zeros_like(fit.level)) / fit.level, 0, 1)
+    return np.clip((sum((fit.sizes[i] * rows[i] for i in white), np.zeros_like(fit.level)) + bench.fixed(parts)) / fit.level, 0, 1)
 
 
 def local(variance, share, mean):

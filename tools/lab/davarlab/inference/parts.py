@@ -4,8 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import signals
+from ..data import counts as counted, signals
 from ..effects import table
+from . import changes
 from .whittle import Data, maximise
 
 
@@ -47,14 +48,16 @@ def as_spectra(parts):
 class Bench:
     """The recording, cleaned of shocks, with rows and columns for every part that is asked for."""
 
-    def __init__(self, recording, y):
-        self.recording, self.y = recording, y
+    def __init__(self, recording, y, counts=None):
+        """counts (data/counts.py): of the record as it was logged, `logged`; None: none are known."""
+        self.recording, self.y, self.counts, self.logged = recording, y, counts, y
         self.data = Data(y, recording.rate_hz)
         self.decoded = {}
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
-        other = Bench(self.recording, y)
+        other = Bench(self.recording, y, self.counts)
+        other.logged = self.logged
         other.decoded = dict(self.decoded)
         other.data.columns.update({key: value for key, value in self.data.columns.items() if key != "gyro"})
         other.data.products = {pair: value for pair, value in self.data.products.items() if "gyro" not in pair}
@@ -86,8 +89,14 @@ class Bench:
             self.data.columns.pop(key, None)
             self.data.products = {pair: value for pair, value in self.data.products.items() if key not in pair}
 
+    def spectrum(self, part, f):
+        """Of size 1. Of an angle in counts the error is known, not only where it is white."""
+        if part.kind == "quantization" and self.counts and self.counts.of == "angle":
+            return self.counts.level(f) * 12 * (self.data.rate_hz / self.counts.q) ** 2
+        return part.effect.spectrum(f, self.data.rate_hz, part.shape)
+
     def row(self, part, gain):
-        shape = self.data.binned(part.key, lambda f: part.effect.spectrum(f, self.data.rate_hz, part.shape))
+        shape = self.data.binned(part.key, lambda f: self.spectrum(part, f))
         return shape * gain if part.kind == "angle_random_walk" else shape
 
     def gain(self, parts):
@@ -104,12 +113,24 @@ class Bench:
         found = [self.row(part, gain) for part in parts if part.role == "spectrum"]
         return np.array(found) if found else self.row(Part("angle_random_walk"), gain)[None, :]
 
+    def fixed(self, parts):
+        """What the counts of a rate add to the level of each bin. Those of an angle are an effect, quantization; where the model has it, it is
+        fitted."""
+        if self.counts is None or self.counts.of == "angle" or any(part.kind == "quantization" for part in parts):
+            return 0.0
+        return self.data.binned("counts", self.counts.level)
+
+    def blocks(self, parts, fit):
+        """Energies of short blocks of the whitened residual, with what the counts are known to do to them divided out."""
+        w, rate = self.residual(parts, fit), self.recording.rate_hz
+        return changes.blocks_of(w, rate, counted.relative_variance(self.logged, self.counts, changes.block_length(rate)))
+
     def all_keys(self, parts):
         return [key for part in parts if part.role == "mean" for key in self.keys(part)]
 
     def fit(self, parts, restricted=False, near=None):
         """`near`: level of a similar fit to start from."""
-        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted)
+        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed(parts))
 
     def mean_course(self, parts, fit):
         """The sum of the mean parts, deg/s."""

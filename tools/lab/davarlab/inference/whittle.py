@@ -88,22 +88,22 @@ def non_negative_step(shapes, energy, counts, level):
     return optimize.nnls(design / norm, energy / counts * weight)[0] / norm
 
 
-def maximise(data, shapes, keys, near=None, restricted=False):
+def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
     """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from. With `restricted`,
-    leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
+    leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3). `fixed`: what is known of the level (counts)."""
     counts = data.counts
     energy = data.product("gyro", "gyro")
     level = near if near is not None else np.maximum(energy / counts, 1e-30)
     if near is None and keys:
-        first = non_negative_step(shapes, energy, counts, level.mean() + 0 * level)
-        level = np.maximum(shapes.T @ first, 1e-12 * level.max())
+        first = non_negative_step(shapes, energy - fixed * counts, counts, level.mean() + 0 * level)
+        level = np.maximum(shapes.T @ first + fixed, 1e-12 * level.max())
     sizes, before = None, -np.inf
     for iteration in range(ITERATIONS):
         beta, covariance, residual, leverage = generalised_least_squares(data, keys, level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
-        step = non_negative_step(shapes, residual * counts / free, counts, level)
+        step = non_negative_step(shapes, residual * counts / free - fixed * counts, counts, level)
         sizes = step if sizes is None else 0.5 * (sizes + step) if iteration % 7 == 6 else step
-        level = np.maximum(shapes.T @ sizes, 1e-12 * energy.sum() / counts.sum())
+        level = np.maximum(shapes.T @ sizes + fixed, 1e-12 * energy.sum() / counts.sum())
         now = log_likelihood(data, residual, level)
         if abs(now - before) < 1e-6 * (1 + abs(now) * 1e-6):
             break
