@@ -42,6 +42,8 @@ def checked_value(effect, parameter, value, where):
         raise BadInput(f"{where}: {parameter.name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
         raise BadInput(f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}")
+    if parameter.whole and value % 1:
+        raise BadInput(f"{where}: {parameter.name} = {value:g} must be a whole number")
     return float(value)
 
 

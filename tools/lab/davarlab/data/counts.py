@@ -11,6 +11,7 @@ SAMPLES = 10 ** 6
 ANGLE_UP_TO = 3.0  # counts of noise, from which nobody can tell what is counted, and nothing hangs on it
 DISTINCT = 20  # samples per distinct value, from which values repeat
 UNEVEN = 0.12  # of a count: how far the values may lie from an even grid (root mean square)
+ON_GRID = 0.95  # length of the mean of the values as directions, one count a turn
 SPLIT = 20.0  # ratio of neighbouring distances from which the smaller ones are the rounding of one and the same count
 FINE = 0.6  # standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12
 SMEARED = 0.35  # the same of an angle, per sample
@@ -118,7 +119,8 @@ def step(x):
     low, high = np.quantile(x, [0.001, 0.999])
     x = x[(x >= low) & (x <= high)]
     found = (levels_of(x), levels_of(x, True))
-    return next((q for q in map(step_of, (levels for levels in found if levels is not None)) if q), 0.0)
+    steps = [step_of(levels) for levels in found if levels is not None]
+    return next((q for q in steps if q and abs(np.mean(np.exp(2j * np.pi * (x - x[0]) / q))) > ON_GRID), 0.0)
 
 
 # A rate in counts --------------------------------------------------------------------------------------------------------------------

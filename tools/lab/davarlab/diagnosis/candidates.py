@@ -154,22 +154,45 @@ def decode_states(bench, parts, telegraph):
     telegraph.part = trial[-1]
     rest = bench.y - bench.y.mean() - bench.mean_course(trial, joint)
     index = [p.kind for p in trial if p.role == "spectrum"].index("telegraph_noise")
-    dwell = telegraph.part.shape["mean_dwell_s"]
-    start = (float(np.sqrt(max(joint.sizes[index], 1e-30))), dwell, white_beside(bench, joint, dwell))
-    likelihood, level, dwell = states.fit_levels(rest, bench.recording.rate_hz, *start)
+    levels = telegraph.part.shape.get("levels", 2.0)
+    dwell = 2 * telegraph.part.shape["mean_dwell_s"] * (levels - 1) / levels
+    start = (float(np.sqrt(max(joint.sizes[index], 1e-30) * states.mean_square(levels))), dwell, white_beside(bench, joint, dwell))
+    likelihood, level, dwell, part = best_levels(bench, parts, rest, start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
-    part = decoded_part(bench, rest, level, dwell, start[2])[0]
     if more <= SEEN and states.many_switches(dwell, rest, bench.recording.rate_hz):
         beside, better = beside_flicker(bench, parts, part, rest, level, start[2], joint.log_likelihood)
         more, part = (beside, better) if beside > SEEN else (more, part)
     if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
         more = min(more, 0.0)
-    if more > SEEN and not states.like_chance(bench.decoded[part.key]):
+    if more > SEEN and not states.like_chance(bench.decoded[part.key], int(part.shape["levels"])):
         more = -more  # a single step or a clock: two levels, but not telegraph noise
     telegraph.gain += more
     telegraph.log_p = min(0.0, telegraph.log_p - more)
     if more > SEEN:
         telegraph.part = part
+
+
+def best_levels(bench, parts, rest, start):
+    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record is likeliest with beside the other parts,
+    by the lower bound of (6.3): in white noise further levels would follow the flicker."""
+    best, most = None, -np.inf
+    for levels in range(2, states.LEVELS_MAX + 1):
+        found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
+        part, divergence, doubt = decoded_part(bench, rest, *found[1:], start[2], levels)
+        bound = lower_bound(bench, parts, part, divergence, doubt)
+        bench.forget(part)
+        if bound > most + (states.MORE_LEVELS if best else 0):
+            best, most = (*found, part), bound
+        elif levels > 3:
+            break
+    return best
+
+
+def lower_bound(bench, parts, part, divergence, doubt):
+    """Of the likelihood of levels beside other parts (6.3)."""
+    fit = bench.fit(parts + [part])
+    amplitude = fit.coefficients[-1] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
+    return float(fit.log_likelihood - amplitude ** 2 * doubt - divergence)
 
 
 def white_beside(bench, fit, dwell_s):
@@ -179,10 +202,10 @@ def white_beside(bench, fit, dwell_s):
     return float(np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz))
 
 
-def decoded_part(bench, rest, level, dwell, white):
+def decoded_part(bench, rest, level, dwell, white, levels):
     """The decoded course as a part; its divergence from what the chain says beforehand; what doubt costs per squared amplitude."""
-    part = Part("telegraph_noise", {"mean_dwell_s": float(dwell)}, "decoded")
-    bench.decoded[part.key], divergence, doubt = states.decoded(rest, bench.recording.rate_hz, level, dwell, white)
+    part = Part("telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded")
+    bench.decoded[part.key], divergence, doubt, bench.squares[part.key] = states.decoded(rest, bench.recording.rate_hz, level, dwell, white, levels)
     return part, divergence, doubt
 
 
@@ -198,11 +221,12 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         white = white_beside(bench, fit, dwell)
         if not states.many_switches(dwell, rest, rate):
             break
-        _, level, dwell = states.fit_levels(rest - slow, rate, level, dwell, white)
-        part, divergence, doubt = decoded_part(bench, rest - slow, level, dwell, white)
+        levels = int(part.shape["levels"])
+        start = level * np.sqrt(states.mean_square(levels)), 2 * dwell * (levels - 1) / levels  # of two levels with the same spectrum
+        _, level, dwell = states.fit_levels(rest - slow, rate, *start, white, levels)
+        part, divergence, doubt = decoded_part(bench, rest - slow, level, dwell, white, levels)
         fit = bench.fit(parts + [part])
-        amplitude = fit.coefficients[-1] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
-        gain = fit.log_likelihood - amplitude ** 2 * doubt - divergence - continuum  # a lower bound of the chain's own
+        gain = lower_bound(bench, parts, part, divergence, doubt) - continuum
         best = max(best, (float(gain), part), key=lambda pair: pair[0])
     return best
 

@@ -18,6 +18,7 @@ class Parameter:
     scale: float = 1.0
     values: tuple = ()
     default: float | str | None = None
+    whole: bool = False  # a number of things: never moved by a fit
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,7 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
             entry[name] = Estimate(value, value, value) if error is None else interval(value, error, True)
         entry.update(dynamic.get(part.kind, {}))
         if part.form == "decoded":
-            entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key])
+            entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key], bench.squares[part.key])
             switches = max(2.0, bench.recording.samples / bench.recording.rate_hz / part.shape["mean_dwell_s"])
             entry["mean_dwell_s"] = interval(part.shape["mean_dwell_s"], 1 / np.sqrt(switches), True)
         found.append(entry)
@@ -177,10 +177,10 @@ def dynamic_estimates(bench, parts, fit, blocks):
     return found
 
 
-def of_levels(estimate, course):
-    """The size of levels that are +-1 where the column is their posterior mean: sum(y m) / n, the maximum of the chain's likelihood, for the
-    sum(y m) / sum(m^2) of least squares (6.4)."""
-    factor = float(np.mean(course ** 2))
+def of_levels(estimate, course, square):
+    """The size of levels where the column is their posterior mean: sum(y m) / (n square), the maximum of the chain's likelihood, for the
+    sum(y m) / sum(m^2) of least squares (6.4). square: mean of the squared state, 1 of two levels."""
+    factor = float(np.mean(course ** 2)) / square
     return Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
 
 

@@ -52,13 +52,13 @@ class Bench:
         """counts (data/counts.py): of the record as it was logged, `logged`; None: none are known."""
         self.recording, self.y, self.counts, self.logged = recording, y, counts, y
         self.data = Data(y, recording.rate_hz)
-        self.decoded = {}
+        self.decoded, self.squares = {}, {}  # courses of states and their mean squares
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
         other = Bench(self.recording, y, self.counts)
         other.logged = self.logged
-        other.decoded = dict(self.decoded)
+        other.decoded, other.squares = dict(self.decoded), dict(self.squares)
         other.data.columns.update({key: value for key, value in self.data.columns.items() if key != "gyro"})
         other.data.products = {pair: value for pair, value in self.data.products.items() if "gyro" not in pair}
         other.data.spectra = dict(self.data.spectra)

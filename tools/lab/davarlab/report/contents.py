@@ -86,9 +86,9 @@ def candidate_rows(found):
         kind, after = candidate.kind, remaining.get(candidate.kind)
         joined, lasting = kind in added, after is not None and after * count < diagnose.FAMILY_WISE
         if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
-            evidence = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
+            weight = words.evidence(candidate.p_value, after, count, joined, kind in found.diagnosis.alternatives)
             shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
-                          "evidence": evidence, "effect": table.find(kind),
+                          "evidence": weight, "effect": table.find(kind),
                           "after": None if joined else after, "share": evidence.share(candidate.error_after, found.base),
                           "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
         else:
@@ -99,8 +99,7 @@ def candidate_rows(found):
 def tested_beside(diagnosis):
     """The kinds beside which the remaining candidates were tried: all that were added, or all but the last when the search
     stopped at its longest."""
-    last = diagnosis.added[-1]
-    return diagnosis.added[:-1] if any(c.kind == last for c in diagnosis.remaining) else diagnosis.added
+    return diagnosis.added[:-1] if len(diagnosis.states) > diagnose.STEPS_MAX else diagnosis.added
 
 
 def test_rows(given, better):
@@ -150,5 +149,5 @@ def of_improvement(run, found):
             "improvement": words.improvement(found), "next": words.what_next(found, run),
             "p_value_after": found.diagnosis.states[-1].adequacy.p_value, "adequate_at": diagnose.ADEQUATE,
             "candidates": shown, "imitators": imitators, "chance_kinds": chance,
-            "added": words.listed(tested_beside(found.diagnosis)) if found.diagnosis.added else None,
+            "added": words.listed(tested_beside(found.diagnosis)) or None,
             "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None}

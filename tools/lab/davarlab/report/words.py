@@ -39,7 +39,7 @@ def name(kind):
 
 def listed(kinds, shown=name, joint=" and "):
     names = [shown(kind) for kind in kinds]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
+    return "".join(names) if len(names) < 2 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
 
 
 def number(value, digits=4):
