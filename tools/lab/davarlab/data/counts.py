@@ -23,6 +23,7 @@ BANDS = 64  # for the question whether the rate or the angle is counted
 TELLING = 20.0  # twice the log-likelihood by which an angle must fit better
 SIMPLER = 9.0  # the same by which a response in front must fit better than none
 ROUNDS = 8
+LEAST = 0.05  # counts of noise per sample, below which the error of an angle has no end of memory
 ENOUGH = 1.4  # misfit per band up to which nobody asks for a response in front
 AS_KNOWN = (0.6, 1.6)  # size of the error of an angle, were it free, over the known one
 MEDIAN_SCATTER = 5.45  # of the logarithm of the median of n chi-squares, times n
@@ -192,6 +193,7 @@ def error_spectrum(increments, mean):
     cov(L) = sum over k of cos(2 pi k mean L) exp(-2 pi^2 k^2 var(angle over L samples)) / (2 pi^2 k^2)."""
     lag = np.arange(len(increments))
     spread = np.concatenate([[0.0], np.cumsum(increments[0] + 2 * np.concatenate([[0.0], np.cumsum(increments[1:])]))])[:len(lag)]
+    spread = np.maximum(spread, LEAST ** 2 * lag)
     covariance = np.zeros(len(lag))
     covariance[0] = 1 / 12
     for k in range(1, HARMONICS + 1):

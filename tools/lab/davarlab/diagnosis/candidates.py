@@ -9,6 +9,7 @@ from ..data import signals
 from ..effects import table
 from ..inference import changes, modulation, refine, states
 from ..inference.parts import as_spectra, Part
+from . import intermittent, steps
 
 # What chance does with a free shape: the tail of the gain is TRIALS times that of one chi-square (a line: TRIALS n exp(-gain)),
 # DESIGN 4. Measured by parametric bootstrap, `tools/davarlab nulls`, 240 recordings of 2 h, rounded up in the second digit.
@@ -25,6 +26,9 @@ FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
 APART, APART_BINS = 0.1, 20  # of a line's frequency, and half bins: how far another one is a line of its own
 LINES_MAX = 4
+SEVERAL = ("sinusoid", "intermittent_line", "bias_step")  # of which LINES_MAX may join
+SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
+SIMPLER = ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature", "telegraph_noise")  # than a step
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"))
 
@@ -248,6 +252,10 @@ def simplest_first(found):
     for straight, bent in BENDS:
         if straight in by_kind and bent in by_kind and by_kind[bent].gain - by_kind[straight].gain < BEND:
             by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
+    single = by_kind.get("bias_step")
+    rival = max((by_kind[kind] for kind in SIMPLER if kind in by_kind), key=lambda candidate: candidate.gain, default=None)
+    if single and rival and single.gain - rival.gain < BEND:
+        single.log_p = max(single.log_p, min(0.0, rival.log_p + 1e-6))
 
 
 def scatter_of(bench, parts, fit, blocks):
@@ -262,7 +270,7 @@ def ranked(bench, parts, fit, skip=()):
     """All candidates, least likely by chance first."""
     blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
-    have, found = set(kinds) - ({"sinusoid"} if kinds.count("sinusoid") < LINES_MAX else set()) | set(skip), []
+    have, found = set(kinds) - {kind for kind in SEVERAL if kinds.count(kind) < LINES_MAX} | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()
     for effect in table.TABLE.values():
@@ -270,6 +278,9 @@ def ranked(bench, parts, fit, skip=()):
             continue
         if effect.kind == "sinusoid":
             found.append(line(bench, parts, fit))
+        elif effect.kind in SEARCHES:
+            one = SEARCHES[effect.kind](bench, parts, fit)
+            found.append(Candidate(effect.kind, *one) if one else None)
         elif effect.kind == "vibration_noise":
             found.append(vibration(bench, parts, blocks))
         elif effect.kind == "noise_step":

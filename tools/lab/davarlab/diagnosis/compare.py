@@ -147,7 +147,7 @@ def as_given(state, model):
         if part.role == "spectrum":
             sizes.append(size ** 2 * whiter(model, part, state))
         elif part.role == "mean":
-            coefficients += line_as_given(bench, part, size) if part.kind == "sinusoid" else [
+            coefficients += line_as_given(bench, part, size) if part.turning else [
                 size * bench.data.scale(bench.keys(part)[0])]
     sizes, coefficients = np.array(sizes or [1e-30]), np.array(coefficients)
     level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(given), 1e-30)

@@ -18,7 +18,8 @@ class Parameter:
     scale: float = 1.0
     values: tuple = ()
     default: float | str | None = None
-    whole: bool = False  # a number of things: never moved by a fit
+    whole: bool = False  # a number of things
+    searched: bool = False  # found by a search of its own: a fit never moves it
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def simulate_vibration_noise(recording, parameters, rng, _):
 TELEGRAPH_NOISE = Effect(
     "telegraph_noise", "A trap in the electronics switches the bias between two levels, or a few evenly spaced ones.",
     (Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE), Parameter("mean_dwell_s", "s", 1e-3, 1e7),
-     Parameter("levels", "", 2, 5, default=2.0, whole=True)),
+     Parameter("levels", "", 2, 5, default=2.0, whole=True, searched=True)),
     "Average over a tenth of the dwell: the histogram has as many peaks as there are levels.", "states", "a hump at 0.95 dwell times",
     lorentzian, simulate=simulate_telegraph,
     grid={"mean_dwell_s": lambda recording: 2 * correlation_times(recording), "levels": lambda _: (2.0,)})

@@ -26,6 +26,11 @@ class Part:
         return "mean" if self.form == "decoded" else "spectrum" if self.effect.role == "states" else self.effect.role
 
     @property
+    def turning(self):
+        """A line: its course has a sine and a cosine."""
+        return self.kind in ("sinusoid", "intermittent_line")
+
+    @property
     def key(self):
         return (self.kind, self.form, *self.shape.values())
 
@@ -69,13 +74,12 @@ class Bench:
         if part.form == "decoded":
             return [self.decoded[part.key]]
         course = part.effect.variants.get(part.form, part.effect.regressor)(self.recording, part.shape)
-        if part.kind == "sinusoid":
-            turn = 2 * np.pi * part.shape["frequency_hz"] * self.recording.time_s
-            return [course, np.cos(turn)]
+        if part.turning:
+            return [course, part.effect.regressor(self.recording, part.shape, turn=0.25)]
         return [course]
 
     def keys(self, part):
-        count = 2 if part.kind == "sinusoid" else 1
+        count = 2 if part.turning else 1
         keys = [f"{part.key}:{i}" for i in range(count)]
         if keys[0] not in self.data.columns:
             for key, course in zip(keys, self.courses(part)):
