@@ -44,7 +44,7 @@ class Chains(unittest.TestCase):
             self.assertAlmostEqual(states.gauss_markov_log_likelihood(values, std, noise, decay), exact, places=5)
 
     def test_a_dwell_longer_than_the_record_is_no_fault(self):
-        state, divergence, doubt = states.decoded(np.random.default_rng(5).normal(size=3000), RATE, 0.5, 1e9, 0.1)
+        state, divergence, doubt, _ = states.decoded(np.random.default_rng(5).normal(size=3000), RATE, 0.5, 1e9, 0.1)
         self.assertEqual((len(state), np.isfinite(divergence), np.isfinite(doubt)), (3000, True, True))
 
     def test_the_dwell_is_not_lengthened_by_the_blocks(self):

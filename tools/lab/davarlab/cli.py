@@ -6,6 +6,7 @@ import json
 import math
 import os
 import sys
+import traceback
 
 from . import files, model as models, option_types, simulate
 from .data import recording as recordings
@@ -15,6 +16,7 @@ from .errors import BadInput
 from .report import terminal, words
 
 DETAIL = 3
+TRACEBACK = "DAVAR_LAB_TRACEBACK"
 
 
 def progress(text):
@@ -363,7 +365,7 @@ def check_files(options):
 
 
 def main(arguments):
-    """Exit status 0: done, 1: model not adequate, 2: bad input."""
+    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: a fault of this program."""
     try:
         options = parser().parse_args(arguments)
         for path in options.effects:
@@ -380,3 +382,16 @@ def main(arguments):
     except BrokenPipeError:  # the reader had enough (| head)
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except Exception as why:
+        return internal_error(why)
+
+
+def internal_error(why):
+    """What nobody foresaw: one line, and where it happened for whoever asks."""
+    place = traceback.extract_tb(why.__traceback__)[-1]
+    said = " ".join(str(why).split())[:200]
+    print(f"davarlab: internal error: {type(why).__name__}: {said} ({os.path.basename(place.filename)}:{place.lineno}); please report it, "
+          f"with the files and the output under {TRACEBACK}=1", file=sys.stderr)
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(why)
+    return 3

@@ -46,6 +46,8 @@ def checked_value(effect, parameter, value, where):
         raise BadInput(f"{where}: {parameter.name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
         raise BadInput(f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}")
+    if parameter.whole and value % 1:
+        raise BadInput(f"{where}: {parameter.name} = {value:g} must be a whole number")
     return float(value)
 
 
@@ -62,8 +64,8 @@ def checked_term(entry, where):
     if missing:
         raise BadInput(f"{where}: {effect.kind} needs {missing[0]}")
     values = {name: checked_value(effect, p, entry[name], where) for name, p in known.items() if name in entry}
-    if effect.kind == "noise_step" and values["stop_s"] < values["start_s"]:
-        raise BadInput(f"{where}: noise_step: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}")
+    if "start_s" in values and values["stop_s"] < values["start_s"]:
+        raise BadInput(f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}")
     return Term(effect.kind, values)
 
 
@@ -79,8 +81,8 @@ def load_toml(path):
 def check_lines(terms, rate_hz, where):
     """A line above half the sample rate cannot be told from its alias below."""
     for term in terms:
-        if term.kind == "sinusoid" and rate_hz and term.parameters["frequency_hz"] > rate_hz / 2:
-            raise BadInput(f"{where}: sinusoid: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
+        if term.kind in ("sinusoid", "intermittent_line") and rate_hz and term.parameters["frequency_hz"] > rate_hz / 2:
+            raise BadInput(f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
                            f"{rate_hz:g} Hz")
 
 

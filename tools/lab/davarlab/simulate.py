@@ -60,7 +60,7 @@ def contribution(term, recording, rng, white):
         return effect.simulate(recording, parameters, rng, white)
     if effect.role == "mean":
         course = effect.dps(parameters) * effect.regressor(recording, effect.shape_of(parameters))
-        return course if term.kind == "sinusoid" else course - course.mean()
+        return course if term.kind in ("sinusoid", "intermittent_line") else course - course.mean()
     return effect.dps(parameters) * spectra.from_spectrum(
         lambda f: effect.spectrum(f, recording.rate_hz, parameters), recording.samples, recording.rate_hz, rng)
 

@@ -49,10 +49,12 @@ def local_mean(y, good, width):
     return y0 + total / np.maximum(ndimage.uniform_filter1d(good.astype(float), width), 1e-9)
 
 
-def find(y, rate_hz):
-    """Shocks in y (deg/s) and y with the local mean in their place."""
+def find(y, rate_hz, reach_dps=0.0):
+    """Shocks in y (deg/s) and y with the local mean in their place. Nothing within `reach_dps` of the local mean is one (counts)."""
     w = self_whitened(y)
     score = np.abs(w) / np.maximum(local_scale(w, max(50, int(4 * rate_hz))), 1e-30)
+    if reach_dps:
+        score[np.abs(y - ndimage.uniform_filter1d(y, 201)) < reach_dps] = 0
     wild = np.flatnonzero(score > THRESHOLD)
     if not len(wild) or len(wild) > 0.004 * len(y):
         return Shocks(0, 0.0, np.zeros(0), 0.0, 0.0, y, y)

@@ -8,7 +8,7 @@ from ..effects.columns import SOUGHT_TOGETHER
 from ..inference import changes, modulation, refine, states
 from ..inference.parts import Part, as_spectra
 from ..inference.whittle import generalised_least_squares, score_of_column, score_of_row
-from . import filters, lines
+from . import filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
 HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter: as much,
@@ -18,7 +18,9 @@ SCREENED = 4  # shapes of an effect that are fitted
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
-REPEATED = {"sinusoid": 4, "narrow_band": 16}  # effects of which a sensor may have more than one
+REPEATED = {"sinusoid": 4, "narrow_band": 16, "intermittent_line": 4, "bias_step": 4}  # effects of which a sensor may have more than one
+SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
+SIMPLER = ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature", "telegraph_noise")  # than a step
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"),
          ("sinusoid", "narrow_band"))
@@ -139,22 +141,45 @@ def decode_states(bench, parts, telegraph):
     telegraph.part = trial[-1]
     rest = bench.y - bench.y.mean() - bench.mean_course(trial, joint)
     index = [p.kind for p in trial if p.role == "spectrum"].index("telegraph_noise")
-    dwell = telegraph.part.shape["mean_dwell_s"]
-    start = (float(np.sqrt(max(joint.sizes[index], 1e-30))), dwell, white_beside(bench, joint, dwell))
-    likelihood, level, dwell = states.fit_levels(rest, bench.recording.rate_hz, *start)
+    levels = telegraph.part.shape.get("levels", 2.0)
+    dwell = 2 * telegraph.part.shape["mean_dwell_s"] * (levels - 1) / levels
+    start = (float(np.sqrt(max(joint.sizes[index], 1e-30) * states.mean_square(levels))), dwell, white_beside(bench, joint, dwell))
+    likelihood, level, dwell, part = best_levels(bench, parts, rest, start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
-    part = decoded_part(bench, rest, level, dwell, start[2])[0]
     if more <= SEEN and states.many_switches(dwell, rest, bench.recording.rate_hz):
         beside, better = beside_flicker(bench, parts, part, rest, level, start[2], joint.log_likelihood)
         more, part = (beside, better) if beside > SEEN else (more, part)
     if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
         more = min(more, 0.0)
-    if more > SEEN and not states.like_chance(bench.decoded[part.key]):
+    if more > SEEN and not states.like_chance(bench.decoded[part.key], int(part.shape["levels"])):
         more = -more  # a single step or a clock: two levels, but not telegraph noise
     telegraph.gain += more
     telegraph.log_p = min(0.0, telegraph.log_p - more)
     if more > SEEN:
         telegraph.part = part
+
+
+def best_levels(bench, parts, rest, start):
+    """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record is likeliest with beside the other parts,
+    by the lower bound of (6.3): in white noise further levels would follow the flicker."""
+    best, most = None, -np.inf
+    for levels in range(2, states.LEVELS_MAX + 1):
+        found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
+        part, divergence, doubt = decoded_part(bench, rest, *found[1:], start[2], levels)
+        bound = lower_bound(bench, parts, part, divergence, doubt)
+        bench.forget(part)
+        if bound > most + (states.MORE_LEVELS if best else 0):
+            best, most = (*found, part), bound
+        elif levels > 3:
+            break
+    return best
+
+
+def lower_bound(bench, parts, part, divergence, doubt):
+    """Of the likelihood of levels beside other parts (6.3)."""
+    fit = bench.fit(parts + [part])
+    amplitude = fit.coefficients[-1] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
+    return float(fit.log_likelihood - amplitude ** 2 * doubt - divergence)
 
 
 def white_beside(bench, fit, dwell_s):
@@ -164,10 +189,10 @@ def white_beside(bench, fit, dwell_s):
     return float(np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz))
 
 
-def decoded_part(bench, rest, level, dwell, white):
+def decoded_part(bench, rest, level, dwell, white, levels):
     """The decoded course as a part; its divergence from what the chain says beforehand; what doubt costs per squared amplitude."""
-    part = Part("telegraph_noise", {"mean_dwell_s": float(dwell)}, "decoded")
-    bench.decoded[part.key], divergence, doubt = states.decoded(rest, bench.recording.rate_hz, level, dwell, white)
+    part = Part("telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded")
+    bench.decoded[part.key], divergence, doubt, bench.squares[part.key] = states.decoded(rest, bench.recording.rate_hz, level, dwell, white, levels)
     return part, divergence, doubt
 
 
@@ -183,11 +208,12 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         white = white_beside(bench, fit, dwell)
         if not states.many_switches(dwell, rest, rate):
             break
-        _, level, dwell = states.fit_levels(rest - slow, rate, level, dwell, white)
-        part, divergence, doubt = decoded_part(bench, rest - slow, level, dwell, white)
+        levels = int(part.shape["levels"])
+        start = level * np.sqrt(states.mean_square(levels)), 2 * dwell * (levels - 1) / levels  # of two levels with the same spectrum
+        _, level, dwell = states.fit_levels(rest - slow, rate, *start, white, levels)
+        part, divergence, doubt = decoded_part(bench, rest - slow, level, dwell, white, levels)
         fit = bench.fit(parts + [part])
-        amplitude = fit.coefficients[-1] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
-        gain = fit.log_likelihood - amplitude ** 2 * doubt - divergence - continuum  # a lower bound of the chain's own
+        gain = lower_bound(bench, parts, part, divergence, doubt) - continuum
         best = max(best, (float(gain), part), key=lambda pair: pair[0])
     return best
 
@@ -207,6 +233,10 @@ def simplest_first(found):
     for straight, bent in BENDS:
         if straight in by_kind and bent in by_kind and by_kind[bent].gain - by_kind[straight].gain < BEND:
             by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
+    single = by_kind.get("bias_step")
+    rival = max((by_kind[kind] for kind in SIMPLER if kind in by_kind), key=lambda candidate: candidate.gain, default=None)
+    if single and rival and single.gain - rival.gain < BEND:
+        single.log_p = max(single.log_p, min(0.0, rival.log_p + 1e-6))
 
 
 def scatter_of(bench, parts, fit, blocks):
@@ -219,10 +249,11 @@ def scatter_of(bench, parts, fit, blocks):
 
 def ranked(bench, parts, fit, skip=(), more=()):
     """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py)."""
-    blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+    blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
     have, found = {kind for kind in kinds if kinds.count(kind) >= REPEATED.get(kind, 1)} | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
+    have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()
     for effect in table.TABLE.values():
         if effect.kind in have or effect.kind in ("shocks", *SOUGHT_TOGETHER) or not available(effect, bench.recording):
             continue
@@ -230,6 +261,9 @@ def ranked(bench, parts, fit, skip=(), more=()):
             found.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":
             found.append(lines.wide(bench, parts, fit))
+        elif effect.kind in SEARCHES:
+            one = SEARCHES[effect.kind](bench, parts, fit)
+            found.append(Candidate(effect.kind, *one) if one else None)
         elif effect.kind == "vibration_noise":
             found.append(vibration(bench, parts, blocks))
         elif effect.kind == "noise_step":

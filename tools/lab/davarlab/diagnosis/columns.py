@@ -197,6 +197,6 @@ def tried(bench, parts, fit, gyro, blocks=None):
     if "temp_degC" in bench.recording.columns and np.ptp(bench.recording.columns["temp_degC"]) > 0:
         found += [one for one in on_temperature(bench, parts, fit) if one]
         if all(part.kind != "temperature_noise" for part in parts):
-            blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+            blocks = blocks or bench.blocks(parts, fit)
             found.append(in_the_noise(bench, parts, blocks))
     return found

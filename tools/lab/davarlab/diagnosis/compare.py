@@ -67,11 +67,11 @@ def as_given(state, model):
         if part.role == "spectrum":
             sizes.append(size ** 2 * whiter(model, part, state))
         elif part.role == "mean":
-            coefficients += line_as_given(bench, part, size) if part.kind == "sinusoid" else [
+            coefficients += line_as_given(bench, part, size) if part.turning else [
                 size * bench.data.scale(bench.keys(part)[0])]
     behind = [term.parameters.get(part.behind, 0.0) ** 2 for part, term in zip(given, model.terms) if part.behind]
     sizes, coefficients = np.array((sizes or [1e-30]) + behind), np.array(coefficients)
-    level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(), 1e-30)
+    level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(given), 1e-30)
     fit = type(state.fit)(sizes, coefficients, vector_likelihood(bench, given, sizes, coefficients), level, np.zeros((0, 0)))
     return replace(state, bench=bench, parts=given, fit=fit)
 

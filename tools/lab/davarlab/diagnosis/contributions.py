@@ -8,7 +8,7 @@ from ..inference.parts import spectrum_of
 
 def of_spectrum(bench, parts, part, size, taus):
     filters = [other for other in parts if other.role == "filter"] if part.effect.in_front else []
-    spectrum = spectrum_of([part, *filters], [size], bench.data.rate_hz)
+    spectrum = spectrum_of([part, *filters], [size], bench.data.rate_hz, bench.counts if part.kind == "quantization" else None)
     return np.sqrt(allan.expected(allan.on_grid(spectrum, bench.data.rate_hz), taus))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..effects import table
-from ..inference import changes, modulation, refine
+from ..inference import modulation, refine
 from ..inference.parts import Part
 from . import candidate as candidate_of, candidates, columns
 from .candidate import Candidate, log_tail
@@ -192,7 +192,7 @@ def noise_of_heat(found, bench, parts):
     heat = next((c for c in found if c.kind == "temperature_noise" and c.log_p + np.log(len(found)) < np.log(CHANCE)), None)
     if heat is None:
         return found, None
-    blocks = changes.blocks_of(bench.residual(parts, bench.fit(parts)), bench.recording.rate_hz)
+    blocks = bench.blocks(parts, bench.fit(parts))
     whole = modulation.best_growth(parts, bench.recording, blocks)[1]
     return (first(found, heat), []) if whole > found[0].gain + CLOSE else (found, None)
 

@@ -72,7 +72,7 @@ def loss_without(state, rest, part):
     if part.role != "variance":
         return state.fit.log_likelihood - state.bench.fit(rest).log_likelihood
     recording = state.bench.recording
-    blocks = changes.blocks_of(state.bench.residual(state.parts, state.fit), recording.rate_hz)
+    blocks = state.bench.blocks(state.parts, state.fit)
     with_it, without = (changes.fit(blocks, modulation.variance_shapes(parts, recording, blocks))[2]
                         for parts in (state.parts, rest))
     return with_it - without

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import events, observations
+from ..data import counts, events, observations
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
@@ -72,8 +72,10 @@ def check_alive(recording, model, y):
 
 def fitted(recording, model, y, known, seen):
     """The model's terms at their best on a record without holes."""
-    shocks = events.find(y, recording.rate_hz)
-    bench = Bench(recording, shocks.clean, gyro=model.column)
+    logged = recording.rate_dps(model.column)
+    known_counts = counts.of(logged if known is None else logged[known], recording.rate_hz)
+    shocks = events.find(y, recording.rate_hz, known_counts.reach_dps if known_counts else 0.0)
+    bench = Bench(recording, shocks.clean, known_counts, gyro=model.column, logged=logged)
     parts = [part_of(term) for term in model.terms]
     bench = bench.resolving(parts)
     parts = refine.refined(bench, with_forms(bench, parts), sweeps=2)
@@ -106,13 +108,12 @@ def with_decoded_states(bench, parts):
 
 def relative_variance(state):
     """White level per sample over its mean, when the model lets it change; and the blocks it comes from."""
-    w = state.bench.residual(state.parts, state.fit)
-    blocks = changes.blocks_of(w, state.bench.recording.rate_hz)
+    blocks = state.bench.blocks(state.parts, state.fit)
     rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
-    if modulation.constant(rows):
+    if modulation.constant(rows) and blocks.known is None:
         return None, blocks
-    variance = changes.fit(blocks, rows)[1]
-    samples = np.minimum(np.arange(len(w)) // blocks.length, len(variance) - 1)
+    variance = changes.fit(blocks, rows)[1] * (1.0 if blocks.known is None else blocks.known)
+    samples = np.minimum(np.arange(len(state.bench.y)) // blocks.length, len(variance) - 1)
     return variance[samples] / variance.mean(), blocks
 
 
@@ -133,7 +134,7 @@ def judged(state, quick=False):
         fit = state.bench.fit(noise)
         other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
-    state.adequacy = adequacy.judge(c, free, extra, quick)
+    state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
     state.cells = cells.cells_of(state, state.record, variance)
     state.judgement = judge.judged(state.cells, state.adequacy.p_value)
     return state
@@ -146,7 +147,8 @@ def cells_of(state):
 def cleaned_again(state):
     """A course that is known now neither hides shocks nor passes for them: they are sought again beside it (6.1)."""
     course = state.bench.mean_course(state.parts, state.fit)
-    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz)
+    reach = state.bench.counts.reach_dps if state.bench.counts else 0.0
+    shocks = events.find(state.shocks.raw - course, state.bench.recording.rate_hz, reach)
     shocks.clean, shocks.raw = shocks.clean + course, state.shocks.raw
     if np.array_equal(shocks.clean, state.shocks.clean):
         return state

@@ -21,6 +21,8 @@ class Parameter:
     default: float | str | None = None
     text: bool = False
     optional: bool = False
+    whole: bool = False  # a number of things
+    searched: bool = False  # found by a search of its own: a fit never moves it
 
 
 @dataclass(frozen=True)

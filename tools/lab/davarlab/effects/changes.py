@@ -20,12 +20,17 @@ def vibration_square(recording, axis, blocks, together=1):
 
 
 def lorentzian(f, rate_hz, shape):
-    """Unit telegraph noise: two levels, +1 and -1, correlation time half the mean dwell."""
-    return gauss_markov(f, rate_hz, {"correlation_time_s": shape["mean_dwell_s"] / 2})
+    """Unit telegraph noise: levels 2 apart (+1 and -1, correlation time half the mean dwell), each switch to any of the others."""
+    levels = shape.get("levels", 2.0)
+    return (levels ** 2 - 1) / 3 * gauss_markov(f, rate_hz, {"correlation_time_s": shape["mean_dwell_s"] * (levels - 1) / levels})
 
 
 def simulate_telegraph(recording, parameters, rng, _):
     flips = rng.random(recording.samples) < 1 - np.exp(-1 / (recording.rate_hz * parameters["mean_dwell_s"]))
+    levels = int(parameters.get("levels", 2))
+    if levels > 2:
+        moves = np.cumsum(np.where(flips, rng.integers(1, levels, recording.samples), 0)) + rng.integers(levels)
+        return parameters["amplitude_dps"] * (2.0 * (moves % levels) - (levels - 1))
     return parameters["amplitude_dps"] * np.where((np.cumsum(flips) + rng.integers(2)) % 2, 1.0, -1.0)
 
 
@@ -45,11 +50,12 @@ def simulate_vibration_noise(recording, parameters, rng, _):
 
 
 TELEGRAPH_NOISE = Effect(
-    "telegraph_noise", "A trap in the electronics switches the bias between two levels.",
-    (Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE), Parameter("mean_dwell_s", "s", 1e-3, 1e7)),
-    "Average over a tenth of the dwell: the histogram has two peaks.", "states", "a hump at 0.95 dwell times",
+    "telegraph_noise", "A trap in the electronics switches the bias between two levels, or a few evenly spaced ones.",
+    (Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE), Parameter("mean_dwell_s", "s", 1e-3, 1e7),
+     Parameter("levels", "", 2, 5, default=2.0, whole=True, searched=True)),
+    "Average over a tenth of the dwell: the histogram has as many peaks as there are levels.", "states", "a hump at 0.95 dwell times",
     lorentzian, simulate=simulate_telegraph,
-    grid={"mean_dwell_s": lambda recording: 2 * correlation_times(recording)})
+    grid={"mean_dwell_s": lambda recording: 2 * correlation_times(recording), "levels": lambda _: (2.0,)})
 VIBRATION_NOISE = Effect(
     "vibration_noise", "Vibration adds white noise in proportion to its local rms.",
     (Parameter("coefficient_dps_per_g", "deg/s per g rms", 0, INFINITE), AXIS),

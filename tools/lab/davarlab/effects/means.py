@@ -19,8 +19,17 @@ def ramp(recording, _):
     return recording.time_s
 
 
-def line(recording, shape):
-    return np.sin(2 * np.pi * shape["frequency_hz"] * recording.time_s)
+def line(recording, shape, turn=0.0):
+    return np.sin(2 * np.pi * (shape["frequency_hz"] * recording.time_s + turn))
+
+
+def line_for_a_while(recording, shape, turn=0.0):
+    time = recording.time_s
+    return np.where((time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0)
+
+
+def step(recording, shape):
+    return (recording.time_s >= shape["time_s"]).astype(float)
 
 
 def warm_up(recording, shape):
@@ -57,6 +66,17 @@ SINUSOID = Effect(
     (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6)),
     "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.", "mean",
     "a hump at 0.4 periods with ripples after it", regressor=line)
+INTERMITTENT_LINE = Effect(
+    "intermittent_line", "A machine that runs for a while: a line between two instants.",
+    (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6, searched=True),
+     Parameter("start_s", "s", 0, INFINITE, searched=True), Parameter("stop_s", "s", 0, INFINITE, searched=True)),
+    "Log what was switched on at these times, and switch it on again: the line must come back.", "mean",
+    "a hump at 0.4 periods in these windows only", regressor=line_for_a_while)
+BIAS_STEP = Effect(
+    "bias_step", "The bias jumps once: a stress that lets go, a supply that switches, a range or register that changes.",
+    (Parameter("step_dps", "deg/s", *ANY), Parameter("time_s", "s", 0, INFINITE, searched=True)),
+    "Repeat the recording: a step comes at another time or not at all. Look at what happened at that instant.", "mean",
+    "slope up to +1/2 in the windows that hold the step only", regressor=step)
 G_SENSITIVITY = Effect(
     "g_sensitivity", "Acceleration bends the structure: the rate follows the specific force along an axis.",
     (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),

@@ -9,7 +9,7 @@ TABLE = {effect.kind: effect for effect in (
     filters.HIGH_PASS, columns.TEMPERATURE, columns.TEMPERATURE_RATE,
     means.G_SENSITIVITY, changes.VIBRATION_NOISE, means.VIBRATION_RECTIFICATION, means.WARM_UP, changes.TELEGRAPH_NOISE,
     changes.NOISE_STEP, changes.SHOCKS, columns.TEMPERATURE_SQUARED, columns.TEMPERATURE_HYSTERESIS, columns.TEMPERATURE_NOISE,
-    columns.FOLLOWS)}
+    columns.FOLLOWS, means.INTERMITTENT_LINE, means.BIAS_STEP)}
 
 
 def find(kind, where=""):

@@ -12,16 +12,24 @@ class Blocks:
     energy: np.ndarray
     length: int
     period_s: float
+    freedom: float  # of each energy: its length, fewer where counts scatter more than Gaussian noise
+    known: np.ndarray | None = None  # relative variance that is divided out already
 
 
-def blocks_of(w, rate_hz):
-    length = max(8, int(rate_hz))
+def block_length(rate_hz):
+    return max(8, int(rate_hz))
+
+
+def blocks_of(w, rate_hz, known=None):
+    """known: (relative variance of the blocks, scatter of their energies over that of Gaussian noise), from the counts."""
+    length = block_length(rate_hz)
     count = len(w) // length
-    return Blocks((w[:count * length].reshape(count, length) ** 2).mean(axis=1), length, length / rate_hz)
+    energy, (variance, scatter) = (w[:count * length].reshape(count, length) ** 2).mean(axis=1), known or (None, 1.0)
+    return Blocks(energy if variance is None else energy / variance, length, length / rate_hz, length / scatter, variance)
 
 
 def log_likelihood(blocks, variance):
-    return -0.5 * blocks.length * float(np.sum(np.log(variance) + blocks.energy / variance))
+    return -0.5 * blocks.freedom * float(np.sum(np.log(variance) + blocks.energy / variance))
 
 
 def fit(blocks, shapes):
@@ -38,7 +46,7 @@ def fit(blocks, shapes):
 
 
 def size_covariance(blocks, shapes, variance):
-    design = shapes / variance * np.sqrt(blocks.length / 2)
+    design = shapes / variance * np.sqrt(blocks.freedom / 2)
     return np.linalg.pinv(design @ design.T)
 
 
@@ -52,7 +60,7 @@ def best_interval(blocks, variance):
         a, b = inside / n, (total[-1] - inside) / np.maximum(len(relative) - n, 1)
         mean = total[-1] / len(relative)
         value = len(relative) * np.log(mean) - n * np.log(a) - (len(relative) - n) * np.log(np.maximum(b, 1e-12))
-        return np.where((a > b) & (n < len(relative)), value * blocks.length / 2, 0)
+        return np.where((a > b) & (n < len(relative)), value * blocks.freedom / 2, 0)
 
     count = len(relative)
     step = max(1, count // 360)
@@ -73,7 +81,7 @@ def best_interval(blocks, variance):
 def excess_scatter(blocks, variance, share):
     """How much more than chi-square each block scatters, >= 1, where `share` of its variance is known from a short stretch of the accelerometer
     only: its mean square has a scatter of its own, which enters as share^2 (5.4)."""
-    score = (blocks.energy / variance - 1) ** 2 * blocks.length / 2 - 1
+    score = (blocks.energy / variance - 1) ** 2 * blocks.freedom / 2 - 1
     weight = share ** 2
     total = float(np.sum(weight ** 2))
     return 1 + weight * max(0.0, float(np.sum(weight * score)) / total if total > 0 else 0.0)
@@ -81,4 +89,4 @@ def excess_scatter(blocks, variance, share):
 
 def trigamma_scatter(blocks):
     """Variance of the logarithm of one block's energy."""
-    return float(special.polygamma(1, blocks.length / 2))
+    return float(special.polygamma(1, blocks.freedom / 2))

@@ -6,10 +6,11 @@ import numpy as np
 from scipy import linalg, stats
 
 from . import changes, modulation
-from .refine import numeric_shapes
+from .refine import numeric_shapes, turns
 from .whittle import size_covariance
 
 Z = float(stats.norm.ppf(0.975))
+CHANGE_DOUBT = 11.03  # of the place of a change in white noise (the largest value of a two-sided random walk with drift), 95 %
 
 
 VAGUE = np.log(10.0)  # reach of a 95 % interval of a logarithm, from which the record does not determine the parameter
@@ -28,7 +29,7 @@ class Estimate:
 def vector_likelihood(bench, parts, sizes, coefficients):
     """Log-likelihood with every parameter given."""
     data, keys = bench.data, bench.all_keys(parts)
-    level = np.maximum(bench.rows(parts).T @ sizes + bench.fixed(), 1e-30)
+    level = np.maximum(bench.rows(parts).T @ sizes + bench.fixed(parts), 1e-30)
     energy = data.product("gyro", "gyro").copy()
     for i, a in enumerate(keys):
         energy -= 2 * coefficients[i] * data.product("gyro", a)
@@ -88,7 +89,7 @@ def standard_errors(bench, parts, fit):
 
 def shape_step(bench, part):
     if part.kind == "sinusoid":
-        return 0.1 / (part.shape["frequency_hz"] * bench.recording.samples / bench.recording.rate_hz)
+        return 0.1 / turns(bench, part)
     return 0.03
 
 
@@ -117,7 +118,7 @@ def spectrum_estimate(scale, size, error, bound):
 def mean_estimates(bench, part, keys, values, errors):
     scales = np.array([bench.data.scale(key) or np.inf for key in keys])
     values, errors = values / scales, errors / scales
-    if part.kind == "sinusoid":
+    if part.turning:
         size = float(np.hypot(*values))
         return interval(size, float(np.sqrt(np.sum((values * errors) ** 2)) / max(size, 1e-300)), False)
     return interval(values[0] / part.effect.size.scale, errors[0] / part.effect.size.scale, False)
@@ -148,13 +149,39 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
         for name, value in part.effect.said(part.shape).items():
             error = shape_errors.get((index, name))
             entry[name] = Estimate(value) if error is None else interval(value, error, True)
+        entry.update(instants(bench, part, entry, fit.level))
         entry.update(dynamic.get(part.kind, {}))
         if part.form == "decoded":
-            entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key])
+            entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key], bench.squares[part.key])
             switches = max(2.0, bench.recording.samples / bench.recording.rate_hz / part.shape["mean_dwell_s"])
             entry["mean_dwell_s"] = interval(part.shape["mean_dwell_s"], 1 / np.sqrt(switches), True)
         found.append(entry)
     return found
+
+
+def instants(bench, part, entry, level):
+    """When a step was, when a line came and went, and its frequency; nothing of other parts."""
+    span = bench.recording.samples / bench.recording.rate_hz
+    if part.kind == "bias_step":
+        return {"time_s": instant(bench, part.shape["time_s"], entry["step_dps"].value ** 2, level)}
+    if part.kind != "intermittent_line":
+        return {}
+    frequency, power = part.shape["frequency_hz"], entry["amplitude_dps"].value ** 2
+    noise = np.interp(np.log(frequency), np.log(bench.data.f_bin), level)
+    found = {name: instant(bench, min(part.shape[name], span), power / 2, level, frequency) for name in ("start_s", "stop_s")}
+    seconds = max(found["stop_s"].value - found["start_s"].value, 1 / bench.recording.rate_hz)
+    error = np.sqrt(6 * noise / max(power * seconds * bench.recording.rate_hz, 1e-300)) / (np.pi * seconds)  # Cramer and Rao
+    return {**found, "frequency_hz": interval(frequency, min(float(error), frequency), False)}
+
+
+def instant(bench, time_s, power, level, frequency=None):
+    """A change of that power in the noise: by the noise of single samples, as it is at its frequency or over the time in doubt, the likeliest
+    place moves by CHANGE_DOUBT noise / power samples in 95 of 100 cases."""
+    reach = 1 / bench.recording.rate_hz
+    for _ in range(5):
+        noise = np.interp(np.log(frequency or 0.5 / reach), np.log(bench.data.f_bin), level)
+        reach = max(1 / bench.recording.rate_hz, float(CHANGE_DOUBT * noise / max(power, 1e-300) / bench.recording.rate_hz))
+    return Estimate(time_s, max(0.0, time_s - reach), min(time_s + reach, bench.recording.samples / bench.recording.rate_hz))
 
 
 def dynamic_estimates(bench, parts, fit, blocks):
@@ -162,25 +189,27 @@ def dynamic_estimates(bench, parts, fit, blocks):
     dynamic = [part for part in parts if part.role == "variance"]
     if not dynamic:
         return {}
-    blocks = blocks or changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+    blocks = blocks or bench.blocks(parts, fit)
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, _ = changes.fit(blocks, rows)
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
     white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")
                         if p.kind == "angle_random_walk"), 0)
-    share = max(float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts)), 1e-6)
-    sizes, errors = sizes / variance.mean() / share, errors / variance.mean() / share  # of the white noise, mean 1
-    sizes[0] -= 1 / share - 1  # the rest of the spectrum is in the blocks too, and constant
+    share = float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts))
+    share = max(share, 1e-6)
+    quiet = sizes[0] / variance.mean()
+    share = share if quiet > 1 - share else 1.0  # where nothing white would be left, all of it counts as white
+    sizes, errors = sizes / variance.mean() / share, np.minimum(errors / variance.mean() / share, 1e6)  # of the white noise, mean 1
+    sizes[0] = max(sizes[0] - (1 / share - 1), 1e-9)  # the rest of the spectrum is in the blocks too, and constant
     level = fit.sizes[white_index]  # (deg/s)^2/Hz, mean
-    if sizes[0] <= 0:
-        return {}
     found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
         60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}} | growth_estimates(dynamic, bench.recording, blocks, share)
     order = [part.kind for part in parts if part.kind in ("vibration_noise", "noise_step")]
     for kind, size, error in zip(order, sizes[1:], errors[1:]):
-        if kind == "vibration_noise" and size > 0:
-            found[kind] = {"coefficient_dps_per_g": interval(
-                np.sqrt(size * level * bench.recording.rate_hz), error / size / 2, True)}
+        if kind == "vibration_noise":
+            white = level * bench.recording.rate_hz
+            found[kind] = {"coefficient_dps_per_g": interval(np.sqrt(size * white), error / size / 2, True) if size > 0 else
+                           Estimate(0.0, 0.0, float(np.sqrt(Z * error * white)))}
         if kind == "noise_step":
             ratio = np.sqrt(1 + size / sizes[0])
             found[kind] = {"ratio": interval(ratio, (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio ** 2),
@@ -204,10 +233,10 @@ def growth_estimates(parts, recording, blocks, share):
             for part in parts if part.kind == "temperature_noise" and spread > 0}
 
 
-def of_levels(estimate, course):
-    """The size of levels that are +-1 where the column is their posterior mean: sum(y m) / n, the maximum of the chain's likelihood, for the
-    sum(y m) / sum(m^2) of least squares (6.4)."""
-    factor = float(np.mean(course ** 2))
+def of_levels(estimate, course, square):
+    """The size of levels where the column is their posterior mean: sum(y m) / (n square), the maximum of the chain's likelihood, for the
+    sum(y m) / sum(m^2) of least squares (6.4). square: mean of the squared state, 1 of two levels."""
+    factor = float(np.mean(course ** 2)) / square
     return estimate if estimate.low is None else Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
 
 

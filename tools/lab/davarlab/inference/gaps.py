@@ -4,10 +4,10 @@ import numpy as np
 
 from ..data import signals
 
-ITERATIONS_MAX = 40
+ITERATIONS_MAX = 120
 LAGS = 8  # of the record, the longest lag whose products are looked at
 FLOOR = 0.05  # of the median level, for where products of few samples say less than nothing
-CLOSE = 1e-2  # of the first residual, at which the solution is taken
+CLOSE = 3e-2  # of the first residual, at which the solution is taken
 
 
 def first_level(y, known):

@@ -69,7 +69,7 @@ def regrown(bench, parts, fit):
     """The parts with the exponent of temperature_noise refitted."""
     if not any(part.kind == "temperature_noise" for part in parts):
         return parts
-    blocks = changes.blocks_of(bench.residual(parts, fit), bench.recording.rate_hz)
+    blocks = bench.blocks(parts, fit)
     relative = best_growth(parts, bench.recording, blocks)[0]
     return [part.moved("relative_per_degC", relative) if part.kind == "temperature_noise" else part for part in parts]
 
@@ -81,7 +81,7 @@ def white_share(bench, parts, fit):
         return np.ones_like(fit.level)
     rows = bench.rows(parts)
     white = [i for i, part in enumerate(noise) if part.kind == "angle_random_walk"]
-    return np.clip(sum((fit.sizes[i] * rows[i] for i in white), np.zeros_like(fit.level)) / fit.level, 0, 1)
+    return np.clip((sum((fit.sizes[i] * rows[i] for i in white), np.zeros_like(fit.level)) + bench.fixed(parts)) / fit.level, 0, 1)
 
 
 def local(variance, share, mean):

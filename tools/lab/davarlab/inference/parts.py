@@ -4,8 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import signals
+from ..data import counts as counted, signals
 from ..effects import table
+from . import changes
 from .whittle import Data, maximise
 
 
@@ -26,6 +27,11 @@ class Part:
     @property
     def role(self):
         return "mean" if self.form == "decoded" else "spectrum" if self.effect.role == "states" else self.effect.role
+
+    @property
+    def turning(self):
+        """A line: its course has a sine and a cosine."""
+        return self.kind in ("sinusoid", "intermittent_line")
 
     @property
     def behind(self):
@@ -53,31 +59,48 @@ def as_spectra(parts):
     return [replace(part, form="raw") if part.form == "decoded" else part for part in parts]
 
 
+def unit_spectrum(part, f, rate_hz, counts=None):
+    """Of size 1. Of an angle in counts the error is known, not only where it is white."""
+    if part.kind == "quantization" and counts and counts.of == "angle":
+        return counts.level(f) * 12 * (rate_hz / counts.q) ** 2
+    return part.effect.spectrum(f, rate_hz, part.shape)
+
+
+def known_level(parts, counts):
+    """The level of the counts of a rate as a function of the frequency; None where there are none, or where the model has its own."""
+    if counts is None or counts.of == "angle" or any(part.kind == "quantization" for part in parts):
+        return None
+    return counts.level
+
+
 def spectrum_of(parts, sizes, rate_hz, counts=None):
     """The variance of an ordinate as a function of the frequency in Hz: what Bench.rows and these sizes give per bin."""
+    known = known_level(parts, counts) or np.zeros_like
+
     def at(f):
-        shapes = {part.key: part.effect.spectrum(f, rate_hz, part.shape) for part in parts if part.role in ("spectrum", "filter")}
+        shapes = {part.key: unit_spectrum(part, f, rate_hz, counts) for part in parts if part.role in ("spectrum", "filter")}
         gain = np.prod([np.ones_like(f)] + [shapes[part.key] for part in parts if part.role == "filter"], axis=0)
         rows = [shapes[part.key] * (gain if part.effect.in_front else 1.0) for part in parts if part.role == "spectrum"]
         rows = (rows or [rate_hz * gain]) + [np.ones_like(f) for part in parts if part.behind]
-        return sum(size * row for size, row in zip(sizes, rows) if size) + (np.zeros_like(f) if counts is None else counts(f))
+        return sum((size * row for size, row in zip(sizes, rows) if size), known(f))
 
     return at
 
 
 class Bench:
-    """The recording, cleaned of shocks, with rows and columns for every part that is asked for. `counts`: spectrum of what is known of
-    the counts that the gyro comes in, behind every filter; None: nothing. `gyro`: its column."""
+    """The recording, cleaned of shocks, with rows and columns for every part that is asked for. `counts` (data/counts.py): of the record as
+    it was logged, `logged`; None: none are known. `gyro`: its column."""
 
-    def __init__(self, recording, y, counts=None, data=None, gyro=None):
+    def __init__(self, recording, y, counts=None, data=None, gyro=None, logged=None):
         self.recording, self.y, self.counts, self.gyro = recording, y, counts, gyro
+        self.logged = y if logged is None else logged
         self.data = data or Data(y, recording.rate_hz)
-        self.decoded = {}
+        self.decoded, self.squares = {}, {}  # courses of states and their mean squares
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
-        other = Bench(self.recording, y, self.counts, self.data.with_gyro(y), self.gyro)
-        other.decoded = dict(self.decoded)
+        other = Bench(self.recording, y, self.counts, self.data.with_gyro(y), self.gyro, self.logged)
+        other.decoded, other.squares = dict(self.decoded), dict(self.squares)
         return other
 
     def resolving(self, parts):
@@ -85,8 +108,8 @@ class Bench:
         bands = tuple((part.shape["frequency_hz"], part.shape["half_width_hz"]) for part in parts if part.kind == "narrow_band")
         if self.data.resolves(bands):
             return self
-        other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro)
-        other.decoded = self.decoded
+        other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro, self.logged)
+        other.decoded, other.squares = self.decoded, self.squares
         return other
 
     def courses(self, part):
@@ -94,13 +117,12 @@ class Bench:
         if part.form == "decoded":
             return [self.decoded[part.key]]
         course = part.effect.variants.get(part.form, part.effect.regressor)(self.recording, part.shape)
-        if part.kind == "sinusoid":
-            turn = 2 * np.pi * part.shape["frequency_hz"] * self.recording.time_s
-            return [course, np.cos(turn)]
+        if part.turning:
+            return [course, part.effect.regressor(self.recording, part.shape, turn=0.25)]
         return [course]
 
     def keys(self, part):
-        count = 2 if part.kind == "sinusoid" else 1
+        count = 2 if part.turning else 1
         keys = [f"{part.key}:{i}" for i in range(count)]
         if keys[0] not in self.data.columns:
             together = self.together if part.effect.slow and part.form != "decoded" else 1
@@ -116,7 +138,7 @@ class Bench:
             self.data.products = {pair: value for pair, value in self.data.products.items() if key not in pair}
 
     def row(self, part, gain):
-        shape = self.data.binned(part.key, lambda f: part.effect.spectrum(f, self.data.rate_hz, part.shape))
+        shape = self.data.binned(part.key, lambda f: unit_spectrum(part, f, self.data.rate_hz, self.counts))
         return shape * gain if part.effect.in_front else shape
 
     def gain(self, parts):
@@ -135,16 +157,23 @@ class Bench:
         found = found or [self.row(Part("angle_random_walk"), gain)]
         return np.array(found + [np.ones_like(gain) for part in parts if part.behind])
 
-    def fixed(self):
-        """What is known of the counts, per bin; nothing: 0."""
-        return 0.0 if self.counts is None else self.data.binned("counts", self.counts)
+    def fixed(self, parts):
+        """What the counts of a rate add to the level of each bin. Those of an angle are an effect, quantization; where the model has it, it is
+        fitted."""
+        known = known_level(parts, self.counts)
+        return self.data.binned("counts", known) if known else 0.0
+
+    def blocks(self, parts, fit):
+        """Energies of short blocks of the whitened residual, with what the counts are known to do to them divided out."""
+        w, rate = self.residual(parts, fit), self.recording.rate_hz
+        return changes.blocks_of(w, rate, counted.relative_variance(self.logged, self.counts, changes.block_length(rate)))
 
     def all_keys(self, parts):
         return [key for part in parts if part.role == "mean" for key in self.keys(part)]
 
     def fit(self, parts, restricted=False, near=None):
         """`near`: level of a similar fit to start from."""
-        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed())
+        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed(parts))
 
     def mean_course(self, parts, fit):
         """The sum of the mean parts, deg/s."""

@@ -10,7 +10,8 @@ PIECES = 1000
 
 
 def numeric_shapes(part):
-    return [name for name, value in part.shape.items() if isinstance(value, float) and value] if part.role in (
+    fixed = {parameter.name for parameter in part.effect.parameters if parameter.searched}
+    return [name for name, value in part.shape.items() if isinstance(value, float) and value and name not in fixed] if part.role in (
         "spectrum", "filter", "mean") and part.form != "decoded" else []
 
 

@@ -1,4 +1,4 @@
-"""Two levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes differ (DESIGN 6)."""
+"""A few levels or a continuum? Telegraph noise and Gauss-Markov share a spectrum; their amplitudes differ (DESIGN 6)."""
 
 from math import exp, log, pi, sqrt
 
@@ -7,6 +7,8 @@ from scipy import optimize, signal
 
 BLOCKS_MAX = 40000
 BLOCKS_PER_DWELL = 48  # with 8 the dwell came out a fifth too long: switches within a block are lost
+LEVELS_MAX = 5
+MORE_LEVELS = 5.0  # log-likelihood units that one more level must gain: half the logarithm of the number of blocks (BIC)
 LEAST = 8  # blocks, however far a search for the dwell strays
 SWITCHES_LEAST = 5
 ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
@@ -19,31 +21,47 @@ def averaged(x, block):
 
 
 def times(a, b):
-    """Products of 2 x 2 matrices that stand along the last axis, each scaled to 1, and the logarithms of the scales."""
+    """Products of matrices that stand along the last axis, each scaled to 1, and the logarithms of the scales."""
     found = np.einsum("ijn,jkn->ikn", a, b)
     scale = found.max(axis=(0, 1))
     return found / scale, np.log(scale)
 
 
-def steps_of(values, level, noise, stay):
+def places(levels):
+    """Where the levels lie, 2 apart, the highest first."""
+    return np.arange(levels - 1, -levels, -2.0)
+
+
+def mean_square(levels):
+    """Of places that are all as likely."""
+    return (levels ** 2 - 1) / 3
+
+
+def staying(period, dwell, levels=2):
+    """The chance to be on the same level a period later, when every switch goes to any of the others."""
+    return (1 + (levels - 1) * exp(-levels / (levels - 1) * period / dwell)) / levels
+
+
+def steps_of(values, level, noise, stay, levels=2):
     """One matrix per value: the change of the state, then how well the value fits each level; and the log-likelihood that the scaling took."""
-    lean = np.clip(level / noise ** 2 * values, -300.0, 300.0)
-    change = np.array([[stay, 1 - stay], [1 - stay, stay]])
-    fits = np.exp(np.array([lean, -lean]) - np.abs(lean))
-    known = np.abs(lean) - 0.5 * ((values ** 2 + level ** 2) / noise ** 2 + log(2 * pi * noise ** 2))
-    return change[:, :, None] * fits[None, :, :], float(known.sum())
+    lean = -0.5 * ((values - level * places(levels)[:, None]) / noise) ** 2
+    top = lean.max(axis=0)
+    other = (1 - stay) / (levels - 1)
+    change = other + (stay - other) * np.eye(levels)
+    fits = np.exp(np.maximum(lean - top, -600.0))
+    return change[:, :, None] * fits[None, :, :], float(top.sum()) - 0.5 * len(values) * log(2 * pi * noise ** 2)
 
 
-def two_level_log_likelihood(values, level, noise, stay):
-    """Forward algorithm of a symmetric two-level chain in white noise, as a product of matrices taken in pairs: one pass of numpy per
+def two_level_log_likelihood(values, level, noise, stay, levels=2):
+    """Forward algorithm of a symmetric chain of levels in white noise, as a product of matrices taken in pairs: one pass of numpy per
     doubling instead of one of Python per value."""
-    steps, total = steps_of(values, level, noise, stay)
+    steps, total = steps_of(values, level, noise, stay, levels)
     while steps.shape[-1] > 1:
         even = steps.shape[-1] // 2 * 2
         pairs, logs = times(steps[..., 0:even:2], steps[..., 1:even:2])
         total += float(logs.sum())
         steps = np.concatenate([pairs, steps[..., even:]], axis=-1)
-    return total + log(0.5 * float(steps.sum()))
+    return total + log(float(steps.sum()) / levels)
 
 
 def gauss_markov_log_likelihood(values, std, noise, decay):
@@ -75,16 +93,17 @@ def blocks_for(x, rate_hz, dwell_s):
     return values - values.mean(), block
 
 
-def fit_levels(x, rate_hz, std, dwell_s, white):
-    """(log-likelihood, amplitude, dwell) of a two-level chain in white noise."""
+def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
+    """(log-likelihood, amplitude, dwell) of a chain of levels in white noise; std, dwell_s: of the two-level chain with its spectrum."""
     values, block = blocks_for(x, rate_hz, dwell_s)
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
     def loss(p):
         level, spread, dwell = bounded(p)
-        return -two_level_log_likelihood(values, level, spread, 0.5 * (1 + exp(-2 * period / dwell)))
+        return -two_level_log_likelihood(values, level, spread, staying(period, dwell, levels), levels)
 
-    found = optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH)
+    start = [log(std / sqrt(mean_square(levels))), log(noise * 1.1), log(dwell_s / 2 * levels / (levels - 1))]
+    found = optimize.minimize(loss, start, method="Nelder-Mead", options=SEARCH)
     level, _, dwell = bounded(found.x)
     return -found.fun, level, dwell
 
@@ -114,27 +133,35 @@ def running_products(steps):
     return found
 
 
-def smoothed(values, level, noise, stay):
-    """(log-likelihood of the chain, posterior mean of its state -1 .. 1) of each value."""
-    steps = steps_of(values, level, noise, stay)[0]
+def posterior(values, level, noise, stay, levels=2):
+    """The chance of each level at each value."""
+    steps = steps_of(values, level, noise, stay, levels)[0]
     forward = running_products(steps).sum(axis=0)
     back = np.ones_like(forward)
     back[:, :-1] = running_products(steps[..., ::-1].swapaxes(0, 1)).sum(axis=0)[:, -2::-1]
     both = forward * back
-    return two_level_log_likelihood(values, level, noise, stay), (both[0] - both[1]) / (both[0] + both[1])
+    return both / both.sum(axis=0)
 
 
-def decoded(x, rate_hz, level, dwell_s, white, resolution=240):
-    """Posterior mean of the state (-1 .. 1) at every sample; its divergence from what the chain says beforehand; and the sum of
-    (1 - state^2) / (2 noise^2), what doubt about the state costs per squared amplitude (6.3)."""
+def smoothed(values, level, noise, stay, levels=2):
+    """(log-likelihood of the chain, posterior mean of its state, -1 .. 1 of two levels) of each value."""
+    chance = posterior(values, level, noise, stay, levels)
+    return two_level_log_likelihood(values, level, noise, stay, levels), places(levels) @ chance
+
+
+def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
+    """Posterior mean of the state (places()) at every sample; its divergence from what the chain says beforehand; the sum of
+    its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
     block = min(max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEAST)
     values = averaged(x - x.mean(), block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)
-    total, state = smoothed(values, level, noise, 0.5 * (1 + exp(-2 * block / rate_hz / dwell_s)))
-    doubt = float(np.sum(1 - state ** 2)) / (2 * noise ** 2)
+    stay = staying(block / rate_hz, dwell_s, levels)
+    chance = posterior(values, level, noise, stay, levels)
+    total, state, square = two_level_log_likelihood(values, level, noise, stay, levels), places(levels) @ chance, places(levels) ** 2 @ chance
+    doubt = float(np.sum(square - state ** 2)) / (2 * noise ** 2)
     known = -0.5 * np.sum((values - level * state) ** 2 / noise ** 2 + np.log(2 * pi * noise ** 2)) - level ** 2 * doubt
     centres = (np.arange(len(state)) + 0.5) * block
-    return np.interp(np.arange(len(x)), centres, state), float(known) - total, doubt
+    return np.interp(np.arange(len(x)), centres, state), float(known) - total, doubt, float(square.mean())
 
 
 def many_switches(dwell_s, x, rate_hz):
@@ -142,14 +169,15 @@ def many_switches(dwell_s, x, rate_hz):
     return 4 / rate_hz < dwell_s < len(x) / rate_hz / SWITCHES_LEAST
 
 
-def like_chance(path):
+def like_chance(path, levels=2):
     """Do the switches come at random: five of them at least, dwells that scatter as exponential ones do, and no length that most of them share
     (a clock with a few of its periods cut in two still ticks)."""
-    up = path[np.abs(path) > 0.5] > 0
-    places = np.flatnonzero(np.abs(path) > 0.5)[1:][np.diff(up.astype(int)) != 0]
-    if len(places) < SWITCHES_LEAST:
+    level = np.clip(np.round((levels - 1 - path) / 2), 0, levels - 1).astype(int)
+    sure = np.flatnonzero(np.abs(path - places(levels)[level]) < 0.5)
+    switches = sure[1:][np.diff(level[sure]) != 0]
+    if len(switches) < SWITCHES_LEAST:
         return False
-    dwells = np.sort(np.diff(places))
+    dwells = np.sort(np.diff(switches))
     alike = np.searchsorted(dwells, ALIKE * dwells, side="right") - np.arange(len(dwells))
     if alike.max() > max(3, 0.4 * len(dwells)):
         return False

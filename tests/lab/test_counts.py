@@ -1,0 +1,14 @@
+"""Counts: starts inside_counts.py in davarlab's own environment."""
+
+import unittest
+
+from apart import passes
+
+
+class Counts(unittest.TestCase):
+    def test_in_the_environment_of_the_workbench(self):
+        passes(self, "inside_counts.py")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,56 @@
+"""Sudden steps of the bias, at every sample of the record, by generalised least squares (DESIGN 13)."""
+
+import numpy as np
+from scipy import fft, stats
+
+from ..inference.parts import Part
+
+MARKS = 1200
+EDGE = 16  # samples, and this many marks' worth of the ends is not asked: a step there is a wild sample
+
+
+def residual_over_level(bench, parts, level):
+    """The gyro's ordinates without the courses of the parts, and the level of each ordinate."""
+    data = bench.data
+    return data.without(level.coefficients, bench.all_keys(parts)), data.at_ordinates(level.level)
+
+
+def alike(level):
+    """C(m) = sum over j of w_j cos(pi j m / n), m = 0 .. 2 n: two steps at k and l have the inner product (C(k - l) - C(k + l)) / 2, whitened."""
+    n = len(level) + 1
+    weight = np.zeros(n + 1)
+    weight[1:n] = 1 / (2 * n * np.sin(np.pi * np.arange(1, n) / (2 * n)) ** 2 * level)
+    half = fft.irfft(weight, 2 * n) * n  # sum over j of w_j cos
+    return np.append(half, half[0])
+
+
+def scores(c, level, same):
+    """The normal score of a step at each sample 1 .. n - 1."""
+    n = len(c) + 1
+    pulled = fft.idct(np.concatenate([[0.0], c / level]), type=2, norm="ortho")
+    total = -np.cumsum(pulled)[:-1]  # of what comes after: the whole is nothing
+    norm = 0.5 * (same[0] - same[2 * np.arange(1, n)])
+    return total / np.sqrt(np.maximum(norm, 1e-300))
+
+
+def log_chance(peak, same, n):
+    """Of a peak that high anywhere: crossings of a Gaussian process from mark to mark, smooth or rough, whichever are more."""
+    marks = np.unique(np.linspace(0, n, MARKS + 1).astype(int)[1:-1])
+    norm = 0.5 * (same[0] - same[2 * marks])
+    inner = 0.5 * (same[np.diff(marks)] - same[marks[1:] + marks[:-1]])
+    apart = np.maximum(1 - inner / np.sqrt(norm[1:] * norm[:-1]), 0)
+    tries = 1 + np.sum(np.maximum(np.minimum(1, peak * np.sqrt(apart / np.pi)), apart * peak ** 2))
+    return min(0.0, float(np.log(2 * tries) + stats.norm.logsf(peak)))
+
+
+def search(bench, parts, fit):
+    """(part, gain, log p) of the most likely step."""
+    c, level = residual_over_level(bench, parts, fit)
+    same = alike(level)
+    score = np.abs(scores(c, level, same))
+    edge = max(EDGE, len(score) // MARKS)
+    score[:edge] = score[-edge:] = 0
+    place = int(np.argmax(score))
+    part = Part("bias_step", {"time_s": float(bench.recording.time_s[place + 1])})
+    gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    return part, gain, log_chance(float(np.sqrt(max(2 * gain, 0.0))), same, len(c) + 1)
