@@ -2,14 +2,16 @@
 
 import unittest
 
-from test_elsewhere import Inside as Started, setUpModule  # noqa: F401
+import test_elsewhere
 
 
-class Inside(Started):
-    def test_small_things_against_brute_force(self):
-        self.passes("observing.py")
+def setUpModule():
+    test_elsewhere.setUpModule()
 
-    test_what_is_said_of_made_up_results = None
+
+class Inside(unittest.TestCase):
+    def test_small_things_against_formulas_of_their_own(self):
+        test_elsewhere.Inside.passes(self, "observing.py")
 
 
 if __name__ == "__main__":

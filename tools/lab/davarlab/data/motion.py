@@ -145,8 +145,8 @@ def steady(w, first, end):
     bands = np.array([band.mean() for band in np.array_split(power, 4)])
     doubt = 5 * np.sqrt(2 * 4 / len(power))
     blocks = averaged(part ** 2, 64)
-    even = blocks.max() < blocks.mean() * (1 + 7 * np.sqrt(2 / 64)) if len(blocks) else True
-    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.2)
+    even = np.all(blocks < ndimage.uniform_filter1d(blocks, 9) * (1 + 7 * np.sqrt(2 / 64)))  # it may grow and fade slowly
+    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.5)  # what is not white need not grow with it
 
 
 def passing(energy, seen, first, end):
