@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 from davarlab import model
 from davarlab.data import signals
-from davarlab.diagnosis import candidates, diagnose
+from davarlab.diagnosis import candidate, candidates, state as state_of
 from davarlab.inference import estimate, refine, states
 from davarlab.inference.parts import Bench, Part
 from davarlab.data.recording import Recording
@@ -105,7 +105,7 @@ class Fits(unittest.TestCase):
 
     def test_long_memory_is_a_random_walk_unless_it_turns(self):
         def of(kind, gain):
-            return candidates.Candidate(kind, Part(kind), gain, -gain)
+            return candidate.Candidate(kind, Part(kind), gain, -gain)
         for lead, first in ((2.0, "rate_random_walk"), (5.0, "gauss_markov")):
             found = [of("gauss_markov", 20 + lead), of("rate_random_walk", 20.0), of("temperature", 1.0)]
             candidates.simplest_first(found)
@@ -120,7 +120,7 @@ class LowPass(unittest.TestCase):
         spectrum = np.fft.rfft(0.035 * rng.normal(size=60000)) / np.sqrt(1 + (np.fft.rfftfreq(60000, 1 / RATE) / 8.0) ** 2)
         recording = Recording({"gyro_z_dps": np.fft.irfft(spectrum)}, RATE)
         terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), term]
-        state = diagnose.judged(diagnose.start(recording, model.Model(RATE, "gyro_z_dps", terms)))
+        state = state_of.judged(state_of.start(recording, model.Model(RATE, "gyro_z_dps", terms)))
         self.assertEqual(state.parts[1].shape["response"], "analogue")
         self.assertGreater(state.adequacy.p_value, 0.01)
 

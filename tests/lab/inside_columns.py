@@ -6,7 +6,7 @@ import heat
 import numpy as np
 from davarlab import model, simulate
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import columns, common_cause, diagnose, identifiable
+from davarlab.diagnosis import columns, common_cause, diagnose, identifiable, state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference.parts import Part
@@ -56,7 +56,7 @@ class Files(unittest.TestCase):
                         model.Term("follows", {"coefficient": 0.1, "column": "supply_V"}),
                         model.Term("temperature_noise", {"relative_per_degC": 0.08})]
         found = simulate.make(terms, 50.0, seed=4, duration_s=3600)
-        state = diagnose.judged(diagnose.start(found, model.Model(50.0, "gyro_z_dps", terms)))
+        state = state_of.judged(state_of.start(found, model.Model(50.0, "gyro_z_dps", terms)))
         shapes = {part.kind: part.shape for part in state.parts}
         self.assertAlmostEqual(shapes["temperature_noise"]["relative_per_degC"], 0.08, delta=0.01)
         self.assertGreater(state.adequacy.p_value, 0.01)
@@ -114,14 +114,14 @@ class Chance(unittest.TestCase):
             columns_of = heat.make("none", ("cycles", "walk")[seed % 2], seed, 600) | {
                 "supply_V": heat.walk(30000, np.random.default_rng(seed + 70)), "gyro_x_dps": heat.make("none", "walk", seed + 99, 600)["gyro_z_dps"]}
             found = Recording(columns_of, heat.RATE)
-            state = diagnose.start(found, MODEL)
+            state = state_of.start(found, MODEL)
             few += sum(one.log_p < np.log(0.01) for one in columns.tried(state.bench, state.parts, state.fit, "gyro_z_dps"))
         self.assertLessEqual(few, 6)
 
 
 class Causes(unittest.TestCase):
     def judged(self, columns_of):
-        state = diagnose.start(Recording(columns_of, heat.RATE), MODEL)
+        state = state_of.start(Recording(columns_of, heat.RATE), MODEL)
         return common_cause.judge(state.bench, state.parts, state.fit, Part("g_sensitivity", {"axis": "x"}))
 
     def test_a_sensitivity_is_one_number_and_a_hidden_cause_is_not(self):

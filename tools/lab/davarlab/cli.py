@@ -169,8 +169,7 @@ def run_improve(options):
     report(options, recording, model, found)
     steps = [vars(step) for step in found.steps]
     emit(options, {"steps": steps, "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
-                   **judgement_json(found.judgement), "observations": observations_json(found.comparison.observations), "error": found.judgement.error, "error_floor": found.judgement.floor,
-                   "p_value": found.judgement.p_value, "useless": [part.kind for part in found.diagnosis.useless],
+                   **judgement_json(found.judgement), "observations": observations_json(found.comparison.observations), "useless": [part.kind for part in found.diagnosis.useless],
                    "notes": found.notes, "model": options.output, "fitted": fitted_json(found.model, found.estimates)},
          terminal.improvement(found))
     return 0 if found.judgement.adequate else 1

@@ -233,6 +233,9 @@ def simplest_first(found):
     for straight, bent in BENDS:
         if straight in by_kind and bent in by_kind and by_kind[bent].gain - by_kind[straight].gain < BEND:
             by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
+    own = max((c for c in found if c.kind not in table.BUILT_IN), key=lambda candidate: candidate.gain, default=None)
+    if own and own.log_p < 0 and own.gain > max(candidate.gain for candidate in found) - BEND:  # somebody knows his sensor
+        own.log_p = min(own.log_p, min(candidate.log_p for candidate in found) - 1e-6)
     single = by_kind.get("bias_step")
     rival = max((by_kind[kind] for kind in SIMPLER if kind in by_kind), key=lambda candidate: candidate.gain, default=None)
     if single and rival and single.gain - rival.gain < BEND:
@@ -260,7 +263,7 @@ def ranked(bench, parts, fit, skip=(), more=()):
         if effect.kind == "sinusoid":
             found.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":
-            found.append(lines.wide(bench, parts, fit))
+            found.append(lines.wide(bench, parts, fit, lambda fine, full: scatter_of(fine, parts, full, blocks)))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             found.append(Candidate(effect.kind, *one) if one else None)

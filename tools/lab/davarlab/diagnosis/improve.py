@@ -20,6 +20,7 @@ class Step:
     error_held_out: float | None
     p_value: float
     error_floor_held_out: float | None = None
+    adequacy: str = "no"
 
 
 @dataclass
@@ -96,7 +97,7 @@ def step_of(added, state, model, held_out):
     """state: with the parameters of the model."""
     error, floor = held_out_errors(held_out, model)
     found = state.judgement
-    return Step(added, state.model_kinds, found.error, found.floor, error, found.p_value, floor)
+    return Step(added, state.model_kinds, found.error, found.floor, error, found.p_value, floor, found.adequacy)
 
 
 def refitted(model, state, given, held_out):

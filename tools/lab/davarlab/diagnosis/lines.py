@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..inference import refine
+from ..inference import modulation, refine
 from ..inference.parts import Part
 from .candidate import Candidate, log_tail_of_line
 
@@ -57,8 +57,9 @@ def places(energy):
     return kept[:TRIED]
 
 
-def wide(bench, parts, fit):
-    """The line with a width that gains most; None where nothing stands out."""
+def wide(bench, parts, fit, scatter_of):
+    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of the energies per bin, where the
+    white level changes."""
     energy = bench.data.whitened(fit.level, fit.coefficients, bench.all_keys(parts)) ** 2
     energy[:LOWEST] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None
@@ -70,7 +71,10 @@ def wide(bench, parts, fit):
             continue
         fine = bench.resolving(parts + [part])
         part = refine.refined(fine, parts + [part], only_last=True)[-1]
-        gain = fine.fit(parts + [part]).log_likelihood - fine.fit(parts).log_likelihood
+        before, after = fine.fit(parts), fine.fit(parts + [part])
+        gain, scatter = after.log_likelihood - before.log_likelihood, scatter_of(fine, before)
+        if scatter is not None:
+            gain = modulation.discounted(gain, before.level, after.level, fine.data.counts, scatter)
         if best is None or gain > best.gain:
             best = Candidate("narrow_band", part, gain, log_tail_of_line(part.kind, gain, len(bench.y)))
     return best

@@ -11,6 +11,8 @@ TABLE = {effect.kind: effect for effect in (
     changes.NOISE_STEP, changes.SHOCKS, columns.TEMPERATURE_SQUARED, columns.TEMPERATURE_HYSTERESIS, columns.TEMPERATURE_NOISE,
     columns.FOLLOWS, means.INTERMITTENT_LINE, means.BIAS_STEP)}
 
+BUILT_IN = tuple(TABLE)
+
 
 def find(kind, where=""):
     if not isinstance(kind, str) or kind not in TABLE:

@@ -11,7 +11,7 @@ BANDS = 14
 TIMES = 24
 NARROW = 401  # ordinates
 # How many independent tests the list of judge() amounts to: measured on recordings of true models (`tools/davarlab nulls`).
-INDEPENDENT = 5
+INDEPENDENT = 3
 
 
 @dataclass
