@@ -15,6 +15,7 @@ TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 MINIMUM_SAMPLES = 1000
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
+RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 DOUBTFUL_RATE = 0.01  # between --rate and the time stamps, as in davar-sim
 
 
@@ -173,6 +174,8 @@ def read(path, rate_hz=None):
         raise BadInput(f"{path}: {len(table)} samples; at least {MINIMUM_SAMPLES} are needed")
     columns = dict(zip(names, np.ascontiguousarray(table.T)))
     rate, gaps = clock(columns, rate_hz, path, line)
+    if not RATES_HZ[0] < rate < RATES_HZ[1]:
+        raise BadInput(f"{path}: column time_s says {rate:g} samples per second")
     return Recording(columns, float(rate), str(path), notes, gaps)
 
 

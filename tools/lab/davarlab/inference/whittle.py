@@ -36,7 +36,7 @@ class Data:
         """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0."""
         c = signals.transform(x - x.mean())[1:]
         norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
-        ok = norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
+        ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
         self.columns[key] = (c / norm if ok else c * 0, norm if ok else 0.0)
 
     def scale(self, key):
