@@ -50,7 +50,7 @@ class Chains(unittest.TestCase):
     def test_the_dwell_is_not_lengthened_by_the_blocks(self):
         rng = np.random.default_rng(5)
         level = np.where(np.searchsorted(np.cumsum(rng.exponential(4.0, 2000)), np.arange(180000) / RATE) % 2, 0.02, -0.02)
-        _, amplitude, dwell = states.fit_levels(level + 0.035 * rng.normal(size=180000), RATE, 0.02, 5.0, 0.035 / RATE ** 0.5)
+        _, amplitude, dwell, _ = states.fit_levels(level + 0.035 * rng.normal(size=180000), RATE, 0.02, 5.0, 0.035 / RATE ** 0.5)
         self.assertAlmostEqual(dwell, 4.0, delta=3 * 4.0 / 900 ** 0.5)  # 900 switches
         self.assertAlmostEqual(amplitude, 0.02, delta=0.001)
 

@@ -72,12 +72,12 @@ class Verdicts(unittest.TestCase):
             found = self.diagnosed("lag", how)
             self.assertEqual(found.added, ["temperature"])
             self.assertAlmostEqual(found.states[-1].parts[-1].shape["lag_s"], 60, delta=25)
-            self.assertNotIn("rate_random_walk", [one.kind for one in found.undecided])
+            self.assertNotIn("rate_random_walk", [one.kind for one in found.alternatives])
 
     def test_what_one_sine_cannot_tell_is_said(self):
         found = self.diagnosed("lag", "cycle")
         self.assertEqual(found.verdict, "temperature")
-        self.assertIn("two full cycles", " ".join(one.confirm for one in found.undecided))
+        self.assertIn("two full cycles", " ".join(one.confirm for one in found.alternatives))
 
     def test_a_square_and_hysteresis_have_their_names(self):
         self.assertEqual(self.diagnosed("square", "walk").added, ["temperature_squared"])
@@ -87,7 +87,7 @@ class Verdicts(unittest.TestCase):
 
     def test_a_random_walk_is_no_heat(self):
         found = self.diagnosed("walk", "cycles")
-        self.assertEqual((found.added, found.undecided), (["rate_random_walk"], []))
+        self.assertEqual((found.added, found.alternatives), (["rate_random_walk"], []))
 
     def test_noise_that_goes_with_the_temperature(self):
         found = self.diagnosed("noise", "walk")

@@ -1,4 +1,4 @@
-"""Counts: starts inside_counts.py in davarlab's own environment."""
+"""Starts inside_counts.py in davarlab's own environment."""
 
 import unittest
 

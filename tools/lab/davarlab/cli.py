@@ -35,7 +35,7 @@ def plain(value):
 
 
 def emit(options, data, text):
-    print(json.dumps(plain(data), indent=2) if options.json else text)
+    print(json.dumps(plain(data), indent=2) if options.json else text, flush=True)
 
 
 def load(options):
@@ -134,8 +134,8 @@ def run_compare(options):
     recording, model = load(options)
     state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
-    report(options, recording, model, found, state)
     emit(options, comparison_json(found), terminal.comparison(found, evidence.notes(recording, model)))
+    report(options, recording, model, found, state)
     return 0 if found.adequate else 1
 
 
@@ -155,8 +155,8 @@ def run_diagnose(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
-    report(options, recording, model, found)
     emit(options, diagnosis_json(found), terminal.diagnosis(found))
+    report(options, recording, model, found)
     return 0
 
 
@@ -166,12 +166,14 @@ def run_improve(options):
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
     if options.output:
         models.write(found.model, options.output)
-    report(options, recording, model, found)
     steps = [vars(step) for step in found.steps]
     emit(options, {"steps": steps, "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
-                   **judgement_json(found.judgement), "observations": observations_json(found.comparison.observations), "useless": [part.kind for part in found.diagnosis.useless],
+                   **judgement_json(found.judgement), "observations": observations_json(found.comparison.observations),
+                   "alternatives": [vars(one) for one in found.diagnosis.alternatives],
+                   "useless": [part.kind for part in found.diagnosis.useless], "doubtful": found.diagnosis.doubtful,
                    "notes": found.notes, "model": options.output, "fitted": fitted_json(found.model, found.estimates)},
          terminal.improvement(found))
+    report(options, recording, model, found)
     return 0 if found.judgement.adequate else 1
 
 

@@ -76,6 +76,8 @@ def load_toml(path):
         raise BadInput(f"{path}: {why.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as why:
         raise BadInput(f"{path}: not TOML: {why}") from None
+    except RecursionError:
+        raise BadInput(f"{path}: nested too deep for a model") from None
 
 
 def check_lines(terms, rate_hz, where):

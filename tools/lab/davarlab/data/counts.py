@@ -12,6 +12,7 @@ ANGLE_UP_TO = 3.0  # counts of noise, from which nobody can tell what is counted
 DISTINCT = 20  # samples per distinct value, from which values repeat
 UNEVEN = 0.12  # of a count: how far the values may lie from an even grid (root mean square)
 ON_GRID = 0.95  # length of the mean of the values as directions, one count a turn
+ROUNDING = 2e-6  # of the largest value, by which sums of counts may differ
 SPLIT = 20.0  # ratio of neighbouring distances from which the smaller ones are the rounding of one and the same count
 FINE = 0.6  # standard deviations in counts from which the rounding of a rate is white noise of q^2 / 12
 SMEARED = 0.35  # the same of an angle, per sample
@@ -95,7 +96,9 @@ def levels_of(x, together=False):
         steps = np.diff(values)
         order = np.sort(steps)
         ratio = order[1:] / order[:-1]
-        edges = np.concatenate([[0], np.flatnonzero(steps > order[np.argmax(ratio)]) + 1]) if ratio.max() > SPLIT else edges
+        least = order[np.argmax(ratio)]
+        if ratio.max() > SPLIT and least < ROUNDING * np.abs(values).max():
+            edges = np.concatenate([[0], np.flatnonzero(steps > least) + 1])
     if len(edges) < 2 or len(edges) * DISTINCT > len(x):
         return None
     return np.add.reduceat(values, edges) / np.diff(np.append(edges, len(values)))
@@ -117,7 +120,7 @@ def step(x):
     """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where there is none. The wildest samples
     are not asked, and no more than SAMPLES of the others."""
     x = x[::max(1, len(x) // SAMPLES)]
-    low, high = np.quantile(x, [0.001, 0.999])
+    low, high = np.quantile(x, [0.005, 0.995])
     x = x[(x >= low) & (x <= high)]
     found = (levels_of(x), levels_of(x, True))
     steps = [step_of(levels) for levels in found if levels is not None]

@@ -14,6 +14,7 @@ from . import clock, table
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 MINIMUM_SAMPLES = 1000
 SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
+RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 
 
 @dataclass
@@ -83,6 +84,8 @@ def filled(values, known):
 def of_columns(columns, rate_hz, path, notes, line):
     """A Recording of columns that were read from the file `path`, whose header stands in `line`."""
     columns, known, found = gridded(columns, rate_hz, path, line)
+    if not RATES_HZ[0] < found.rate_hz < RATES_HZ[1]:
+        raise BadInput(f"{path}: column time_s says {found.rate_hz:g} samples per second")
     gaps = np.array([], int) if known is None else np.flatnonzero(known[1:] & ~known[:-1]) + 1
     return Recording(columns, found.rate_hz, str(path), notes, gaps, known=known, clock=found)
 

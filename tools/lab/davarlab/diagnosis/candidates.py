@@ -144,7 +144,7 @@ def decode_states(bench, parts, telegraph):
     levels = telegraph.part.shape.get("levels", 2.0)
     dwell = 2 * telegraph.part.shape["mean_dwell_s"] * (levels - 1) / levels
     start = (float(np.sqrt(max(joint.sizes[index], 1e-30) * states.mean_square(levels))), dwell, white_beside(bench, joint, dwell))
-    likelihood, level, dwell, part = best_levels(bench, parts, rest, start)
+    likelihood, level, dwell, _, part = best_levels(bench, parts, rest, start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
     if more <= SEEN and states.many_switches(dwell, rest, bench.recording.rate_hz):
         beside, better = beside_flicker(bench, parts, part, rest, level, start[2], joint.log_likelihood)
@@ -161,13 +161,20 @@ def decode_states(bench, parts, telegraph):
 
 def best_levels(bench, parts, rest, start):
     """(likelihood in white noise, amplitude, dwell, decoded part) of as many levels as the record is likeliest with beside the other parts,
-    by the lower bound of (6.3): in white noise further levels would follow the flicker."""
+    by the lower bound of (6.3): in white noise further levels would follow the flicker. So each number is fitted once more without it."""
     best, most = None, -np.inf
     for levels in range(2, states.LEVELS_MAX + 1):
         found = states.fit_levels(rest, bench.recording.rate_hz, *start, levels)
-        part, divergence, doubt = decoded_part(bench, rest, *found[1:], start[2], levels)
+        part, divergence, doubt = decoded_part(bench, rest, found, start[2], levels)
         bound = lower_bound(bench, parts, part, divergence, doubt)
+        calm = rest - slow_noise(bench, parts + [part], bench.fit(parts + [part]))
         bench.forget(part)
+        again = states.fit_levels(calm, bench.recording.rate_hz, *start, levels)
+        other, divergence, doubt = decoded_part(bench, calm, again, start[2], levels)
+        beside = lower_bound(bench, parts, other, divergence, doubt)
+        bench.forget(other)
+        if beside > bound:
+            found, part, bound = (found[0], *again[1:]), other, beside
         if bound > most + (states.MORE_LEVELS if best else 0):
             best, most = (*found, part), bound
         elif levels > 3:
@@ -189,10 +196,12 @@ def white_beside(bench, fit, dwell_s):
     return float(np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz))
 
 
-def decoded_part(bench, rest, level, dwell, white, levels):
+def decoded_part(bench, rest, found, white, levels):
     """The decoded course as a part; its divergence from what the chain says beforehand; what doubt costs per squared amplitude."""
+    _, level, dwell, middle = found
     part = Part("telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded")
-    bench.decoded[part.key], divergence, doubt, bench.squares[part.key] = states.decoded(rest, bench.recording.rate_hz, level, dwell, white, levels)
+    bench.decoded[part.key], divergence, doubt, bench.squares[part.key] = states.decoded(
+        rest - middle, bench.recording.rate_hz, level, dwell, white, levels)
     return part, divergence, doubt
 
 
@@ -210,8 +219,9 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
             break
         levels = int(part.shape["levels"])
         start = level * np.sqrt(states.mean_square(levels)), 2 * dwell * (levels - 1) / levels  # of two levels with the same spectrum
-        _, level, dwell = states.fit_levels(rest - slow, rate, *start, white, levels)
-        part, divergence, doubt = decoded_part(bench, rest - slow, level, dwell, white, levels)
+        found = states.fit_levels(rest - slow, rate, *start, white, levels)
+        level, dwell = found[1:3]
+        part, divergence, doubt = decoded_part(bench, rest - slow, found, white, levels)
         fit = bench.fit(parts + [part])
         gain = lower_bound(bench, parts, part, divergence, doubt) - continuum
         best = max(best, (float(gain), part), key=lambda pair: pair[0])

@@ -12,7 +12,7 @@ MORE_LEVELS = 5.0  # log-likelihood units that one more level must gain: half th
 LEAST = 8  # blocks, however far a search for the dwell strays
 SWITCHES_LEAST = 5
 ALIKE = 1.15  # dwells within this factor are alike: 5 % of exponential ones at most
-SEARCH = {"maxfev": 90, "xatol": 1e-2, "fatol": 0.05}
+SEARCH = {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05}
 
 
 def averaged(x, block):
@@ -94,18 +94,20 @@ def blocks_for(x, rate_hz, dwell_s):
 
 
 def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
-    """(log-likelihood, amplitude, dwell) of a chain of levels in white noise; std, dwell_s: of the two-level chain with its spectrum."""
+    """(log-likelihood, amplitude, dwell, middle of the levels) of a chain of levels in white noise; std, dwell_s: of the two-level chain with
+    its spectrum. The mean is not the middle: few dwells are not shared out evenly."""
     values, block = blocks_for(x, rate_hz, dwell_s)
     period, noise = block / rate_hz, max(white / sqrt(block / rate_hz), 1e-12)
 
     def loss(p):
-        level, spread, dwell = bounded(p)
-        return -two_level_log_likelihood(values, level, spread, staying(period, dwell, levels), levels)
+        level, spread, dwell = bounded(p[:3])
+        return -two_level_log_likelihood(values - p[3] * level, level, spread, staying(period, dwell, levels), levels)
 
-    start = [log(std / sqrt(mean_square(levels))), log(noise * 1.1), log(dwell_s / 2 * levels / (levels - 1))]
-    found = optimize.minimize(loss, start, method="Nelder-Mead", options=SEARCH)
-    level, _, dwell = bounded(found.x)
-    return -found.fun, level, dwell
+    first = [log(std / sqrt(mean_square(levels))), log(noise * 1.1), log(dwell_s / 2 * levels / (levels - 1))]
+    starts = [[first[0] + size, *first[1:], off] for size in (-0.4, 0.0, 0.4) for off in (0.0, -0.5, 0.5, -1.0, 1.0)]
+    found = optimize.minimize(loss, min(starts, key=loss), method="Nelder-Mead", options=SEARCH)
+    level, _, dwell = bounded(found.x[:3])
+    return -found.fun, level, dwell, float(np.mean(x[:len(values) * block])) + float(found.x[3]) * level
 
 
 def fit_continuum(x, rate_hz, std, dwell_s, white):
@@ -150,10 +152,10 @@ def smoothed(values, level, noise, stay, levels=2):
 
 
 def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
-    """Posterior mean of the state (places()) at every sample; its divergence from what the chain says beforehand; the sum of
+    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample; its divergence from what the chain says beforehand; the sum of
     its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
     block = min(max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEAST)
-    values = averaged(x - x.mean(), block)
+    values = averaged(x, block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)
     stay = staying(block / rate_hz, dwell_s, levels)
     chance = posterior(values, level, noise, stay, levels)

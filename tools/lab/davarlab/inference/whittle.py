@@ -63,7 +63,7 @@ class Data:
         x = x[:count * together].reshape(count, together).mean(axis=1) if together > 1 else x
         c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
         norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
-        ok = norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
+        ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
         self.columns[key] = (c / norm if ok else c * 0, norm if ok else 0.0)
 
     def scale(self, key):

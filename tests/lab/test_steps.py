@@ -1,0 +1,14 @@
+"""Starts inside_steps.py in davarlab's own environment."""
+
+import unittest
+
+from apart import passes
+
+
+class Steps(unittest.TestCase):
+    def test_in_the_environment_of_the_workbench(self):
+        passes(self, "inside_steps.py")
+
+
+if __name__ == "__main__":
+    unittest.main()
