@@ -88,7 +88,7 @@ class Steps(unittest.TestCase):
         term = model.checked_term({"kind": "bias_step", "time_s": 100.0, "step_dps": 0.05}, "here")
         y = simulate.make([*MODEL.terms, term], RATE, duration_s=400.0).columns["gyro_z_dps"]
         self.assertAlmostEqual(y[6000:9000].mean() - y[2000:5000].mean(), 0.05, delta=0.005)
-        entries = improve.fit(Recording({"gyro_z_dps": y}, RATE), model.Model(RATE, "gyro_z_dps", [*MODEL.terms, term]))[1]
+        entries = improve.fit(Recording({"gyro_z_dps": y}, RATE), model.Model(RATE, "gyro_z_dps", [*MODEL.terms, term]))[2]
         self.assertTrue(holds(entries[2]["step_dps"], 0.05))
 
 
@@ -113,7 +113,7 @@ class Lines(unittest.TestCase):
         said = {"kind": "intermittent_line", "frequency_hz": 7.0, "amplitude_dps": 0.05, "start_s": 100.0, "stop_s": 200.0}
         terms = [*MODEL.terms, model.checked_term(said, "here")]
         y = simulate.make(terms, RATE, duration_s=400.0).columns["gyro_z_dps"]
-        entries = improve.fit(Recording({"gyro_z_dps": y}, RATE), model.Model(RATE, "gyro_z_dps", terms))[1]
+        entries = improve.fit(Recording({"gyro_z_dps": y}, RATE), model.Model(RATE, "gyro_z_dps", terms))[2]
         self.assertTrue(holds(entries[2]["amplitude_dps"], 0.05))
         self.assertTrue(holds(entries[2]["frequency_hz"], 7.0))
         with self.assertRaisesRegex(BadInput, "intermittent_line: stop_s = 50 is before start_s = 100"):

@@ -106,9 +106,7 @@ def run_simulate(options):
 
 def run_fit(options):
     recording, model = load(options)
-    state = state_of.judged(state_of.start(recording, model, progress))
-    progress("intervals")
-    fitted, entries = improve.fitted_model(state, model)
+    state, fitted, entries = improve.fit(recording, model, progress)
     if options.output:
         models.write(fitted, options.output)
     emit(options, {"effects": fitted_json(fitted, entries), "model": options.output, **judgement_json(state.judgement),

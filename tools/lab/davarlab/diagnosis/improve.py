@@ -85,6 +85,13 @@ def fitted_model(state, model):
     return Model(state.bench.recording.rate_hz, model.column, terms), found
 
 
+def fit(recording, model, progress=lambda text: None):
+    """(judged state, fitted model, its estimates) of the model's own effects on this recording."""
+    state = state_of.judged(state_of.start(recording, model, progress))
+    progress("intervals")
+    return state, *fitted_model(state, model)
+
+
 def held_out_errors(held_out, model):
     """(error, floor) on the held-out recording of the model as it is; None, None without one."""
     if held_out is None:
