@@ -85,6 +85,9 @@ def stationary(bench, parts, fit, effect, scatter=None):
             gain = min(gain, robust_gain(bench, parts, part))
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, 0.0)
+    if best and effect.kind not in table.BUILT_IN and best.gain > filters.CRUDE:  # of its grid nobody knows how fine it is
+        best.part = refine.refined(bench, parts + [best.part], only_last=True)[-1]
+        best.gain = max(best.gain, bench.fit(parts + [best.part]).log_likelihood - fit.log_likelihood)
     if best:
         best.log_p = log_chance(effect.kind, best.gain)
     return filters.candidate(bench, parts, fit, best) if best and effect.role == "filter" else best

@@ -32,6 +32,8 @@ class Judgement:
 def proven(cells):
     """By which factor at least each true ratio is off, as a signed logarithm, beyond its family-wise 99 % interval; 0: nothing is proven
     (7.2)."""
+    if not cells:
+        return np.zeros(0)
     freedom, tail = np.array([cell.freedom for cell in cells]), FAMILY_WISE / (2 * len(cells))
     ratio = np.log([max(cell.ratio, 1e-9) for cell in cells])
     low = ratio - 0.5 * np.log(stats.chi2.isf(tail, freedom) / freedom)

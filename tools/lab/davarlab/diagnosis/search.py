@@ -7,7 +7,7 @@ from ..inference import changes, modulation
 from ..inference.parts import Part
 from . import candidates, cells, columns, common_cause, filters, identifiable
 from .candidate import Candidate
-from .state import joined, judged, redrawn, with_parts
+from .state import as_noise, joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01
 STEPS_MAX = 24
@@ -147,12 +147,12 @@ def forward(state, given, progress):
 
 
 def error_of(state):
-    return cells.error_of(cells.cells_of(state, state.record))
+    return cells.error_of(cells.cells_of(as_noise(state), state.record))
 
 
 def useful(state, given):
     """The state without the added parts that leave the error where it is or raise it, and those parts."""
-    floor, useless = cells.floor_of(cells.cells_of(state, state.record)), []
+    floor, useless = cells.floor_of(cells.cells_of(as_noise(state), state.record)), []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
         if part.role != "events" and error_of(state) > error_of(rest) + SLACK * floor:

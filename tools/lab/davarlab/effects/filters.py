@@ -6,18 +6,21 @@ from .base import INFINITE, Effect, Parameter
 from .spectra import angular
 
 RESPONSES = ("sampled", "bilinear", "analogue")
+IMAGES = 8  # on each side; of order 2 they fall with the fourth power
 
 
-def poles(cutoff_hz, rate_hz, order):
-    """Of the sampled response: exp(s / rate) of the analogue Butterworth poles."""
-    corner = 2 * np.pi * cutoff_hz / rate_hz
-    turns = np.exp(1j * np.pi * (0.5 + (2 * np.arange(order) + 1) / (2 * order)))
-    return np.exp(np.minimum(corner, 50.0) * turns)
+def folded(f, rate_hz, cutoff_hz, order):
+    """Of an analogue filter that is sampled: its power gain with all images; of one pole the discrete pole exp(-2 pi fc / rate)."""
+    if order == 1:
+        decay = np.exp(-2 * np.pi * cutoff_hz / rate_hz)
+        return (1 - decay) ** 2 / np.abs(1 - decay * np.exp(-1j * angular(f, rate_hz))) ** 2
+    image = np.arange(-IMAGES, IMAGES + 1) * rate_hz
+    return sum(1 / (1 + ((f + one) / cutoff_hz) ** 4) for one in image) / float(np.sum(1 / (1 + (image / cutoff_hz) ** 4)))
 
 
 def low_pass(f, rate_hz, shape):
-    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response that the shape names: "sampled", the
-    discrete poles exp(s / rate), as of an analogue filter that is sampled or of exponential smoothing; "bilinear", the digital filter of
+    """Power gain of a Butterworth low pass of order 1 or 2, 1 at low frequencies, in the response that the shape names: "sampled", as of
+    an analogue filter that is sampled (of order 1: or of exponential smoothing); "bilinear", the digital filter of
     that name; "analogue", 1 / (1 + (f / fc)^(2 order)), as of a filter at a much higher rate whose images are kept out."""
     order, response = int(shape.get("order", 1)), shape.get("response", RESPONSES[0])
     if response == "analogue":
@@ -25,10 +28,7 @@ def low_pass(f, rate_hz, shape):
     if response == "bilinear":
         edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
         return 1 / (1 + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge)) ** (2 * order))
-    gain = np.ones_like(f)
-    for pole in poles(shape["cutoff_hz"], rate_hz, order):
-        gain = gain * np.abs(1 - pole) ** 2 / np.abs(1 - pole * np.exp(-1j * angular(f, rate_hz))) ** 2
-    return gain
+    return folded(f, rate_hz, shape["cutoff_hz"], order)
 
 
 def moving_average(f, rate_hz, shape):
