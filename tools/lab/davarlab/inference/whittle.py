@@ -8,6 +8,7 @@ from scipy import linalg, optimize
 from ..data import signals
 
 ITERATIONS = 60
+HALVINGS = 12
 
 
 @dataclass
@@ -98,13 +99,17 @@ def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
         first = non_negative_step(shapes, energy - fixed * counts, counts, level.mean() + 0 * level)
         level = np.maximum(shapes.T @ first + fixed, 1e-12 * level.max())
     sizes, before = None, -np.inf
-    for iteration in range(ITERATIONS):
+    for _ in range(ITERATIONS):
         beta, covariance, residual, leverage = generalised_least_squares(data, keys, level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
-        step = non_negative_step(shapes, residual * counts / free - fixed * counts, counts, level)
-        sizes = step if sizes is None else 0.5 * (sizes + step) if iteration % 7 == 6 else step
-        level = np.maximum(shapes.T @ sizes + fixed, 1e-12 * energy.sum() / counts.sum())
-        now = log_likelihood(data, residual, level)
+        step, seen = non_negative_step(shapes, residual * counts / free - fixed * counts, counts, level), residual * counts / free
+        least = log_likelihood(data, seen, level) if sizes is not None else -np.inf
+        for _ in range(HALVINGS):  # where one ordinate holds nearly all the energy, whole steps go to and fro
+            level = np.maximum(shapes.T @ step + fixed, 1e-12 * energy.sum() / counts.sum())
+            if log_likelihood(data, seen, level) >= least - 1e-9 * abs(least):
+                break
+            step = 0.5 * (sizes + step)
+        sizes, now = step, log_likelihood(data, residual, level)
         if abs(now - before) < 1e-6 * (1 + abs(now) * 1e-6):
             break
         before = now
