@@ -90,6 +90,16 @@ class Fits(unittest.TestCase):
         self.assertAlmostEqual(found, best, delta=2e-6)
         self.assertAlmostEqual(found, 3.21234, delta=6e-5)
 
+    def test_the_maximum_is_reached_where_one_ordinate_holds_most_of_the_energy(self):
+        rng = np.random.default_rng(13)
+        for size, place in ((0.027, 255000), (0.05, 150000), (0.1, 300000)):
+            y = 0.27 / 60 * RATE ** 0.5 * rng.normal(size=360000) + size * (np.arange(360000) > place)
+            bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
+            fit = bench.fit(self.noise)
+            around = [estimate.vector_likelihood(bench, self.noise, np.array([n, b]), np.zeros(0))
+                      for n in fit.sizes[0] * np.geomspace(0.2, 5, 21) for b in np.geomspace(1e-8, 1e-3, 41)]
+            self.assertGreater(fit.log_likelihood, max(around) - 0.01)
+
     def test_a_size_fitted_as_nothing_has_a_bound_that_such_noise_would_reach(self):
         rng = np.random.default_rng(11)
         zeros, bounds = 0, []

@@ -46,7 +46,7 @@ def line(f, a, n=40000, rate=50.0):
     return a * np.sin(2 * np.pi * f * np.arange(n) / rate + 1)
 
 
-N = 4000
+N = 3000
 T = np.arange(N) / 50
 STUCK = noise(N)
 STUCK[N // 2:] = STUCK[N // 2]
@@ -93,7 +93,10 @@ CASES = {
 }
 for wanted in [sys.argv[1:]]:
     CASES = {name: case for name, case in CASES.items() if not wanted or any(word in name for word in wanted)}
-COMMANDS = (["compare", "--report"], ["diagnose", "--report"], ["improve"], ["fit"])
+COMMANDS = (["compare"], ["diagnose", "--report"], ["fit"])
+QUICK = (["compare"], ["diagnose"], ["fit"])  # a page takes longer than all of these
+ALL_COMMANDS = (["compare", "--report"], ["diagnose"], ["improve", "--report"], ["fit"])
+OFTEN = ("short", "pure sine", "stuck half", "one line")  # with every command, both ways
 
 
 def called(arguments):
@@ -118,7 +121,7 @@ class Awkward(unittest.TestCase):
                 said = [row for row in err.splitlines() if row]
                 self.assertEqual(("", True), (out, said[-1].startswith("davarlab: ") and len(said[-1]) < 400), err)
             else:
-                self.assertTrue(out.strip())
+                self.assertTrue(out.strip() or words == ["fit"])  # a model without effects has no estimates
             return status
 
     def test_no_traceback(self):
@@ -128,7 +131,9 @@ class Awkward(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder:
                 (Path(folder) / "r.csv").write_text(recording)
                 (Path(folder) / "m.toml").write_text(model)
-                for words in COMMANDS:
+                reported = name in OFTEN or not any(word in name for word in ("known", "noise step", "short", "only", "faint", "giant"))
+                commands = COMMANDS if reported else QUICK
+                for words in commands + (ALL_COMMANDS if name in OFTEN else ()):
                     if self.check(name, words, folder) == 2:
                         break
 

@@ -1,4 +1,4 @@
-"""Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid; what the rounding adds (DESIGN 12)."""
+"""Counts: the step in which a sensor's rate, or its angle, comes, known from the record's own grid; what the rounding adds (DESIGN 14)."""
 
 from dataclasses import dataclass, field
 

@@ -17,7 +17,7 @@ RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4
 HIDDEN = ("quantization", "rate_random_walk", "rate_ramp", "gauss_markov", "sinusoid", "low_pass", "temperature",
           "temperature_rate", "g_sensitivity", "vibration_noise", "vibration_rectification", "warm_up", "telegraph_noise",
-          "noise_step", "shocks")
+          "noise_step", "shocks", "bias_step", "intermittent_line", "narrow_band", "moving_average")
 PAIRS = (("temperature", "sinusoid"), ("gauss_markov", "vibration_noise"), ("low_pass", "rate_ramp"),
          ("g_sensitivity", "shocks"), ("quantization", "warm_up"), ("noise_step", "rate_random_walk"))
 
@@ -42,11 +42,12 @@ def drawn(kind, rng, scale):
         "telegraph_noise": lambda: {"amplitude_dps": scale * u(0.005, 0.01), "mean_dwell_s": u(30, 150)},
         "noise_step": lambda: (lambda start: {"start_s": start, "stop_s": start + u(300, 2000), "ratio": 1 + scale * u(0.4, 1.0)})(u(500, 5000)),
         "shocks": lambda: {"rate_per_hour": u(8, 40), "amplitude_dps": scale * u(0.4, 1.0)},
+        "narrow_band": lambda: {"std_dps": scale * u(0.01, 0.03), "frequency_hz": u(3, 20), "half_width_hz": u(0.1, 0.5)},
+        "moving_average": lambda: {"samples": 1 + u(0.5, 2) * scale},
+        "bias_step": lambda: {"time_s": u(1000, 6000), "step_dps": sign * scale * u(0.012, 0.03)},
+        "intermittent_line": lambda: (lambda start: {"frequency_hz": float(np.exp(u(np.log(0.5), np.log(20)))), "amplitude_dps": scale * u(0.006, 0.02),
+                                                     "start_s": start, "stop_s": start + u(100, 1500)})(u(500, 5000)),
     }[kind]()
-
-
-def bias_step(t, rng):
-    return 0.02 * (t > rng.uniform(2000, 5000))
 
 
 def sweep(t, rng):
@@ -58,19 +59,11 @@ def breathing_noise(t, rng):
     return 0.035 * (1 + np.sin(2 * np.pi * t / rng.uniform(300, 900))) * rng.standard_normal(len(t))
 
 
-def resonance(t, rng):
-    f = rng.uniform(3, 20)
-    c = np.fft.rfft(rng.standard_normal(len(t)))
-    nu = np.fft.rfftfreq(len(t), t[1])
-    return 0.02 * np.fft.irfft(c / np.sqrt(1 + ((nu - f) / 0.3) ** 2), len(t)) * 4
-
-
 def square_wave(t, rng):
     return 0.008 * np.sign(np.sin(2 * np.pi * t / rng.uniform(40, 400) + 1))
 
 
-OUTSIDE = {"bias step": bias_step, "sweeping tone": sweep, "breathing noise": breathing_noise, "resonance": resonance,
-           "square wave": square_wave}
+OUTSIDE = {"sweeping tone": sweep, "breathing noise": breathing_noise, "square wave": square_wave}
 
 
 def scenarios(size):

@@ -1,4 +1,4 @@
-"""Lines that are there for a while: a machine that is switched on and off (DESIGN 13)."""
+"""Lines that are there for a while: a machine that is switched on and off (DESIGN 15)."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Sudden steps of the bias, at every sample of the record, by generalised least squares (DESIGN 13)."""
+"""Sudden steps of the bias, at every sample of the record, by generalised least squares (DESIGN 15)."""
 
 import numpy as np
 from scipy import fft, stats

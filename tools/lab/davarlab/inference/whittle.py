@@ -9,6 +9,7 @@ from scipy import linalg, optimize
 from ..data import signals
 
 ITERATIONS = 60
+HALVINGS = 12
 WELL_POSED = 1e-5  # least pivot of a Cholesky factor of rows with unit norm
 
 
@@ -186,13 +187,18 @@ def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
         first = non_negative_step(shapes, energy, counts, level.mean() + 0 * level)
         level = np.maximum(shapes.T @ first + fixed, 1e-12 * level.max())
     sizes, before = None, -np.inf
-    for iteration in range(ITERATIONS):
+    for _ in range(ITERATIONS):
         beta, covariance, residual, leverage = generalised_least_squares(data, keys, level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
-        step = non_negative_step(shapes, residual * counts / free - counts * fixed, counts, level)
-        sizes = step if sizes is None else 0.5 * (sizes + step) if iteration % 7 == 6 else step
-        level = np.maximum(shapes.T @ sizes + fixed, least)
-        now = log_likelihood(data, residual, level)
+        seen = residual * counts / free
+        step = non_negative_step(shapes, seen - counts * fixed, counts, level)
+        before_step = log_likelihood(data, seen, level) if sizes is not None else -np.inf
+        for _ in range(HALVINGS):  # where one ordinate holds nearly all the energy, whole steps go to and fro
+            level = np.maximum(shapes.T @ step + fixed, least)
+            if log_likelihood(data, seen, level) >= before_step - 1e-9 * abs(before_step):
+                break
+            step = 0.5 * (sizes + step)
+        sizes, now = step, log_likelihood(data, residual, level)
         if abs(now - before) < 1e-6 * (1 + abs(now) * 1e-6):
             break
         before = now
