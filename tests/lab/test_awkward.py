@@ -54,9 +54,6 @@ class Awkward(unittest.TestCase):
     def test_turned_by_hand(self):
         self.right("motion_turned", 1, "--rate", "20")
 
-    def test_samples_read_twice(self):
-        self.right("repeated_each", 1, "--rate", "20")
-
     def test_samples_lost(self):
         self.right("line + lost_samples", 1, "--rate", "20")
 

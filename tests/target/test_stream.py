@@ -25,6 +25,7 @@ LIKE_16_MHZ = 6  # 2^6 ns an instruction
 OVERLOADED = 8
 RESULTS_MISSED, EDGES_LOST = 5, 13  # items of DAVAR_Health
 HEALTH = "t5D5"
+SETUP = "t5D68"  # DAVAR_Setup, which names the sender's run
 
 
 def simulated(*options):
@@ -47,6 +48,11 @@ def told(lines):
     """Item -> count, as the last frames of DAVAR_Health say."""
     frames = [bytes.fromhex(line[5:]) for line in lines if line.startswith(HEALTH)]
     return {frame[2]: int.from_bytes(frame[4:8], "little") for frame in frames}
+
+
+def any_run(line):
+    """A frame without Session and, as it goes into it, Crc where there is one: davar-sim's is another at every start."""
+    return f"{line[:5]}--{line[7:11]}--{line[13:]}" if line.startswith(SETUP) else line
 
 
 class Stream(unittest.TestCase):
@@ -82,8 +88,8 @@ class Stream(unittest.TestCase):
             with self.subTest(target=target):
                 counters, lines = self.stream(target, EVERY_MS, LIKE_16_MHZ, *options)
                 self.assertEqual((SAMPLES, 0, 0), tuple(counters[name] for name in ("samples", "overruns", "missed")))
-                self.same([line for line in expected if not line.startswith(HEALTH)],
-                          [line for line in lines if not line.startswith(HEALTH)])
+                self.same([any_run(line) for line in expected if not line.startswith(HEALTH)],
+                          [any_run(line) for line in lines if not line.startswith(HEALTH)])
 
     def test_results_that_the_main_loop_is_too_slow_for_are_counted(self):
         for target in targets.MACHINES:

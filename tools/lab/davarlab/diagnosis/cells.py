@@ -78,6 +78,9 @@ def cells_of(state, y, relative=None):
             continue
         noise, freedom, share, steady = expectation.of(window, taus)
         measured, valid = remembered(bench.recording.measured, y, window, taus, state.known)
+        if not valid.any():  # no two neighbours were measured: the record as it was drawn, for as much as it knows
+            measured = remembered(bench.recording.measured, y, window, taus, None)[0]
+            valid = np.full_like(measured, state.known.mean())
         measured = measured ** 2
         course_there = allan.windows(course, window, taus, state.known)[0] ** 2 if np.any(course) else np.zeros_like(measured)
         for row in range(len(measured)):
