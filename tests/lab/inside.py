@@ -6,7 +6,8 @@ import unittest
 import numpy as np
 from davarlab import model
 from davarlab.data import signals
-from davarlab.diagnosis import candidate, candidates, state as state_of
+from davarlab.candidates import candidate, ranking as candidates
+from davarlab.diagnosis import state as state_of
 from davarlab.inference import estimate, refine, states
 from davarlab.inference.parts import Bench, Part
 from davarlab.data.recording import Recording

@@ -6,7 +6,8 @@ import heat
 import numpy as np
 from davarlab import model, simulate
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import columns, common_cause, diagnose, identifiable, state as state_of
+from davarlab.candidates import columns, common_cause, identifiable
+from davarlab.diagnosis import diagnose, state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference.parts import Part

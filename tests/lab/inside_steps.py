@@ -6,7 +6,8 @@ import numpy as np
 from davarlab import model, simulate
 from davarlab.data import signals
 from davarlab.data.recording import Recording
-from davarlab.diagnosis import improve, intermittent, steps
+from davarlab.candidates import intermittent, steps
+from davarlab.diagnosis import improve
 from davarlab.errors import BadInput
 from scipy import stats
 

@@ -4,7 +4,7 @@ import unittest
 from types import SimpleNamespace as Made
 
 import numpy as np
-from davarlab.diagnosis.candidate import Candidate
+from davarlab.candidates.candidate import Candidate
 from davarlab.cli import parser
 from davarlab.diagnosis.cells import Cell
 from davarlab.effects import table

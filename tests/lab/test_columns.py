@@ -14,7 +14,8 @@ NEVER_A_SENSITIVITY = """
 import sys
 from davarlab import model
 from davarlab.data import recording
-from davarlab.diagnosis import common_cause, diagnose
+from davarlab.candidates import common_cause
+from davarlab.diagnosis import diagnose
 from davarlab.inference.parts import Part
 found = recording.read(sys.argv[1])
 terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 2.3}), model.Term("bias_instability", {"coefficient_deg_per_h": 30.0})]

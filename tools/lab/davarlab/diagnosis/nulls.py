@@ -12,7 +12,8 @@ from .. import simulate
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..model import Model, Term
-from . import benchmark, candidate, columns, search, state as state_of
+from ..candidates import candidate, columns
+from . import benchmark, search, state as state_of
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from

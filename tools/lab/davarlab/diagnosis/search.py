@@ -5,8 +5,9 @@ import numpy as np
 from ..effects import columns as columns_of, table
 from ..inference import changes, modulation
 from ..inference.parts import Part
-from . import candidates, cells, columns, common_cause, filters, identifiable
-from .candidate import Candidate
+from ..candidates import columns, common_cause, filters, identifiable, ranking as candidates
+from . import cells
+from ..candidates.candidate import Candidate
 from .state import as_noise, joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01

@@ -9,7 +9,8 @@ from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
 from ..inference.parts import as_spectra, Bench, part_of
-from . import candidates, cells, filters, judge
+from ..candidates import filters, ranking as candidates
+from . import cells, judge
 
 MOVING = 0.02  # of the samples, that must differ from the one before
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..effects import table
 from ..inference import modulation, refine
 from ..inference.parts import Part
-from . import candidate as candidate_of, candidates, columns
+from . import candidate as candidate_of, columns, ranking as candidates
 from .candidate import Candidate, log_tail
 
 NOISE = ("rate_random_walk", "gauss_markov")

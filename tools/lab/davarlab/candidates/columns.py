@@ -12,7 +12,7 @@ from ..effects import columns, table
 from ..inference import changes, modulation
 from ..inference.parts import Part
 from .candidate import Candidate, log_tail
-from .candidates import shapes_of
+from .ranking import shapes_of
 
 SLOW_MOST = 16384  # samples of the recording of block means
 FINER = np.exp2(np.arange(-6, 7) / 8)  # about the best shape of the first round
