@@ -87,7 +87,7 @@ def cells_of(state, y, relative=None):
             level = 1.0 if relative is None else float(relative[row * window:(row + 1) * window].mean())
             local = noise * (1 + share * (level - 1))
             rows = row_cells(row, window, taus, measured[row], local, course_there[row] + steady, freedom * valid[row], bench.data.rate_hz)
-            found += [cell for cell, part in zip(rows, valid[row]) if part > VALID and cell.freedom > 1]
+            found += [cell for cell, part in zip(rows, valid[row]) if part > VALID and (state.known is None or cell.freedom > 1)]
     return found
 
 

@@ -25,7 +25,7 @@ def plain_number(value, _=None):
 
 
 def whole_record(comparison):
-    stop = max(cell.stop_s for cell in comparison.cells)
+    stop = max((cell.stop_s for cell in comparison.cells), default=0.0)
     return [cell for cell in comparison.cells if cell.stop_s - cell.start_s > 0.99 * stop]
 
 
