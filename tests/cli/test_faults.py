@@ -27,9 +27,9 @@ class FaultCase(SimCase):
         super().setUp()
         for number in STOPS:  # whoever started the tests may ignore some, and programs inherit that
             self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
-        self.library = self.folder / "faults.so"
+        self.interposer = self.folder / "faults.so"
         flags = [] if SANITIZED else ["-DALLOCATIONS"]
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", *flags, "-o", self.library, FAULTS, "-ldl"], check=True)
+        subprocess.run(["cc", "-shared", "-fPIC", "-O1", *flags, "-o", self.interposer, FAULTS, "-ldl"], check=True)
         self.scratch = self.folder / "scratch"
         self.scratch.mkdir()
         self.mark = self.folder / "mark"
@@ -38,7 +38,7 @@ class FaultCase(SimCase):
     def faulty(self, fault, *arguments, output=None, **keywords):
         """Runs with a fault; None when the run has ended without it."""
         self.mark.unlink(missing_ok=True)
-        environment = dict(os.environ, LD_PRELOAD=str(self.library), FAULT=fault, FAULT_MARK=str(self.mark),
+        environment = dict(os.environ, LD_PRELOAD=str(self.interposer), FAULT=fault, FAULT_MARK=str(self.mark),
                            TMPDIR=str(self.scratch), ASAN_OPTIONS="verify_asan_link_order=0:detect_leaks=0")
         if output is None:
             done = self.sim(*arguments, env=environment, **keywords)
