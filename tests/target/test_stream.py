@@ -1,4 +1,5 @@
-"""Interrupt use: a timer interrupt pushes, the main loop takes and sends over the UART (firmware/stream.c)."""
+"""Interrupt use: a timer interrupt pushes, the main loop takes and sends over the UART (firmware/stream.c).
+DAVAR_SIM: davar-sim."""
 
 import os
 import pty
@@ -15,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/support"))
 import targets
 
-SIM = ROOT / "build/tools/host_sim/davar-sim"
+SIM = os.environ.get("DAVAR_SIM", "davar-sim")
 RECORDING = (ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.05", "--mode", "trailing", "--progress", "never")
 SHORT_WINDOW = ("--policy", "fixed", "--window-max", "300", "--window-min", "300")
 SAMPLES = 6000

@@ -277,7 +277,7 @@ PARTS = {
                suite("kernel", setting=guest) + suite("kernel", "kernel_board", board)),
     "lab": ("tools/davarlab on recordings with known truth", suite("lab", setting=lab)),
     "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
-                suite("targets", "target")[::-1]),  # the longest, test_suites.py, first
+                suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
     "style": ("the house rules: includes, no heap, function length, one version", suite("style")),
     "format": ("clang-format", [partial(tool, "clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))]),

@@ -105,20 +105,26 @@ LONG = 64  # cluster sizes in a window, from which its length does not bear on h
 FINE = 16  # lags of a cluster size
 
 
+def unit(power):
+    """The same shape with 1 as its largest value, for the square of a faint one would be 0; silence counts as white."""
+    peak = power.max()
+    return power / peak if peak > 0 else np.ones_like(power)
+
+
 def freedom(spectrum, power, m, window, rate_hz):
     """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the autocovariance of
     the M = window - 2 m + 1 differences (8.3)."""
     count = window - 2 * m + 1
     if count > LONG * m:  # Parseval
         width = grid()[1]
-        power = power * response(m) / width
+        power = unit(power * response(m) / width)
         return float(2 * count * (power @ width) ** 2 / (power ** 2 @ width))
     step = max(1, m // FINE)
     lags = -(-count // step)
     points = 1 << (2 * lags).bit_length()
     nu = np.arange(points + 1) / (2 * points * step)
     nu[0] = nu[1] / 4
-    power = spectrum(nu * rate_hz) * np.sin(np.pi * nu * m) ** 4 / np.sin(np.pi * nu) ** 2
+    power = unit(spectrum(nu * rate_hz) * np.sin(np.pi * nu * m) ** 4 / np.sin(np.pi * nu) ** 2)
     covariance = np.fft.irfft(power)[:lags]
     weight = 2 * (1 - np.arange(lags) * step / count)
     weight[0] = 1
