@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import fft, ndimage
 
+SHORTEST = 4  # samples of a window whose scatter is asked
 SUDDEN = 2.0
 SINGLE_ORDINATES = 80
 BIN_RATIO = 1.04
@@ -94,5 +95,7 @@ def mean_square_between(x, second, window):
 
 
 def local_mean_square(x, window):
-    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of its degrees of freedom."""
+    """Of what moves faster than the window, per sample; the mean that is taken off counts as one of its degrees of freedom.
+    At a slow rate the window is as short as still shows a scatter."""
+    window = max(window, SHORTEST)
     return ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest") * window / max(window - 1, 1)

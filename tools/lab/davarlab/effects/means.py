@@ -54,7 +54,8 @@ def time_constants(recording):
 
 
 def sudden_vibration_square(recording, shape):
-    return signals.mean_square_between(acceleration(recording, shape), max(2, int(recording.rate_hz)), int(60 * recording.rate_hz))
+    return signals.mean_square_between(acceleration(recording, shape), max(2, int(recording.rate_hz)),
+                                       max(signals.SHORTEST, int(60 * recording.rate_hz)))
 
 
 RATE_RAMP = Effect(
