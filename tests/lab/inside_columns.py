@@ -122,9 +122,9 @@ class Chance(unittest.TestCase):
 
 
 class Causes(unittest.TestCase):
-    def judged(self, columns_of):
+    def judged(self, columns_of, part=Part("g_sensitivity", {"axis": "x"})):
         state = state_of.start(Recording(columns_of, heat.RATE), MODEL)
-        return common_cause.judge(state.bench, state.parts, state.fit, Part("g_sensitivity", {"axis": "x"}))
+        return common_cause.judge(state.bench, state.parts, state.fit, part)
 
     def test_a_sensitivity_is_one_number_and_a_hidden_cause_is_not(self):
         for seed in (1, 2, 3):
@@ -140,6 +140,17 @@ class Causes(unittest.TestCase):
         self.assertIn("gyro_x_dps", common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps"))
         apart = alone | {"gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"]}
         self.assertEqual(common_cause.several_axes(Recording(apart, heat.RATE), "gyro_z_dps"), "")
+
+    def test_an_axis_that_shares_no_more_than_a_drift_is_not_followed(self):
+        for seed in (3, 5, 7):
+            alone, rng = heat.make("none", "walk", seed), np.random.default_rng(seed)
+            drift = 1.5e-5 * heat.walk(180000, rng)
+            noise = 4 * np.std(np.diff(alone["gyro_z_dps"])) * rng.standard_normal(180000)
+            turned = drift + heat.make("none", "walk", seed + 1)["gyro_z_dps"]
+            judged = self.judged(alone | {"gyro_z_dps": alone["gyro_z_dps"] + drift + noise, "gyro_x_dps": turned},
+                                 Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0}))
+            self.assertEqual((judged.confirmed, judged.disagrees), (False, True), judged)
+            self.assertIn("common cause", judged.why)
 
 
 class Words(unittest.TestCase):

@@ -14,6 +14,7 @@ EDGES = (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5)
 WORKED_OUT_HZ = 0.05  # up to here a course worked out of a column (a square of vibration, a slope) has no scatter of its own to speak of
 ORDINATES_LEAST = 8  # in a band; one with fewer goes with the next
 SEEN, APART, FACTOR = 3.0, 3.5, 2.0  # standard errors of one band and of a difference; ratio of coefficients
+TURNING_HZ, TURNING = 0.05, 0.75  # from where on, and from which share of real motion on, another axis of the gyro counts as turned
 SHARE_LEAST = 0.1  # of real motion in an accelerometer's power, below which its noise is not divided out further
 SLOW_HZ, COHERENT, ALIKE = 0.01, 0.4, 1.5
 QUIET = 0.05  # of the seconds, whose noise is taken for the sensor's own
@@ -65,7 +66,7 @@ def in_bands(bench, parts, part):
     fit, data = bench.fit(parts + [part]), bench.data
     name = column_of(part)
     x = bench.recording.column(name) if name else bench.courses(part)[0]
-    floor = sensor_noise(x, data.rate_hz) if name and name.startswith("accel_") else 0.0
+    floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
     used = int(np.searchsorted(data.f, EDGES[-1] if name else WORKED_OUT_HZ))
     keys = bench.all_keys(parts)
     c, rest = signals.transform(x - x.mean())[1:used + 1], data.without(fit.coefficients[:len(keys)], keys)[:used]
@@ -107,8 +108,20 @@ def judge(bench, parts, fit, part):
     confirmed = any(agree(true[i], true[j]) for i, j in pairs) and not apart
     if apart:
         return CommonCause(False, True, bands, contradiction(bands, apart))
-    why = as_one(bench, rest, part, confirmed)
+    why = unseen(part, found, confirmed) or as_one(bench, rest, part, confirmed)
     return CommonCause(confirmed and not why, bool(why), bands, why)
+
+
+def unseen(part, found, confirmed):
+    """A sensor's own column must be seen in a band by itself; another axis of the gyro, which shares supply and electronics with this one, in
+    two that agree or in one where it is turned."""
+    name = column_of(part)
+    if confirmed or not found or not name or not name.startswith(("accel_", "gyro_")):
+        return ""
+    seen = [(low, share) for low, _, beta, error, share in found if abs(beta) > SEEN * error]
+    if name.startswith("gyro_"):
+        seen = [share for low, share in seen if low >= TURNING_HZ and share > TURNING]
+    return "" if seen else "no band of frequencies confirms the coefficient: a common cause that was not logged"
 
 
 def contradiction(bands, pairs):

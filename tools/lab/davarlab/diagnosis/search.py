@@ -85,17 +85,15 @@ class Search:
     def __init__(self, state, given):
         self.state, self.given = state, given
         self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
-        self.hopeless, self.only = set(), None
+        self.hopeless, self.only, self.undecided, self.no_coefficients = set(), None, [], set()
 
     def ranked(self):
         """Candidates beside the state as they are to be taken; those that are no coefficient but a common cause are put aside."""
-        found = ranking(self.state, self.hopeless | self.doubtful.keys(), self.only)
+        found = [one for one in ranking(self.state, self.hopeless, self.only) if source(one.part) not in self.no_coefficients]
         if not self.only:
-            found, undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-            if self.first is None and undecided is None and significant(found):
-                undecided = close_ones(found)
-            known = [one.kind for one in self.alternatives]
-            self.alternatives += [one for one in undecided or [] if significant(found) and one.kind not in known]
+            found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
+            if self.first is None and self.undecided is None:
+                self.undecided = close_ones(found)
         self.first, self.last = self.first or found, found
         return found
 
@@ -106,10 +104,13 @@ class Search:
         rest = [part for part in self.state.parts if part is not candidate.replaces]
         why = common_cause.judge(self.state.bench, rest, self.state.fit, candidate.part)
         if why.disagrees:
-            self.doubtful[candidate.kind] = why.why
+            self.no_coefficients.add(source(candidate.part))
+            self.doubtful[candidate.kind] = "; ".join(filter(None, [self.doubtful.get(candidate.kind), about(candidate.part) + why.why]))
         return not why.disagrees
 
     def take(self, candidate):
+        known = [one.kind for one in self.alternatives]
+        self.alternatives += [one for one in self.undecided or [] if one.kind not in known]
         self.given -= any(part is candidate.replaces for part in self.state.parts[:self.given])
         after = joined(self.state, candidate.part, candidate.replaces)
         self.state = pruned(retold(after, self.given), self.given)
@@ -130,9 +131,19 @@ class Search:
         return False
 
 
+def source(part):
+    """What a coefficient is asked of: each column by itself where any may be followed."""
+    return part.kind, part.shape["column"] if part.kind == "follows" else None
+
+
+def about(part):
+    return f"{part.shape['column']}: " if part.kind == "follows" else ""
+
+
 def close_ones(found):
     """Kinds that this recording cannot tell from the first, and how to tell them."""
-    return [identifiable.Alternative(c.kind, table.find(c.kind).confirm) for c in found[1:] if c.log_p - found[0].log_p < CLOSE and c.gain > 0]
+    return [identifiable.Alternative(c.kind, table.find(c.kind).confirm) for c in found[1:]
+            if c.kind != found[0].kind and c.log_p - found[0].log_p < CLOSE and c.gain > 0]
 
 
 def forward(state, given, progress):
