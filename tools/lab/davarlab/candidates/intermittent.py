@@ -1,6 +1,7 @@
 """Lines that are there for a while: a machine that is switched on and off (DESIGN 15)."""
 
 import numpy as np
+from scipy import fft
 
 from ..inference.parts import Part
 
@@ -17,17 +18,18 @@ TRIALS = 4.0
 
 def strongest(w):
     """(gain, frequency over rate, first, last) of the best window of any length, without those that hold most of the record."""
-    best = (-np.inf, 0.0, 0, 0)
+    best, w = (-np.inf, 0.0, 0, 0), w.astype(np.float32)
     for count in WINDOWS:
         length = len(w) // count
         if length < SHORTEST:
             break
+        points = fft.next_fast_len(2 * length, True)
         starts = np.arange(0, len(w) - length + 1, max(1, length // 2))
         for chunk in np.array_split(starts, max(1, len(starts) * length // 4_000_000)):
-            power = np.abs(np.fft.rfft(w[chunk[:, None] + np.arange(length)], 2 * length, axis=1)) ** 2 / length
+            power = np.abs(fft.rfft(w[chunk[:, None] + np.arange(length)], points, axis=1)) ** 2 / length
             power[:, :2 * TURNS] = power[:, -2:] = 0
             row, column = np.unravel_index(np.argmax(power), power.shape)
-            best = max(best, (float(power[row, column]), column / (2 * length), int(chunk[row]), int(chunk[row]) + length))
+            best = max(best, (float(power[row, column]), column / points, int(chunk[row]), int(chunk[row]) + length))
     return best
 
 

@@ -89,7 +89,8 @@ class Search:
 
     def ranked(self):
         """Candidates beside the state as they are to be taken; those that are no coefficient but a common cause are put aside."""
-        found = [one for one in ranking(self.state, self.hopeless, self.only) if source(one.part) not in self.no_coefficients]
+        whole = {kind for kind, column in self.no_coefficients if column is None}
+        found = [one for one in ranking(self.state, self.hopeless | whole, self.only) if source(one.part) not in self.no_coefficients]
         if not self.only:
             found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
             if self.first is None and self.undecided is None:
@@ -120,10 +121,11 @@ class Search:
     def step(self):
         """One candidate further, or one way to look less; False: nothing is left."""
         found = self.ranked()
-        if significant(found):
+        while significant(found):
             if self.questioned(found[0]):
                 self.take(found[0])
-            return True
+                return True
+            found = found[1:]
         if self.only or self.hopeless:  # what seemed to be chance beside fewer terms is asked once more
             self.hopeless = self.hopeless if self.only else set()
             self.only = None
