@@ -7,7 +7,7 @@ import numpy as np
 from davarlab import model, simulate
 from davarlab.data.recording import Recording
 from davarlab.candidates import columns, common_cause, identifiable
-from davarlab.diagnosis import diagnose, state as state_of
+from davarlab.diagnosis import diagnose, evidence, state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference.parts import Part
@@ -138,6 +138,8 @@ class Causes(unittest.TestCase):
         drift = 0.05 * heat.walk(180000, np.random.default_rng(9)) / 200
         both = alone | {"gyro_z_dps": alone["gyro_z_dps"] + drift, "gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"] + drift}
         self.assertIn("gyro_x_dps", common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps"))
+        self.assertIn("A shared drift: gyro_x_dps", " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["rate_random_walk"])))
+        self.assertNotIn("drift", " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["quantization"])))
         apart = alone | {"gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"]}
         self.assertEqual(common_cause.several_axes(Recording(apart, heat.RATE), "gyro_z_dps"), "")
 

@@ -11,8 +11,8 @@ from ..inference.whittle import generalised_least_squares, score_of_column, scor
 from . import filters, intermittent, lines, steps
 from .candidate import Candidate, log_chance
 
-HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter: as much,
-# since levels are sought in white noise)
+HOPELESS = 0.25  # of the gain of another effect: two levels are not looked for as long as they explain less than that (than a filter, since
+# levels are sought in white noise, or a logged column: as much)
 LORENTZIAN = ("telegraph_noise", "gauss_markov")
 SCREENED = 4  # shapes of an effect that are fitted
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
@@ -132,7 +132,8 @@ def noise_step(bench, parts, blocks):
 def with_states(bench, parts, fit, found):
     """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
-    best = max((c.gain * (1.0 if c.part.role == "filter" else HOPELESS) for c in found if c.kind not in LORENTZIAN), default=0.0)
+    best = max((c.gain * (1.0 if c.part.role == "filter" or c.kind in SOUGHT_TOGETHER else HOPELESS) for c in found if c.kind not in LORENTZIAN),
+               default=0.0)
     if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > best:
         decode_states(bench, parts, telegraph)
 

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from ..candidates import common_cause
 from ..effects import table
 
+WANDER = {"rate_random_walk", "gauss_markov", "rate_ramp", "warm_up"}
 CLEARLY = 1.25  # times its floor, from which an error is more than a true model's
 
 def share(after, base):
@@ -24,9 +26,10 @@ def why(candidate, taken):
     return f"{gain}{odds if candidate.gain >= 0.05 else ''}{part}; {candidate.part.effect.physics}"
 
 
-def notes(recording, model):
-    """What bears on every verdict and is no observation."""
-    return list(still_notes(recording, model))
+def notes(recording, model, added=()):
+    """What bears on every verdict and is no observation. added: the kinds that the model lacked."""
+    shared = common_cause.several_axes(recording, model.column) if WANDER & set(added) else ""
+    return [*still_notes(recording, model), *([f"A shared drift: {shared}."] if shared else [])]
 
 
 def still_notes(recording, model):

@@ -174,4 +174,4 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     comparisons = [compare.of_state(given, model.column)] + ([compare.of_state(last, model.column)] if added else [])
     shown = described(model, found, base or steps[0], held_out, detail)
     return Improvement(comparisons[0], found, steps, verdict_of(found, added, judgement), added, judgement, final, entries, shown, comparisons,
-                       base, evidence.notes(recording, model))
+                       base, evidence.notes(recording, model, added))

@@ -112,9 +112,10 @@ def measured(run, comparison, better, state, model, estimates):
     state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     added = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
+    lacked = [kind for kind in model.kinds if kind not in run.model.kinds]
     shocks = state.shocks.times if "shocks" in model.kinds else ()
     return {"run": run_facts(run), "gap_note": words.gap_note(run.recording),
-            "notes": [words.observation(one) for one in comparison.observations] + evidence.notes(run.recording, run.model),
+            "notes": [words.observation(one) for one in comparison.observations] + evidence.notes(run.recording, run.model, lacked),
             "given_names": [words.name(kind) for kind in run.model.kinds], "comparison": comparison, "better": better,
             "misfit": words.misfit(comparison), "failed": words.failed_tests((better or comparison).tests),
             "where": comparison.where[:WHERE_MAX], "tests": test_rows(comparison, better),
