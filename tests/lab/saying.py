@@ -78,6 +78,11 @@ class Verdicts(unittest.TestCase):
 
 
 class Sentences(unittest.TestCase):
+    def test_what_there_is_more_than_one_of_is_said_once(self):
+        self.assertEqual(words.listed(["narrow_band", "narrow_band", "shocks"]), "narrow band (2 times) and shocks")
+        several = result("narrow_band", ["narrow_band", "narrow_band"], [step(0.13, 0.0), step(0.03, 0.5, "narrow_band")])
+        self.assertEqual(len(words.confirmations(several)), 1)
+
     def test_the_misfit_names_the_farthest(self):
         said = words.misfit(comparison(0.0, [cell(0.08, 1.01, 3.5), cell(1.28, 1.2, 26.0), cell(655.0, 3.8, 10.3)]))
         self.assertIn("off between 1.28 and 655 s, farthest at 655 s (3.8 times the model's, +10", said)

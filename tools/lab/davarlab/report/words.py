@@ -1,6 +1,7 @@
 """Sentences and numbers of a report, on a page or in a terminal, for a person who never saw the tool."""
 
 import re
+from collections import Counter
 
 import numpy as np
 
@@ -34,7 +35,9 @@ def name(kind):
 
 
 def listed(kinds, shown=name, joint=" and "):
-    names = [shown(kind) for kind in kinds]
+    """Each once, in the order of their first, with how many there are."""
+    found = Counter(map(shown, kinds))
+    names = [f"{text} ({count} times)" if count > 1 else text for text, count in found.items()]
     return "nothing" if not names else names[0] if len(names) == 1 else f"{', '.join(names[:-1])}{joint}{names[-1]}"
 
 
@@ -240,7 +243,7 @@ def improvement(found):
 def confirmations(found):
     """How to make sure of each effect that was found, and to tell it from its likes."""
     added = found.added if found.verdict != "unknown" or helpful(found) else []
-    lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in added]
+    lines = [f"Confirm {name(kind)}: {table.find(kind).confirm}" for kind in dict.fromkeys(added)]
     lines += [f"This recording cannot tell {name(found.diagnosis.ranking[0].kind)} from {name(one.kind)}. To tell them apart: {one.confirm}"
               for one in found.diagnosis.alternatives if one.kind not in added]
     return lines + [f"Not named: {name(kind)}: {why}." for kind, why in found.diagnosis.doubtful.items()]
