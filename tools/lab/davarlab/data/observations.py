@@ -70,7 +70,7 @@ def moved(recording, good):
 
 
 def lost(recording, known):
-    if known.all():
+    if known.all() or recording.clock and recording.clock.kind == "uneven":
         return None
     mask, longest = ~known, max(end - first for first, end in motion.stretches(~known))
     detail = (f"{mask.sum()} samples of the even grid are missing, at most {longest} in a row; what they leave open is drawn from the "
@@ -87,9 +87,10 @@ def stamps(recording):
         return None
     whole = [[0.0, float(recording.samples / recording.rate_hz)]]
     if clock.kind == "uneven":
-        steps = np.diff(recording.columns["time_s"])
-        return Observation("jitter", whole, 1.0, f"The clock itself is uneven: steps of {steps.min():.3g} to {steps.max():.3g} s that do not "
-                           f"make each other good. Samples are taken as even at {recording.rate_hz:.4g} Hz, which blurs every frequency.")
+        where = "Samples are taken as even" if clock.places is None else f"Each sample is put at the nearest place of an even grid ({np.mean(~recording.known):.2g} " \
+            "of its places stay empty and are drawn)"
+        return Observation("jitter", whole, 1.0, "The clock itself is uneven: its steps do not make each other good. "
+                           f"{where}, at {recording.rate_hz:.4g} Hz, which blurs high frequencies.")
     return Observation("jitter", whole, 1.0, f"Time stamps stray by {clock.jitter_s:.2g} s rms ({clock.jitter_s * recording.rate_hz:.2g} periods) "
                        f"about an even clock of {recording.rate_hz:.5g} Hz, which the number of samples follows; they are taken as even.")
 

@@ -37,7 +37,9 @@ class Recording:
 
     @property
     def time_s(self):
-        """Seconds from the first sample, on the grid."""
+        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples."""
+        if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
+            return self.columns["time_s"] - self.columns["time_s"][0]
         time = np.arange(self.samples) / self.rate_hz
         for place, seconds in self.clock.cut if self.clock else ():
             time[place:] += seconds
@@ -76,7 +78,7 @@ def on_grid(columns, found):
         return columns, None
     known = np.zeros(found.places[-1] + 1, bool)
     known[found.places] = True
-    return {name: filled(column, known) for name, column in columns.items()}, known
+    return {name: filled(column if found.rows is None else column[found.rows], known) for name, column in columns.items()}, known
 
 
 def gaps_of(known):

@@ -51,7 +51,7 @@ def start(recording, model, progress=lambda text: None):
         return fitted(recording, model, y, None, seen)
     progress(f"drawing {np.count_nonzero(~known)} missing samples")
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
-    return fitted(recording, model, drawn, known, seen)
+    return redrawn(fitted(recording, model, drawn, known, seen), model)  # the ripple of the first level is chance, and would confirm itself
 
 
 def redrawn(state, model):
