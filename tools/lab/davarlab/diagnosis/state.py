@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import counts, events, observations
+from ..data import counts, events, observations, signals
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
@@ -69,6 +69,8 @@ def check_alive(recording, model, y):
                        f"at least {MINIMUM_SAMPLES} are needed")
     if np.mean(np.diff(y) != 0) < MOVING:
         raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
+    if signals.foretold(y):
+        raise BadInput(f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a model with")
 
 
 def fitted(recording, model, y, known, seen):
