@@ -260,7 +260,7 @@ def second_warm_up(bench, parts, fit):
     """A warm-up with another constant; the first was the mean of both while it was alone."""
     found = stationary(bench, parts, fit, table.find("warm_up"))
     if found.gain > filters.CRUDE:
-        trial = refine.refined(bench, parts + [found.part], only=("warm_up",))
+        trial = refine.refined(bench, parts + [found.part], refine.TURNS_OF_TWO, only=("warm_up",))
         gain = bench.fit(trial).log_likelihood - fit.log_likelihood
         found = Candidate("warm_up", trial[-1], gain, log_chance("warm_up", gain))
     return found

@@ -175,7 +175,8 @@ def joined(state, part, replaces=None):
         parts = filters.responding(bench, parts)
     if part.kind != "telegraph_noise":
         alone = part.kind in candidates.REPEATED
-        parts = refine.refined(bench, parts, only={one.kind for one in parts} - set(candidates.REPEATED) | {part.kind}, only_last=alone)
+        parts = refine.refined(bench, parts, refine.sweeps_for(parts, part.kind), {one.kind for one in parts} - set(candidates.REPEATED) | {part.kind},
+                               only_last=alone)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=parts, fit=bench.fit(parts))
