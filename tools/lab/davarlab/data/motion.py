@@ -315,9 +315,10 @@ def tilts(rates, accels, good, rate_hz):
     apart = scores * (ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99)  # not beside what was cut
     edges = [i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3):i + 4].max()]
     back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
-    limit = stats.chi2.isf(1e-3 / max(len(edges), 1), len(rates))
-    size = np.sqrt((robust(back) ** 2 / 1.5 + noisy.max(axis=1, keepdims=True)))
-    seen = [followed(rate / size, gravity, whole, i + 1, size * length / rate_hz, limit) for i in edges]
+    limit = stats.chi2.isf(0.5e-3 / max(len(edges), 1), len(rates))
+    size, steady = np.sqrt(robust(back) ** 2 + 1.5 * noisy), np.sqrt((robust(back) ** 2 / 1.5 + noisy.max(axis=1, keepdims=True)))
+    seen = [np.arange(i, i + 3) if len(rates) > 1 and turned(back, size, moved, i, length / rate_hz, limit) else
+            followed(rate / steady, gravity, whole, i + 1, steady * length / rate_hz, limit) for i in edges]
     for number, i in enumerate(edges):
         for block in seen[number]:
             found[block * length:(block + 1) * length] = True
@@ -356,3 +357,11 @@ def followed(rate, gravity, whole, centre, unit, limit):
     score = rate[:, near] @ q[:, -1]
     share = np.linalg.norm(score * unit[:, 0]) / max(abs(r[-1, -1]), 1e-12)
     return near[np.abs(turn) > 0.05 * np.abs(turn).max()] if np.sum(score ** 2) > limit and share > 0.3 else near[:0]
+
+
+def turned(back, size, moved, i, seconds, limit):
+    """Did the gyro leave its level for the time of a quick tilt (one axis may be the vertical one: of two or more), by chance no more often than the limit says, and by an angle worth the tilt."""
+    near = slice(max(0, i - 1), i + 2)
+    place = near.start + np.argmax(np.sum((back[:, near] / size[:, near]) ** 2, axis=0))
+    angle, tilt = np.linalg.norm(back[:, place]) * seconds, np.degrees(np.linalg.norm(moved[:, i]))
+    return np.sum((back[:, place] / size[:, place]) ** 2) > limit and angle > 0.3 * tilt
