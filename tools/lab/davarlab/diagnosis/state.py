@@ -180,7 +180,16 @@ def joined(state, part, replaces=None):
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=parts, fit=bench.fit(parts))
-    return cleaned_again(state) if part.role == "mean" else state
+    if part.role != "mean":
+        return state
+    return cleaned_again(state if state.known is None or part.kind in candidates.REPEATED else refilled(state))
+
+
+def refilled(state):
+    """A course that is known now goes on through the missing samples; drawn without it they would pass for a noise of their own."""
+    course, level = state.bench.mean_course(state.parts, state.fit), state.bench.data.at_ordinates(state.fit.level)
+    drawn = course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(2))
+    return replace(state, shocks=replace(state.shocks, raw=drawn))
 
 
 def with_parts(state, parts):
