@@ -52,7 +52,8 @@ def load(options):
 
 def check_fits(model, recording, options):
     """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
-    if model.rate_hz and abs(recording.rate_hz / model.rate_hz - 1) > 0.05:
+    rates = [recording.rate_hz, recording.read_hz or recording.rate_hz]
+    if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
         raise BadInput(f"{options.model}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz")
     models.check_lines(model.terms, recording.rate_hz, options.model)
     recording.rate_dps(model.column)

@@ -19,6 +19,7 @@ SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
 REPEATED = {"sinusoid": 4, "narrow_band": 16, "intermittent_line": 4, "bias_step": 4}  # effects of which a sensor may have more than one
+CONSTANTS = 2  # that a warm-up may have: of the chip and of the case
 SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
 SIMPLER = ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature", "telegraph_noise")  # than a step
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
@@ -256,6 +257,16 @@ def simplest_first(found):
         single.log_p = max(single.log_p, min(0.0, rival.log_p + 1e-6))
 
 
+def second_warm_up(bench, parts, fit):
+    """A warm-up with another constant; the first was the mean of both while it was alone."""
+    found = stationary(bench, parts, fit, table.find("warm_up"))
+    if found.gain > filters.CRUDE:
+        trial = refine.refined(bench, parts + [found.part], refine.TURNS_OF_TWO, only=("warm_up",))
+        gain = bench.fit(trial).log_likelihood - fit.log_likelihood
+        found = Candidate("warm_up", trial[-1], gain, log_chance("warm_up", gain))
+    return found
+
+
 def scatter_of(bench, parts, fit, blocks):
     """Of the energies per bin, when the model lets the white level change; None: chi-square."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
@@ -268,7 +279,8 @@ def ranked(bench, parts, fit, skip=(), more=()):
     """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py)."""
     blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
-    have, found = {kind for kind in kinds if kinds.count(kind) >= REPEATED.get(kind, 1)} | set(skip), []
+    most = {**REPEATED, "warm_up": CONSTANTS}
+    have, found = {kind for kind in kinds if kinds.count(kind) >= most.get(kind, 1)} | set(skip), []
     scatter = scatter_of(bench, parts, fit, blocks)
     have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()
     for effect in table.TABLE.values():
@@ -281,6 +293,8 @@ def ranked(bench, parts, fit, skip=(), more=()):
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             found.append(Candidate(effect.kind, *one) if one else None)
+        elif effect.kind == "warm_up" and "warm_up" in kinds:
+            found.append(second_warm_up(bench, parts, fit))
         elif effect.kind == "vibration_noise":
             found.append(vibration(bench, parts, blocks))
         elif effect.kind == "noise_step":

@@ -6,7 +6,7 @@ from scipy import fft, stats
 from ..inference.parts import Part
 
 MARKS = 1200
-EDGE = 16  # samples, and this many marks' worth of the ends is not asked: a step there is a wild sample
+EDGE = 16  # samples between two steps; these, and this many marks' worth of the ends is not asked: a step there is a wild sample
 
 
 def residual_over_level(bench, parts, level):
@@ -50,6 +50,8 @@ def search(bench, parts, fit):
     score = np.abs(scores(c, level, same))
     edge = max(EDGE, len(score) // MARKS)
     score[:edge] = score[-edge:] = 0
+    for known in [part.shape["time_s"] for part in parts if part.kind == "bias_step"]:  # two at one instant are one
+        score[np.abs(bench.recording.time_s[1:] - known) * bench.recording.rate_hz < EDGE] = 0
     place = int(np.argmax(score))
     part = Part("bias_step", {"time_s": float(bench.recording.time_s[place + 1])})
     gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood

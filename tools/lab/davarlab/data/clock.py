@@ -15,18 +15,20 @@ JITTER = 0.05  # of a period, rms, from which stamps are called late
 PHASE_SAMPLES = 31  # over which the phase of the clock is averaged; a period that is 1 % off turns it by a third meanwhile
 LONG = 32  # periods, from which a gap need not keep the phase
 LATE = 64  # samples within which a late stamp is made good
+CROWDED = 0.75  # of the samples of an uneven clock must find a place of their own
 LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
 
 
 @dataclass
 class Clock:
     """places: index on the grid of each sample, None when they follow each other. kind: even, late (stamps jitter about an even clock),
-    uneven. cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
+    uneven. rows: of the file that have a place, None: all. cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
     rate_hz: float
     places: object = None
     kind: str = "even"
     cut: tuple = ()
     jitter_s: float = 0.0
+    rows: object = None
 
 
 def agreed(rate_hz, stamped_hz, path):
@@ -123,20 +125,35 @@ def of(stamps, rate_hz, path, line):
     mean = (stamps[-1] - stamps[0]) / len(steps)
     if steps.min() > (1 - NEAR) * mean and steps.max() < (1 + NEAR) * mean:
         jitter = float(steps.std() / np.sqrt(2))
-        return Clock(agreed(rate_hz, 1.0 / mean, path), None, "late" if jitter > JITTER * mean else "even", (), jitter)
+        return without_places(stamps, rate_hz, path) if jitter > JITTER * mean else Clock(agreed(rate_hz, 1.0 / mean, path), jitter_s=jitter)
     period = period_of(steps)
     if period is None:
-        return without_places(steps, rate_hz, path)
+        return without_places(stamps, rate_hz, path)
     lost = lost_before(stamps, period)
+    if wandering(steps, np.diff(lost), period):
+        return without_places(stamps, rate_hz, path)
     period = straightened(steps, period, lost)
     return with_places(stamps, steps, period, lost, agreed(rate_hz, 1.0 / period, path))
 
 
-def without_places(steps, rate_hz, path):
-    """Index decides: the stamps only tell how many samples there are a second."""
-    even = gathered(steps) < MEMORYLESS
+def wandering(steps, gaps, period):
+    """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock is behind them."""
+    off = (steps - (1 + gaps) * period)[gaps < LATE]
+    return off.std() > JITTER * period and gathered(off) > MEMORYLESS
+
+
+def without_places(stamps, rate_hz, path):
+    """About an even clock the index decides, the stamps only tell how many samples there are a second. Samples of an uneven clock are where
+    their stamps say: at the nearest place of the grid, the first one where two meet there."""
+    steps = np.diff(stamps)
     late = np.cumsum(steps - steps.mean())
-    return Clock(agreed(rate_hz, 1.0 / steps.mean(), path), None, "late" if even else "uneven", (), float(late.std()))
+    rate = agreed(rate_hz, 1.0 / steps.mean(), path)
+    if gathered(steps) < MEMORYLESS:
+        return Clock(rate, None, "late", (), float(late.std()))
+    places, rows = np.unique(np.round((stamps - stamps[0]) * rate).astype(np.int64), return_index=True)
+    if len(rows) < CROWDED * len(stamps):
+        return Clock(rate, None, "uneven", (), float(late.std()))
+    return Clock(rate, places, "uneven", (), float(late.std()), rows)
 
 
 def with_places(stamps, steps, period, lost, rate):

@@ -18,6 +18,7 @@ SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
 SLOW = 5.0  # by as much more than differences of samples must slow rates have grown, or noise has (by chance up to 3.5)
 SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
 TILT_S, TILT = 10.0, 7.0  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
+TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
@@ -299,11 +300,11 @@ def between(rates, accels, good, rate_hz):
 
 
 def tilts(rates, accels, good, rate_hz):
-    """Where gravity's direction changed and the gyro turned meanwhile; all of a stretch between two tilts that undo each other. One axis of
-    a gyro cannot tell: it may be the vertical one."""
+    """Where gravity's direction changed and the gyro turned meanwhile, quickly or slowly; all of a stretch between two tilts that undo each
+    other."""
     found = np.zeros(len(good), bool)
     length = int(TILT_S * rate_hz)
-    if not accels or len(rates) < 2 or length < 16 or len(good) < 30 * length:
+    if not accels or not rates or length < 16 or len(good) < 30 * length:
         return found
     count = averaged(good.astype(float), length)
     whole = count > 0.5
@@ -314,16 +315,17 @@ def tilts(rates, accels, good, rate_hz):
     apart = scores * (ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99)  # not beside what was cut
     edges = [i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3):i + 4].max()]
     back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
-    limit = stats.chi2.isf(1e-3 / max(len(edges), 1), len(rates))
-    size = np.sqrt(robust(back) ** 2 + 1.5 * noisy)
-    seen = [turned(back, size, moved, i, length / rate_hz, limit) for i in edges]
+    limit = stats.chi2.isf(0.5e-3 / max(len(edges), 1), len(rates))
+    size, steady = np.sqrt(robust(back) ** 2 + 1.5 * noisy), np.sqrt((robust(back) ** 2 / 1.5 + noisy.max(axis=1, keepdims=True)))
+    seen = [np.arange(i, i + 3) if len(rates) > 1 and turned(back, size, moved, i, length / rate_hz, limit) else
+            followed(rate / steady, gravity, whole, i + 1, steady * length / rate_hz, limit) for i in edges]
     for number, i in enumerate(edges):
-        if seen[number]:
-            found[i * length:(i + 3) * length] = True
+        for block in seen[number]:
+            found[block * length:(block + 1) * length] = True
         for other in range(number):
             j, undone = edges[other], np.linalg.norm(moved[:, i] + moved[:, edges[other]])
             small = min(np.linalg.norm(moved[:, i]), np.linalg.norm(moved[:, j]))
-            if (seen[number] or seen[other]) and undone < 0.5 * small and (i - j) * length < len(good) / 10:
+            if (len(seen[number]) or len(seen[other])) and undone < 0.5 * small and (i - j) * length < len(good) / 10:
                 found[j * length:(i + 3) * length] = True
     return found
 
@@ -340,8 +342,25 @@ def levels(signals_of, good, count, length):
     return np.array([recordings.filled(row[count > 0.5], count > 0.5) for row in mean]), variance
 
 
+def followed(rate, gravity, whole, centre, unit, limit):
+    """The blocks of a tilt whose rate the gyro followed, by chance no more often than the limit says and by an angle worth the tilt; none where
+    it did not. What the gyro feels of gravity itself, its level and its slope are no turn. `rate` in units of its scatter, `unit` in degrees."""
+    near = np.arange(max(1, centre - TILT_BLOCKS), min(len(whole) - 1, centre + TILT_BLOCKS + 1))
+    near = near[whole[near - 1] & whole[near] & whole[near + 1]]
+    way = gravity[:, centre + 1] - gravity[:, centre - 1]
+    course = np.degrees(way @ gravity / np.linalg.norm(way))
+    turn = (course[near + 1] - course[near - 1]) / 2  # in a block
+    rows = np.column_stack([np.ones(len(near)), near - centre, course[near] - course[near].mean(), turn])
+    if len(near) < 2 * rows.shape[1]:
+        return near[:0]
+    q, r = np.linalg.qr(rows)
+    score = rate[:, near] @ q[:, -1]
+    share = np.linalg.norm(score * unit[:, 0]) / max(abs(r[-1, -1]), 1e-12)
+    return near[np.abs(turn) > 0.05 * np.abs(turn).max()] if np.sum(score ** 2) > limit and share > 0.3 else near[:0]
+
+
 def turned(back, size, moved, i, seconds, limit):
-    """Did the gyro leave its level for the time of a tilt, by chance no more often than the limit says, and by an angle worth the tilt."""
+    """Did the gyro leave its level for the time of a quick tilt (one axis may be the vertical one: of two or more), by chance no more often than the limit says, and by an angle worth the tilt."""
     near = slice(max(0, i - 1), i + 2)
     place = near.start + np.argmax(np.sum((back[:, near] / size[:, near]) ** 2, axis=0))
     angle, tilt = np.linalg.norm(back[:, place]) * seconds, np.degrees(np.linalg.norm(moved[:, i]))

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
-from . import motion, signals
+from . import motion, repeats, signals
 
 COARSE = 0.6  # of the noise per sample: counts from which their rounding is worth saying
 COARSER = 1 / 0.6  # from which the rounding changes mean and variance of the noise
-CHANCE = 1e-6  # of a sensor without the fault, per recording
 LEVELS = 8  # different values that a column needs before its extremes say anything
 PILED = 8  # times the values next to it, that an extreme value is met by clipping
 LISTED = 100  # stretches, the longest, that are named
@@ -72,7 +70,7 @@ def moved(recording, good):
 
 
 def lost(recording, known):
-    if known.all():
+    if known.all() or recording.clock and recording.clock.kind == "uneven":
         return None
     mask, longest = ~known, max(end - first for first, end in motion.stretches(~known))
     detail = (f"{mask.sum()} samples of the even grid are missing, at most {longest} in a row; what they leave open is drawn from the "
@@ -89,41 +87,29 @@ def stamps(recording):
         return None
     whole = [[0.0, float(recording.samples / recording.rate_hz)]]
     if clock.kind == "uneven":
-        steps = np.diff(recording.columns["time_s"])
-        return Observation("jitter", whole, 1.0, f"The clock itself is uneven: steps of {steps.min():.3g} to {steps.max():.3g} s that do not "
-                           f"make each other good. Samples are taken as even at {recording.rate_hz:.4g} Hz, which blurs every frequency.")
+        where = "Samples are taken as even" if clock.places is None else f"Each sample is put at the nearest place of an even grid ({np.mean(~recording.known):.2g} " \
+            "of its places stay empty and are drawn)"
+        return Observation("jitter", whole, 1.0, "The clock itself is uneven: its steps do not make each other good. "
+                           f"{where}, at {recording.rate_hz:.4g} Hz, which blurs high frequencies.")
     return Observation("jitter", whole, 1.0, f"Time stamps stray by {clock.jitter_s:.2g} s rms ({clock.jitter_s * recording.rate_hz:.2g} periods) "
                        f"about an even clock of {recording.rate_hz:.5g} Hz, which the number of samples follows; they are taken as even.")
 
 
-def chance_of_equal(x, known):
-    """Share of samples that equal the one before by their counts alone (from differences of one and two counts, whose sizes fall as those of
-    a Gaussian), or None where the counts are too coarse to say."""
-    step = signals.count_of(x[known])
-    if not step:
-        return 0.0
-    sizes = np.round(np.abs(np.diff(x))[known[1:] & known[:-1]] / step)
-    one, two = np.mean(sizes == 1), np.mean(sizes == 2)
-    return one / 2 * np.cbrt(one / two) if two > 0.01 * one else None
-
-
 def repeated(recording, known):
-    """Samples that repeat the one before, on this axis or on all axes of the gyro at once."""
-    both = known & np.concatenate([[False], known[:-1]])
-    names = [name for name in recording.columns if name.startswith("gyro_")]
-    equal, chance = both.copy(), 1.0
-    for name in names:
-        x = recording.columns[name]
-        equal &= np.diff(x, prepend=x[0]) == 0
-        by_counts = chance_of_equal(x, known)
-        chance *= 1.0 if by_counts is None else by_counts
-    count, tries = np.count_nonzero(equal), np.count_nonzero(both)
-    if chance > 0.1 or count < 5 or count < 1.5 * chance * tries or stats.binom.logsf(count - 1, tries, chance) > np.log(CHANCE):
+    """Samples that repeat the one before: those that reading at the sensor's own rate has left out already, or those that stand in the record."""
+    if recording.read_hz:
+        share = 1 - recording.rate_hz / recording.read_hz
+        return Observation("repeated_samples", [[0.0, float(recording.samples / recording.rate_hz)]], share, f"{100 * share:.3g} % of the samples "
+                           f"repeat the one before, evenly: the sensor gives {recording.rate_hz:.5g} samples a second and was read at "
+                           f"{recording.read_hz:.5g}. The repeats are left out, all is analysed at {recording.rate_hz:.5g} Hz.")
+    found = repeats.find(recording.columns, known)
+    if not found:
         return None
-    share, real = count / tries, (count / tries - chance) / (1 - chance)
-    return of_mask("repeated_samples", recording, equal, f"{100 * share:.3g} % of the samples repeat the one before{rhythm(equal)}; their "
-                   f"counts explain {100 * chance:.2g} %. The sensor gives about {recording.rate_hz * (1 - real):.4g} samples a second and is read "
-                   f"at {recording.rate_hz:.4g}: the repeats are taken as missing. Read it at its own rate, on its data-ready signal.")
+    real = (found.share - found.chance) / (1 - found.chance)
+    return of_mask("repeated_samples", recording, found.equal, f"{100 * found.share:.3g} % of the samples repeat the one before"
+                   f"{rhythm(found.equal)}; their counts explain {100 * found.chance:.2g} %. The sensor gives about "
+                   f"{recording.rate_hz * (1 - real):.4g} samples a second and is read at {recording.rate_hz:.4g}: the repeats are taken as missing. "
+                   "Read it at its own rate, on its data-ready signal.")
 
 
 def rhythm(equal):

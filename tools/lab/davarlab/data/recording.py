@@ -2,14 +2,14 @@
 
 import gzip
 import io
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from .. import files
 from ..errors import BadInput
-from . import clock, table
+from . import clock, repeats, table
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
 MINIMUM_SAMPLES = 1000
@@ -29,6 +29,7 @@ class Recording:
     measured: dict = field(default_factory=dict)  # Allan deviations of its columns that were asked for before (compare.py)
     known: object = None
     clock: object = None
+    read_hz: float | None = None  # rate of the file, when the sensor measures less often and its repeats are left out
 
     @property
     def samples(self):
@@ -36,7 +37,9 @@ class Recording:
 
     @property
     def time_s(self):
-        """Seconds from the first sample, on the grid."""
+        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples."""
+        if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
+            return self.columns["time_s"] - self.columns["time_s"][0]
         time = np.arange(self.samples) / self.rate_hz
         for place, seconds in self.clock.cut if self.clock else ():
             time[place:] += seconds
@@ -66,11 +69,20 @@ def gridded(columns, rate_hz, path, line):
             raise BadInput(f"{path}: no column time_s and no --rate")
         return columns, None, clock.Clock(float(rate_hz))
     found = clock.of(columns["time_s"], rate_hz, path, line)
+    return *on_grid(columns, found), found
+
+
+def on_grid(columns, found):
+    """(columns on the grid of a clock, where they are known or None)."""
     if found.places is None:
-        return columns, None, found
+        return columns, None
     known = np.zeros(found.places[-1] + 1, bool)
     known[found.places] = True
-    return {name: filled(column, known) for name, column in columns.items()}, known, found
+    return {name: filled(column if found.rows is None else column[found.rows], known) for name, column in columns.items()}, known
+
+
+def gaps_of(known):
+    return np.array([], int) if known is None else np.flatnonzero(known[1:] & ~known[:-1]) + 1
 
 
 def filled(values, known):
@@ -86,8 +98,22 @@ def of_columns(columns, rate_hz, path, notes, line):
     columns, known, found = gridded(columns, rate_hz, path, line)
     if not RATES_HZ[0] < found.rate_hz < RATES_HZ[1]:
         raise BadInput(f"{path}: column time_s says {found.rate_hz:g} samples per second")
-    gaps = np.array([], int) if known is None else np.flatnonzero(known[1:] & ~known[:-1]) + 1
-    return Recording(columns, found.rate_hz, str(path), notes, gaps, known=known, clock=found)
+    return Recording(columns, found.rate_hz, str(path), notes, gaps_of(known), known=known, clock=found)
+
+
+def at_own_rate(made):
+    """The recording on the clock of the sensor where that was read more often than it measures: with half the samples repeated evenly,
+    no analysis at the rate of the file tells a frequency from its image."""
+    known = np.ones(made.samples, bool) if made.known is None else made.known
+    found = repeats.find(made.columns, known)
+    if not found:
+        return made
+    fresh = known & ~found.equal
+    own = repeats.clock_behind(made.time_s[fresh], made.rate_hz, found.share, made.name)
+    if not own or np.count_nonzero(fresh) < MINIMUM_SAMPLES:
+        return made
+    columns, known = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
+    return replace(made, columns=columns, rate_hz=own.rate_hz, gaps=gaps_of(known), known=known, clock=own, read_hz=made.rate_hz)
 
 
 def read(path, rate_hz=None):
@@ -96,7 +122,7 @@ def read(path, rate_hz=None):
     count = len(next(iter(columns.values())))
     if count < MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {MINIMUM_SAMPLES} are needed")
-    return of_columns(columns, rate_hz, path, notes, line)
+    return at_own_rate(of_columns(columns, rate_hz, path, notes, line))
 
 
 def write(recording, path):

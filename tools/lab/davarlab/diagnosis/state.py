@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import counts, events, observations
+from ..data import counts, events, observations, signals
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
@@ -51,7 +51,7 @@ def start(recording, model, progress=lambda text: None):
         return fitted(recording, model, y, None, seen)
     progress(f"drawing {np.count_nonzero(~known)} missing samples")
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
-    return fitted(recording, model, drawn, known, seen)
+    return redrawn(fitted(recording, model, drawn, known, seen), model)  # the ripple of the first level is chance, and would confirm itself
 
 
 def redrawn(state, model):
@@ -69,6 +69,8 @@ def check_alive(recording, model, y):
                        f"at least {MINIMUM_SAMPLES} are needed")
     if np.mean(np.diff(y) != 0) < MOVING:
         raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
+    if signals.foretold(y):
+        raise BadInput(f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a model with")
 
 
 def fitted(recording, model, y, known, seen):
@@ -173,11 +175,21 @@ def joined(state, part, replaces=None):
         parts = filters.responding(bench, parts)
     if part.kind != "telegraph_noise":
         alone = part.kind in candidates.REPEATED
-        parts = refine.refined(bench, parts, only={one.kind for one in parts} - set(candidates.REPEATED) | {part.kind}, only_last=alone)
+        parts = refine.refined(bench, parts, refine.sweeps_for(parts, part.kind), {one.kind for one in parts} - set(candidates.REPEATED) | {part.kind},
+                               only_last=alone)
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=parts, fit=bench.fit(parts))
-    return cleaned_again(state) if part.role == "mean" else state
+    if part.role != "mean":
+        return state
+    return cleaned_again(state if state.known is None or part.kind in candidates.REPEATED else refilled(state))
+
+
+def refilled(state):
+    """A course that is known now goes on through the missing samples; drawn without it they would pass for a noise of their own."""
+    course, level = state.bench.mean_course(state.parts, state.fit), state.bench.data.at_ordinates(state.fit.level)
+    drawn = course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(2))
+    return replace(state, shocks=replace(state.shocks, raw=drawn))
 
 
 def with_parts(state, parts):

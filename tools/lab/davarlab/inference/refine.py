@@ -7,6 +7,7 @@ from ..data import signals
 
 TURNS_LEAST = 40  # in the record: from here on the noise is white across the lobe of a line
 PIECES = 1000
+TURNS_OF_TWO = 8
 
 
 def numeric_shapes(part):
@@ -87,6 +88,11 @@ def refine_one(bench, parts, index, name):
         return parts
     bench.forget(part)
     return parts[:index] + [at(best.x)] + parts[index + 1:]
+
+
+def sweeps_for(parts, kind):
+    """Two of a kind give way to each other in turns, each by little."""
+    return TURNS_OF_TWO if kind == "warm_up" and sum(part.kind == kind for part in parts) > 1 else 1
 
 
 def refined(bench, parts, sweeps=1, only=None, only_last=False):

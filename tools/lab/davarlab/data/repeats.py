@@ -1,0 +1,56 @@
+"""Samples that repeat the one before: a sensor that is read more often than it measures (DESIGN 13)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from . import clock, signals
+
+CHANCE = 1e-6  # of a sensor without repeats, per recording
+SLOWER = 0.75  # of the rate of the file: a clock of the sensor's own below it is seen through samples that are equal by chance
+
+
+@dataclass
+class Repeats:
+    """equal: True where a sample repeats the one before on all axes of the gyro; share: of the samples; chance: the share that counts explain."""
+    equal: object
+    share: float
+    chance: float
+
+
+def chance_of_equal(x, known):
+    """Share of samples that equal the one before by their counts alone (from differences of one and two counts, whose sizes fall as those of
+    a Gaussian), or None where the counts are too coarse to say."""
+    step = signals.count_of(x[known])
+    if not step:
+        return 0.0
+    sizes = np.round(np.abs(np.diff(x))[known[1:] & known[:-1]] / step)
+    one, two = np.mean(sizes == 1), np.mean(sizes == 2)
+    return one / 2 * np.cbrt(one / two) if two > 0.01 * one else None
+
+
+def find(columns, known):
+    """The repeats beyond chance, or None."""
+    both = known & np.concatenate([[False], known[:-1]])
+    equal, chance = both.copy(), 1.0
+    for name in (name for name in columns if name.startswith("gyro_")):
+        x = columns[name]
+        equal &= np.diff(x, prepend=x[0]) == 0
+        by_counts = chance_of_equal(x, known)
+        chance *= 1.0 if by_counts is None else by_counts
+    count, tries = np.count_nonzero(equal), np.count_nonzero(both)
+    if chance > 0.1 or count < 5 or count < 1.5 * chance * tries or stats.binom.logsf(count - 1, tries, chance) > np.log(CHANCE):
+        return None
+    return Repeats(equal, count / tries, chance)
+
+
+def clock_behind(time, rate_hz, share, path):
+    """The even clock of a sensor whose fresh samples were read at these times; None where there is none: the reading failed at random, or
+    for once."""
+    steps = np.diff(time)
+    if clock.gathered(np.round(steps * rate_hz)) < clock.MEMORYLESS:
+        own = len(steps) / float(time[-1] - time[0])
+        return clock.Clock(own) if own < (1 - share / 2) * rate_hz else None
+    found = clock.of(time, None, path, 1)
+    return found if found.rate_hz < SLOWER * rate_hz and found.kind == "even" else None
