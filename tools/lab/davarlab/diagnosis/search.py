@@ -8,13 +8,12 @@ from ..inference.parts import Part
 from ..candidates import columns, common_cause, filters, identifiable, ranking as candidates
 from . import cells
 from ..candidates.candidate import Candidate
-from .state import as_noise, joined, judged, redrawn, with_parts
+from .state import as_noise, cells_of, joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01
 STEPS_MAX = 24
 SLACK = 0.02  # of the floor, by which a likelier term may leave the error higher
-EARNING = {"noise_step", "bias_step", "intermittent_line"}  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by
-# as much
+EARNING = {"noise_step", "bias_step"}  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
 BANDS = 8  # from here on each one must lower the error, or it is the last
 PUT_OFF = 0.5  # of the gain that is taken, below which what is costly to seek waits for its turn
 HOPELESS = np.log(0.2)  # chance of a gain, from which a candidate is put off
@@ -130,7 +129,7 @@ class Search:
     def take(self, candidate):
         given = self.given - any(part is candidate.replaces for part in self.state.parts[:self.given])
         after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
-        if candidate.kind in EARNING and not self.lower(after):
+        if earning(candidate.part, self.state) and not self.lower(after):
             self.idle.setdefault(candidate.kind, []).append(candidate.part)
             self.hopeless, self.only = self.hopeless | {candidate.kind}, None
             return
@@ -167,6 +166,11 @@ class Search:
         return False
 
 
+def earning(part, rest):
+    """Must the part lower the error: also a line that comes and goes beside bands, which is what wanders in them."""
+    return part.kind in EARNING or part.kind == "intermittent_line" and "narrow_band" in rest.model_kinds
+
+
 def waits(one, taken):
     return one.kind == "intermittent_line" and one.gain < PUT_OFF * taken.gain
 
@@ -189,7 +193,7 @@ def forward(state, given, progress, draft=False):
 
 
 def error_of(state):
-    return cells.error_of(cells.cells_of(as_noise(state), state.record))
+    return cells.error_of(cells_of(state))
 
 
 def useful(state, given):
@@ -199,7 +203,7 @@ def useful(state, given):
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
         without = error_of(rest)
-        if part.role != "events" and error > without + (-SLACK if part.kind in EARNING else SLACK) * floor:
+        if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor:
             state, useless, error = rest, [part, *useless], without
         else:
             kept = [(without - error, part), *kept]
