@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..inference import refine
+from ..inference.whittle import generalised_least_squares
 from .candidate import Candidate, log_chance
 
+MEMORY = {"low_pass", "moving_average"}
+APART = 2.33  # standard deviations of a gain over a rival, by which it is one (1 %)
 CRUDE = 6.0  # log-likelihood units of the best of a grid, from which a filter is worth a closer look
 
 
@@ -41,3 +44,22 @@ def candidate(bench, parts, fit, crude):
     part = responding(bench, parts + [crude.part])[-1]
     gain = worth(bench, parts + [part]) - fit.log_likelihood
     return Candidate(part.kind, part, gain, log_chance(part.kind, gain))
+
+
+def terms_per_bin(bench, parts):
+    """What each bin adds to the log-likelihood."""
+    fit = bench.fit(parts)
+    energy = generalised_least_squares(bench.data, bench.all_keys(parts), fit.level)[2]
+    return -0.5 * (bench.data.counts * np.log(fit.level) + energy / fit.level)
+
+
+def simpler_memory(bench, parts, found):
+    """A low pass with noise behind it bends to whatever the model still lacks. It comes before a moving average, which has one number less, only
+    where it is likelier by more than the bins scatter about their difference (Vuong 1989: both models may be wrong)."""
+    by_kind = {candidate.kind: candidate for candidate in found}
+    mean, low = by_kind.get("moving_average"), by_kind.get("low_pass")
+    if mean is None or low is None or not low.part.behind or min(mean.gain, low.gain - mean.gain) < 0:
+        return
+    gains = terms_per_bin(bench, parts + [low.part]) - terms_per_bin(bench, parts + [mean.part])
+    if gains.sum() < APART * np.sqrt(gains @ gains):
+        low.log_p = max(low.log_p, min(0.0, mean.log_p + 1e-6))

@@ -64,7 +64,7 @@ def wide(bench, parts, fit, scatter_of):
     energy[:LOWEST] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None
     for centre, half_width, crude in places(energy):
-        width = min(max(half_width, NARROWEST), WIDEST * 2 * len(bench.y))
+        width = min(max(half_width, NARROWEST), WIDEST * 2 * len(bench.y), refine.TURNING * centre)
         part = Part("narrow_band", {"frequency_hz": float(centre * scale), "half_width_hz": float(width * scale)})
         if crude < HOPEFUL:
             best = best or Candidate("narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y)))

@@ -304,4 +304,5 @@ def ranked(bench, parts, fit, skip=(), more=()):
     found = [candidate for candidate in [*found, *more] if candidate]
     with_states(bench, parts, fit, found)
     simplest_first(found)
+    filters.simpler_memory(bench, parts, found)
     return sorted(found, key=lambda candidate: candidate.log_p - 1e-9 * candidate.gain)

@@ -8,11 +8,14 @@ from ..inference.parts import Part
 from ..candidates import columns, common_cause, filters, identifiable, ranking as candidates
 from . import cells
 from ..candidates.candidate import Candidate
-from .state import as_noise, joined, judged, redrawn, with_parts
+from .state import as_noise, cells_of, joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01
 STEPS_MAX = 24
 SLACK = 0.02  # of the floor, by which a likelier term may leave the error higher
+EARNING = {"noise_step", "bias_step"}  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
+BANDS = 8  # from here on each one must lower the error, or it is the last
+PUT_OFF = 0.5  # of the gain that is taken, below which what is costly to seek waits for its turn
 HOPELESS = np.log(0.2)  # chance of a gain, from which a candidate is put off
 CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
 CERTAIN = 50.0  # log-likelihood units from which a part stays, whatever the filters do
@@ -82,21 +85,36 @@ def loss_without(state, rest, part):
 class Search:
     """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way."""
 
-    def __init__(self, state, given):
-        self.state, self.given = state, given
+    def __init__(self, state, given, draft=False):
+        self.state, self.given, self.draft = state, given, draft
         self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
-        self.hopeless, self.only, self.undecided, self.no_coefficients = set(), None, [], set()
+        self.hopeless, self.only, self.bands, self.undecided, self.no_coefficients = set(), None, BANDS, [], set()
+        self.question, self.skipped, self.answer = (None, None), set(), []
+        self.idle = {}  # kinds that left the error where it was: their parts
 
     def ranked(self):
         """Candidates beside the state as they are to be taken; those that are no coefficient but a common cause are put aside."""
-        whole = {kind for kind, column in self.no_coefficients if column is None}
-        found = [one for one in ranking(self.state, self.hopeless | whole, self.only) if source(one.part) not in self.no_coefficients]
+        found = self.answered()
         if not self.only:
             found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
             if self.first is None and self.undecided is None:
                 self.undecided = close_ones(found)
+        found = [one for one in found if source(one.part) not in self.no_coefficients]
         self.first, self.last = self.first or found, found
         return found
+
+    def answered(self):
+        """All candidates; those beside the same state are not asked for twice because some of them are put aside."""
+        skip = self.hopeless | {kind for kind, column in self.no_coefficients if column is None} | self.aside()
+        question = (self.state, self.only)
+        if question[0] is not self.question[0] or question[1] != self.question[1] or not self.skipped <= skip:
+            self.question, self.skipped, self.answer = question, skip, ranking(self.state, skip, self.only)
+        return [one for one in self.answer if one.kind not in skip]
+
+    def aside(self):
+        """Kinds that left the error where it was, twice; further bands, which would only follow what the model lacks elsewhere."""
+        spent = {kind for kind, parts in self.idle.items() if len(parts) > 1}
+        return spent | ({"narrow_band"} if self.state.model_kinds.count("narrow_band") >= self.bands else set())
 
     def questioned(self, candidate):
         """Is the candidate what it seems: a coefficient on a column that is one number."""
@@ -110,23 +128,41 @@ class Search:
         return not why.disagrees
 
     def take(self, candidate):
+        given = self.given - any(part is candidate.replaces for part in self.state.parts[:self.given])
+        after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
+        if earning(candidate.part, self.state) and not self.lower(after):
+            self.idle.setdefault(candidate.kind, []).append(candidate.part)
+            self.hopeless, self.only = self.hopeless | {candidate.kind}, None
+            return
+        if after.model_kinds.count("narrow_band") > BANDS - 1 and candidate.kind == "narrow_band":
+            self.bands = after.model_kinds.count("narrow_band") + self.lower(after)
         known = [one.kind for one in self.alternatives]
         self.alternatives += [one for one in self.undecided or [] if one.kind not in known]
-        self.given -= any(part is candidate.replaces for part in self.state.parts[:self.given])
-        after = joined(self.state, candidate.part, candidate.replaces)
-        self.state = pruned(retold(after, self.given), self.given)
-        self.hopeless |= {one.kind for one in self.last if one.log_p > HOPELESS}
-        self.only = {candidate.kind} if candidate.kind in candidates.REPEATED else None
+        self.hopeless |= {one.kind for one in self.last if one.log_p > HOPELESS or waits(one, candidate)}
+        self.only = self.beside(candidate)
+        self.state, self.given = after, given
+
+    def lower(self, after):
+        """Does the error fall by more than the slack."""
+        return error_of(after) < error_of(self.state) - SLACK * cells.floor_of(cells.cells_of(as_noise(after), after.record))
+
+    def beside(self, taken):
+        """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
+        kind, near = taken.kind, {one.kind for one in self.last if not self.only or one.gain > PUT_OFF * taken.gain}
+        if kind == "narrow_band":
+            return {kind} | (filters.MEMORY & near if not filters.MEMORY & set(self.state.model_kinds) else set())
+        if kind in filters.MEMORY and self.only:
+            return self.only - filters.MEMORY
+        return {kind} if kind in candidates.REPEATED else None
 
     def step(self):
         """One candidate further, or one way to look less; False: nothing is left."""
         found = self.ranked()
-        while significant(found):
+        if significant(found):
             if self.questioned(found[0]):
                 self.take(found[0])
-                return True
-            found = found[1:]
-        if self.only or self.hopeless:  # what seemed to be chance beside fewer terms is asked once more
+            return True
+        if self.only or self.hopeless and not self.draft:  # what seemed to be chance beside fewer terms is asked once more
             self.hopeless = self.hopeless if self.only else set()
             self.only = None
             return True
@@ -142,16 +178,25 @@ def about(part):
     return f"{part.shape['column']}: " if part.kind == "follows" else ""
 
 
+def earning(part, rest):
+    """Must the part lower the error: also a line that comes and goes beside bands, which is what wanders in them."""
+    return part.kind in EARNING or part.kind == "intermittent_line" and "narrow_band" in rest.model_kinds
+
+
+def waits(one, taken):
+    return one.kind == "intermittent_line" and one.gain < PUT_OFF * taken.gain
+
+
 def close_ones(found):
     """Kinds that this recording cannot tell from the first, and how to tell them."""
     return [identifiable.Alternative(c.kind, table.find(c.kind).confirm) for c in found[1:]
             if c.kind != found[0].kind and c.log_p - found[0].log_p < CLOSE and c.gain > 0]
 
 
-def forward(state, given, progress):
+def forward(state, given, progress, draft=False):
     """Candidates beyond chance one after the other, the likeliest first. What chance explains beside one state is not tried beside the
-    next ones, until nothing else is left; lines are taken one after the other."""
-    way = Search(state, given)
+    next ones, until nothing else is left (a draft of the spectrum does not ask again); lines are taken one after the other."""
+    way = Search(state, given, draft)
     for _ in range(STEPS_MAX):
         progress(f"looking for lines beside {len(way.state.parts)} effects" if way.only else
                  f"trying {len(table.TABLE) - len(set(way.state.model_kinds))} effects beside {', '.join(way.state.model_kinds)}")
@@ -161,46 +206,40 @@ def forward(state, given, progress):
 
 
 def error_of(state):
-    return cells.error_of(cells.cells_of(as_noise(state), state.record))
+    return cells.error_of(cells_of(state))
 
 
 def useful(state, given):
-    """The state without the added parts that leave the error where it is or raise it, and those parts."""
-    floor, useless = cells.floor_of(cells.cells_of(as_noise(state), state.record)), []
+    """The state without the added parts that leave the error where it is or raise it, what matters most first; and those parts."""
+    floor, useless, error = cells.floor_of(cells.cells_of(as_noise(state), state.record)), [], error_of(state)
+    kept = []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
-        if part.role != "events" and error_of(state) > error_of(rest) + SLACK * floor:
-            state, useless = rest, [part, *useless]
-    return state, useless
+        without = error_of(rest)
+        if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor:
+            state, useless, error = rest, [part, *useless], without
+        else:
+            kept = [(without - error, part), *kept]
+    kept.sort(key=lambda pair: -pair[0])
+    return with_parts(state, state.parts[:given] + [part for _, part in kept]), useless
 
 
 def path(state, given):
-    """The states from the given effects to the last one, a part at a time, in the order found if the error falls all the way, else in the
-    order in which it falls most."""
-    added = state.parts[given:]
-    states = [with_parts(state, state.parts[:given + count]) for count in range(len(added) + 1)]
-    errors = [error_of(one) for one in states]
-    if all(after <= before for before, after in zip(errors, errors[1:])):
-        return states
-    states, rest = states[:1], list(added)
-    while rest:
-        trials = [with_parts(state, states[-1].parts + [part]) for part in rest]
-        best = int(np.argmin([error_of(trial) for trial in trials]))
-        states.append(trials[best])
-        rest.pop(best)
-    return states
+    """The states from the given effects to the last one, a part at a time."""
+    return [with_parts(state, state.parts[:given + count]) for count in range(len(state.parts) - given + 1)]
 
 
 def search(state, model, progress):
     """(judged states from the given effects to the last, the search, useless parts). Missing samples are drawn anew from what was found,
     and the search begins again."""
     given = len(model.terms)
-    way = forward(state, given, progress)
+    way = forward(state, given, progress, draft=state.known is not None)
     if state.known is not None:
         progress("drawing the missing samples from what was found")
         state = redrawn(way.state, model)
         way = forward(state, given, progress)
     progress("asking what lowers the error")
     last, useless = useful(way.state, way.given)
+    useless += [parts[-1] for parts in way.idle.values()]
     states = [state, *path(last, way.given)[1:]] if len(last.parts) > way.given else [state]
     return [judged(one, 0 < place < len(states) - 1) for place, one in enumerate(states)], way, useless

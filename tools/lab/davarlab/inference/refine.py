@@ -8,6 +8,7 @@ from ..data import signals
 TURNS_LEAST = 40  # in the record: from here on the noise is white across the lobe of a line
 PIECES = 1000
 TURNS_OF_TWO = 8
+TURNING = 1 / 6  # of the frequency of a line with a width, its half width at most: it turns about once before it forgets its phase
 
 
 def numeric_shapes(part):
@@ -28,11 +29,12 @@ def half_width(bench, part, name):
 def bounds(bench, part, name):
     """Where a shape makes sense on this recording: (least, most)."""
     rate, samples = bench.data.rate_hz, bench.data.samples
+    widest = min(0.03 * rate, TURNING * part.shape["frequency_hz"]) if part.kind == "narrow_band" else np.inf
     parameter = next(p for p in part.effect.parameters if p.name == name)
     least, most = {("gauss_markov", "correlation_time_s"): (8 / rate, np.inf),
                    ("low_pass", "cutoff_hz"): (0, rate),
                    ("narrow_band", "frequency_hz"): (0, rate / 2),
-                   ("narrow_band", "half_width_hz"): (0.75 * rate / samples, 0.03 * rate)}.get((part.kind, name), (0, np.inf))
+                   ("narrow_band", "half_width_hz"): (0.75 * rate / samples, widest)}.get((part.kind, name), (0, np.inf))
     return max(least, parameter.low), min(most, parameter.high)
 
 
