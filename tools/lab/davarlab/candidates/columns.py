@@ -17,7 +17,6 @@ from .ranking import shapes_of
 SLOW_MOST = 16384  # samples of the recording of block means
 FINER = np.exp2(np.arange(-6, 7) / 8)  # about the best shape of the first round
 CLOSE = 3.0  # log-likelihood units for which an effect takes the place of another rather than stand beside it
-STRETCHES = 24
 # As candidates.TRIALS, per case: alone, or where the temperature is in the model already.
 TRIALS = {"temperature": 3.2, "temperature beside": 5.1, "temperature_squared": 5.5, "temperature_hysteresis": 3.5, "temperature_noise": 1.4,
           "follows": 4.4}  # per column
@@ -157,22 +156,13 @@ def on_temperature(bench, parts, fit):
         yield judged(instead if instead and instead.gain > beside.gain - CLOSE else beside, TRIALS["temperature_hysteresis"])
 
 
-def restless(energy, length):
-    """How much more than chance the level of the noise moves between stretches; at least 1."""
-    count = min(STRETCHES, len(energy))
-    edges = np.linspace(0, len(energy), count + 1).astype(int)
-    sizes = np.diff(edges)
-    means = np.add.reduceat(energy, edges[:-1]) / sizes
-    return max(1.0, float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)))
-
-
 def in_the_noise(bench, parts, blocks):
     """White noise that goes with the temperature. A level that moves for other reasons too must not pass for it, so the gain
     is divided by what stays restless."""
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
     part = Part("temperature_noise", {"relative_per_degC": relative})
     variance = changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[1]
-    return judged(Candidate(part.kind, part, gain / restless(blocks.energy / variance, blocks.length), 0.0), TRIALS["temperature_noise"])
+    return judged(Candidate(part.kind, part, gain / changes.restless(blocks.energy / variance, blocks.length), 0.0), TRIALS["temperature_noise"])
 
 
 def following(bench, parts, fit, gyro):

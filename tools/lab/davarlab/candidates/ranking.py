@@ -104,6 +104,7 @@ def beside_both(bench, parts, fit, effect, scatter):
 
 
 def vibration(bench, parts, blocks):
+    """White noise that goes with the vibration. A level that moves for other reasons too must not pass for it."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[2], None
     effect = table.find("vibration_noise")
@@ -111,7 +112,8 @@ def vibration(bench, parts, blocks):
         square = modulation.variance_shapes([part], bench.recording, blocks)[1]
         if square.max() <= 0:
             continue
-        gain = changes.fit(blocks, np.vstack([rows, square]))[2] - before
+        _, variance, likelihood = changes.fit(blocks, np.vstack([rows, square]))
+        gain = (likelihood - before) / changes.restless(blocks.energy / variance, blocks.length)
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, log_chance(effect.kind, gain))
     return best

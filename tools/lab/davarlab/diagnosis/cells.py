@@ -9,6 +9,7 @@ from ..inference import adequacy, allan
 from ..inference.parts import spectrum_of
 
 WINDOWS = (1, 4, 16)
+SHORT = 64  # windows whose shortest averaging time alone is asked: noise that breathes faster than a sixteenth of the record (7.2)
 VALID = 0.1  # share of the differences, below which a window says nothing of an averaging time
 COURSE = 2.0  # turns that a line's phase must be lost in, in a window: a narrower one is a course, no noise (8.4)
 
@@ -69,11 +70,20 @@ class Expectation:
 
 def cells_of(state, y, relative=None):
     """Cells of the record and of its quarters and sixteenths; `relative`: the white level per sample over its mean, None: constant."""
+    return cells_in(state, y, relative, WINDOWS, None)
+
+
+def short_cells(state, y, relative=None):
+    return [] if state.bench.counts and state.bench.counts.unsteady else cells_in(state, y, relative, (SHORT,), 1)
+
+
+def cells_in(state, y, relative, windows, most):
+    """Cells of so many windows, of the `most` shortest averaging times."""
     bench = state.bench
     course, expectation, found = bench.mean_course(state.parts, state.fit), Expectation(state), []
-    for count in WINDOWS:
+    for count in windows:
         window = len(y) // count // 2 * 2
-        taus = allan.octaves(window)
+        taus = allan.octaves(window)[:most]
         if not taus:
             continue
         noise, freedom, share, steady = expectation.of(window, taus)

@@ -10,7 +10,7 @@ from ..effects.changes import vibration_square
 from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
 from ..inference.parts import part_of
-from . import judge, state as state_of
+from . import cells, judge, state as state_of
 from .judge import Judgement
 
 
@@ -136,7 +136,7 @@ def given(fitted, model):
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = as_given(fitted, model)
     state.adequacy, state.cells = fitted.adequacy, state_of.cells_of(state)
-    state.judgement = judge.judged(state.cells, given_p_value(fitted, state))
+    state.judgement = judge.judged(state.cells, state_of.cells_of(state, cells.short_cells), given_p_value(fitted, state))
     return state
 
 

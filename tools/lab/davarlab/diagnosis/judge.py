@@ -65,10 +65,10 @@ def shown_to(cells):
     return float(shown)
 
 
-def judged(cells, p_value):
-    """p_value: of the residual (inference/adequacy.py)."""
+def judged(cells, short, p_value):
+    """short: cells of short windows, which no error counts; p_value: of the residual (inference/adequacy.py)."""
     error, floor = error_of(cells), floor_of(cells)
-    largest, off = largest_of(cells)
+    largest, off = largest_of(cells + short)
     small = not error > CLEARLY * floor
     word = "statistical" if small and off == 0 and p_value >= ADEQUATE else \
         "practical" if small and abs(off) <= np.log(TOLERANCE) else "no"

@@ -139,7 +139,7 @@ def judged(state, quick=False):
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
     state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
     state.cells = cells.cells_of(as_noise(state), state.record, variance)
-    state.judgement = judge.judged(state.cells, state.adequacy.p_value)
+    state.judgement = judge.judged(state.cells, cells.short_cells(as_noise(state), state.record, variance), state.adequacy.p_value)
     return state
 
 
@@ -150,8 +150,8 @@ def as_noise(state):
     return state if noise is None else with_parts(state, noise)
 
 
-def cells_of(state):
-    return cells.cells_of(as_noise(state), state.record, relative_variance(state)[0])
+def cells_of(state, among=cells.cells_of):
+    return among(as_noise(state), state.record, relative_variance(state)[0])
 
 
 def cleaned_again(state):

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, special
 
+STRETCHES = 24
+
 
 @dataclass
 class Blocks:
@@ -85,6 +87,15 @@ def excess_scatter(blocks, variance, share):
     weight = share ** 2
     total = float(np.sum(weight ** 2))
     return 1 + weight * max(0.0, float(np.sum(weight * score)) / total if total > 0 else 0.0)
+
+
+def restless(energy, length):
+    """How much more than chance the level of the noise moves between stretches; at least 1."""
+    count = min(STRETCHES, len(energy))
+    edges = np.linspace(0, len(energy), count + 1).astype(int)
+    sizes = np.diff(edges)
+    means = np.add.reduceat(energy, edges[:-1]) / sizes
+    return max(1.0, float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)))
 
 
 def trigamma_scatter(blocks):
