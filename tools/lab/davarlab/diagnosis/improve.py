@@ -154,6 +154,27 @@ def verdict_of(found, added, judgement):
     return next((candidate.kind for candidate in found.ranking if candidate.kind in added), added[0] if added else "none")
 
 
+def beside_the_file(last, given, model):
+    """(state, model, estimates) of what was added beside the sizes of the file, where these do better than the likeliest ones; None where
+    the error rises even so."""
+    fitted, entries = fitted_model(last, model)
+    count = len(model.terms)
+    if len(fitted.terms) == count or fitted.kinds[:count] != model.kinds:
+        return None
+    whole = Model(fitted.rate_hz, fitted.column, model.terms + fitted.terms[count:])
+    state = compare.given(last, whole)
+    better = state.judgement.adequate and state.judgement.error <= given.judgement.error
+    return (state, whole, as_it_is(model) + entries[count:]) if better else None
+
+
+def final_of(last, given, model):
+    """(state, model, estimates) of the last model, or of what is left of it where its error is above the given one's; the state is None where
+    nothing is."""
+    if last.judgement.error <= given.judgement.error:
+        return last, *fitted_model(last, model)
+    return beside_the_file(last, given, model) or (None, model, as_it_is(model))
+
+
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
     """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error is not above the given one's."""
     given = compare.given(found.states[0], model)
@@ -165,10 +186,10 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
         if held_out and step.error_held_out > steps[-1].error_held_out and step.error_held_out > judge.CLEARLY * step.error_floor_held_out:
             break
         steps.append(step)
-    last = found.states[len(steps) - 1]
-    if last.judgement.error > given.judgement.error:  # the file's sizes do better than the likeliest ones: they stay
-        last, steps = None, steps[:1]
-    final, entries = fitted_model(last, model) if last else (model, as_it_is(model))
+    reached = found.states[len(steps) - 1]
+    last, final, entries = final_of(reached, given, model)
+    if last is not reached:  # the file's sizes do better than the likeliest ones: they stay
+        steps = [*steps[:-1], step_of(steps[-1].added, last, final, held_out)] if last else steps[:1]
     added = found.added[:len(steps) - 1]
     judgement = last.judgement if last else given.judgement
     comparisons = [compare.of_state(given, model.column)] + ([compare.of_state(last, model.column)] if added else [])
