@@ -171,7 +171,8 @@ def following(bench, parts, fit, gyro):
     names = [name for name in columns.may_follow(bench.recording, gyro) if name not in known]
     effect, found = table.find("follows"), []
     for name in names:
-        tried = [Part("follows", {"column": name, "lag_s": lag}, form) for lag in columns.lags(bench.recording) for form in effect.forms]
+        lags = (0.0,) if name.startswith("gyro_") else columns.lags(bench.recording)  # axes that are askew leak at once
+        tried = [Part("follows", {"column": name, "lag_s": lag}, form) for lag in lags for form in effect.forms]
         part, full = best_of(bench, parts, fit, tried, (name,))
         at_once = tried[0]
         other = full if part.key == at_once.key else bench.fit(parts + [at_once], near=fit.level)

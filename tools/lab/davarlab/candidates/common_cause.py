@@ -44,7 +44,7 @@ def on_column(part):
 
 def sensor_noise(x, rate_hz):
     """Density per ordinate of what the column's own sensor adds: white noise of the quietest seconds."""
-    length = max(8, int(rate_hz))
+    length = max(64, int(rate_hz))
     count = len(x) // length
     steps = np.diff(x[:count * length].reshape(count, length), axis=1)
     return float(np.quantile((steps ** 2).mean(axis=1), QUIET)) / 2

@@ -22,7 +22,8 @@ LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are c
 @dataclass
 class Clock:
     """places: index on the grid of each sample, None when they follow each other. kind: even, late (stamps jitter about an even clock),
-    uneven. rows: of the file that have a place, None: all. cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
+    uneven. rows: of the file that have a place, None: all.
+    cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
     rate_hz: float
     places: object = None
     kind: str = "even"
@@ -137,9 +138,10 @@ def of(stamps, rate_hz, path, line):
 
 
 def wandering(steps, gaps, period):
-    """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock is behind them."""
+    """Do the steps, less the whole periods in them, stray and gather what they stray: no even clock is behind them. A long gap is no
+    part of a clock."""
     off = (steps - (1 + gaps) * period)[gaps < LATE]
-    return off.std() > JITTER * period and gathered(off) > MEMORYLESS
+    return bool(np.all(gaps < LATE)) and off.std() > JITTER * period and gathered(off) > MEMORYLESS
 
 
 def without_places(stamps, rate_hz, path):

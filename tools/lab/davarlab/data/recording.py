@@ -109,8 +109,10 @@ def at_own_rate(made):
     if not found:
         return made
     fresh = known & ~found.equal
+    if np.count_nonzero(fresh) < MINIMUM_SAMPLES:
+        return made
     own = repeats.clock_behind(made.time_s[fresh], made.rate_hz, found.share, made.name)
-    if not own or np.count_nonzero(fresh) < MINIMUM_SAMPLES:
+    if not own:
         return made
     columns, known = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
     return replace(made, columns=columns, rate_hz=own.rate_hz, gaps=gaps_of(known), known=known, clock=own, read_hz=made.rate_hz)

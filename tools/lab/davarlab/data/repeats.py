@@ -21,7 +21,9 @@ class Repeats:
 
 def chance_of_equal(x, known):
     """Share of samples that equal the one before by their counts alone (from differences of one and two counts, whose sizes fall as those of
-    a Gaussian), or None where the counts are too coarse to say."""
+    a Gaussian), or None where the counts are too coarse to say, or the axis is dead."""
+    if not np.ptp(x[known]):
+        return None
     step = signals.count_of(x[known])
     if not step:
         return 0.0

@@ -52,6 +52,7 @@ class Improvement:
     comparisons: list = field(default_factory=list)
     refitted: Step | None = None
     notes: list = field(default_factory=list)  # what is unusual about the recording, in words
+    state: object = None  # the final model on the recording
 
     @property
     def base(self):
@@ -154,12 +155,12 @@ def verdict_of(found, added, judgement):
     return next((candidate.kind for candidate in found.ranking if candidate.kind in added), added[0] if added else "none")
 
 
-def beside_the_file(last, given, model):
-    """(state, model, estimates) of what was added beside the sizes of the file, where these do better than the likeliest ones; None where
-    the error rises even so."""
+def beside_the_file(last, given, model, added):
+    """(state, model, estimates) of so many effects added beside the sizes of the file, where these do better than the likeliest ones; None where
+    the error rises even so, or the model is not adequate."""
     fitted, entries = fitted_model(last, model)
     count = len(model.terms)
-    if len(fitted.terms) == count or fitted.kinds[:count] != model.kinds:
+    if len(fitted.terms) != count + added or added == 0 or fitted.kinds[:count] != model.kinds:  # one of them took the place of a given one
         return None
     whole = Model(fitted.rate_hz, fitted.column, model.terms + fitted.terms[count:])
     state = compare.given(last, whole)
@@ -167,12 +168,12 @@ def beside_the_file(last, given, model):
     return (state, whole, as_it_is(model) + entries[count:]) if better else None
 
 
-def final_of(last, given, model):
+def final_of(last, given, model, added):
     """(state, model, estimates) of the last model, or of what is left of it where its error is above the given one's; the state is None where
     nothing is."""
-    if last.judgement.error <= given.judgement.error:
+    if not last.judgement.error > given.judgement.error:
         return last, *fitted_model(last, model)
-    return beside_the_file(last, given, model) or (None, model, as_it_is(model))
+    return beside_the_file(last, given, model, added) or (None, model, as_it_is(model))
 
 
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
@@ -187,7 +188,7 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
             break
         steps.append(step)
     reached = found.states[len(steps) - 1]
-    last, final, entries = final_of(reached, given, model)
+    last, final, entries = final_of(reached, given, model, 0 if held_out else len(steps) - 1)
     if last is not reached:  # the file's sizes do better than the likeliest ones: they stay
         steps = [*steps[:-1], step_of(steps[-1].added, last, final, held_out)] if last else steps[:1]
     added = found.added[:len(steps) - 1]
@@ -195,4 +196,4 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     comparisons = [compare.of_state(given, model.column)] + ([compare.of_state(last, model.column)] if added else [])
     shown = described(model, found, base or steps[0], held_out, detail)
     return Improvement(comparisons[0], found, steps, verdict_of(found, added, judgement), added, judgement, final, entries, shown, comparisons,
-                       base, evidence.notes(recording, model, added))
+                       base, evidence.notes(recording, model, added), last or given)

@@ -86,20 +86,22 @@ class Search:
     """The way forward: the state reached, how many of its first parts are the given ones, and what was learned on the way."""
 
     def __init__(self, state, given, draft=False):
-        self.state, self.given, self.draft = state, given, draft
+        self.begin, self.state, self.given, self.draft = state, state, given, draft
         self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
         self.hopeless, self.only, self.bands, self.undecided, self.no_coefficients = set(), None, BANDS, [], set()
         self.question, self.skipped, self.answer = (None, None), set(), []
-        self.idle = {}  # kinds that left the error where it was: their parts
+        self.idle = {}  # kinds that left the error where it was: the states and parts
 
     def ranked(self):
         """Candidates beside the state as they are to be taken; those that are no coefficient but a common cause are put aside."""
         found = self.answered()
         if not self.only:
             found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-            if self.first is None and self.undecided is None:
-                self.undecided = close_ones(found)
-        found = [one for one in found if source(one.part) not in self.no_coefficients]
+        first, found = found[:1], [one for one in found if source(one.part) not in self.no_coefficients]
+        if first != found[:1]:  # what the one set aside could not be told from
+            self.undecided = None
+        if self.undecided is None and self.state is self.begin and not self.only:
+            self.undecided = close_ones(found)
         self.first, self.last = self.first or found, found
         return found
 
@@ -113,7 +115,7 @@ class Search:
 
     def aside(self):
         """Kinds that left the error where it was, twice; further bands, which would only follow what the model lacks elsewhere."""
-        spent = {kind for kind, parts in self.idle.items() if len(parts) > 1}
+        spent = {kind for kind, tries in self.idle.items() if len(tries) > 1 or tries[-1][0] is self.state}
         return spent | ({"narrow_band"} if self.state.model_kinds.count("narrow_band") >= self.bands else set())
 
     def questioned(self, candidate):
@@ -131,7 +133,7 @@ class Search:
         given = self.given - any(part is candidate.replaces for part in self.state.parts[:self.given])
         after = pruned(retold(joined(self.state, candidate.part, candidate.replaces), given), given)
         if earning(candidate.part, self.state) and not self.lower(after):
-            self.idle.setdefault(candidate.kind, []).append(candidate.part)
+            self.idle.setdefault(candidate.kind, []).append((self.state, candidate.part))
             self.hopeless, self.only = self.hopeless | {candidate.kind}, None
             return
         if after.model_kinds.count("narrow_band") > BANDS - 1 and candidate.kind == "narrow_band":
@@ -189,6 +191,8 @@ def waits(one, taken):
 
 def close_ones(found):
     """Kinds that this recording cannot tell from the first, and how to tell them."""
+    if not found:
+        return []
     return [identifiable.Alternative(c.kind, table.find(c.kind).confirm) for c in found[1:]
             if c.kind != found[0].kind and c.log_p - found[0].log_p < CLOSE and c.gain > 0]
 
@@ -210,7 +214,8 @@ def error_of(state):
 
 
 def useful(state, given):
-    """The state without the added parts that leave the error where it is or raise it, what matters most first; and those parts."""
+    """The state without the added parts that leave the error where it is or raise it; those that stay, what matters most first; those that
+    do not."""
     floor, useless, error = cells.floor_of(cells.cells_of(as_noise(state), state.record)), [], error_of(state)
     kept = []
     for part in reversed(state.parts[given:]):
@@ -220,13 +225,18 @@ def useful(state, given):
             state, useless, error = rest, [part, *useless], without
         else:
             kept = [(without - error, part), *kept]
-    kept.sort(key=lambda pair: -pair[0])
-    return with_parts(state, state.parts[:given] + [part for _, part in kept]), useless
+    return state, [part for _, part in sorted(kept, key=lambda pair: -pair[0])], useless
 
 
-def path(state, given):
-    """The states from the given effects to the last one, a part at a time."""
-    return [with_parts(state, state.parts[:given + count]) for count in range(len(state.parts) - given + 1)]
+def path(state, given, by_weight):
+    """The states from the given effects to the last one, a part at a time: in the order found if the error falls all the way, else what
+    matters most first."""
+    for added in (state.parts[given:], by_weight):
+        states = [with_parts(state, state.parts[:given] + added[:count]) for count in range(len(added) + 1)]
+        errors = [error_of(one) for one in states]
+        if all(after <= before for before, after in zip(errors, errors[1:])):
+            break
+    return states
 
 
 def search(state, model, progress):
@@ -239,7 +249,7 @@ def search(state, model, progress):
         state = redrawn(way.state, model)
         way = forward(state, given, progress)
     progress("asking what lowers the error")
-    last, useless = useful(way.state, way.given)
-    useless += [parts[-1] for parts in way.idle.values()]
-    states = [state, *path(last, way.given)[1:]] if len(last.parts) > way.given else [state]
+    last, by_weight, useless = useful(way.state, way.given)
+    useless += [tries[-1][1] for kind, tries in way.idle.items() if kind not in last.model_kinds]
+    states = [state, *path(last, way.given, by_weight)[1:]] if len(last.parts) > way.given else [state]
     return [judged(one, 0 < place < len(states) - 1) for place, one in enumerate(states)], way, useless

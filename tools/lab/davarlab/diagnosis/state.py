@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import counts, events, observations, signals
+from ..data import counts, events, observations, recording as recordings, signals
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
@@ -13,6 +13,7 @@ from ..candidates import filters, ranking as candidates
 from . import cells, judge
 
 MOVING = 0.02  # of the samples, that must differ from the one before
+FAR = 1e-9  # p of its spectrum, below which a model is no guess of what is missing
 
 
 @dataclass
@@ -49,9 +50,25 @@ def start(recording, model, progress=lambda text: None):
     check_alive(recording, model, y[known])
     if known.all():
         return fitted(recording, model, y, None, seen)
+    recording = at_rest(recording, known, model.column)
     progress(f"drawing {np.count_nonzero(~known)} missing samples")
     drawn = gaps.conditional_draw(y, known, gaps.first_level(y, known), np.random.default_rng(0))
-    return redrawn(fitted(recording, model, drawn, known, seen), model)  # the ripple of the first level is chance, and would confirm itself
+    first = fitted(recording, model, drawn, known, seen)
+    # The ripple of the first level is chance and would confirm itself; so would a model that is far from the record.
+    return redrawn(first, model) if spectrum_p(first) > FAR else first
+
+
+def spectrum_p(state):
+    c = state.bench.data.whitened(state.fit.level, state.fit.coefficients, state.bench.all_keys(state.parts))
+    return adequacy.spectrum_score(c, len(state.fit.sizes) + len(state.fit.coefficients))
+
+
+def at_rest(recording, known, gyro):
+    """The recording with the other columns of the sensor interpolated over what is missing: a turn that was cut out weighs more than all the rest, and
+    what is drawn there would confirm the coefficient that it was drawn with."""
+    moved = [name for name in recording.columns if name.startswith(("gyro_", "accel_")) and name != gyro]
+    still = {name: recordings.filled(recording.columns[name][known], known) for name in moved}
+    return replace(recording, columns=recording.columns | still, measured={})
 
 
 def redrawn(state, model):
@@ -70,7 +87,8 @@ def check_alive(recording, model, y):
     if np.mean(np.diff(y) != 0) < MOVING:
         raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
     if signals.foretold(y):
-        raise BadInput(f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a model with")
+        raise BadInput(f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a "
+                       "model with")
 
 
 def fitted(recording, model, y, known, seen):

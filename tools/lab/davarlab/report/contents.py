@@ -112,10 +112,9 @@ def measured(run, comparison, better, state, model, estimates):
     state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
     added = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
-    lacked = [kind for kind in model.kinds if kind not in run.model.kinds]
     shocks = state.shocks.times if "shocks" in model.kinds else ()
     return {"run": run_facts(run), "gap_note": words.gap_note(run.recording),
-            "notes": [words.observation(one) for one in comparison.observations] + evidence.notes(run.recording, run.model, lacked),
+            "notes": [words.observation(one) for one in comparison.observations] + evidence.notes(run.recording, run.model),
             "given_names": [words.name(kind) for kind in run.model.kinds], "comparison": comparison, "better": better,
             "misfit": words.misfit(comparison), "failed": words.failed_tests((better or comparison).tests),
             "where": comparison.where[:WHERE_MAX], "tests": test_rows(comparison, better),
@@ -139,10 +138,11 @@ def of_improvement(run, found):
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
     tone, verdict = words.verdict_of_diagnosis(found)
     shown, imitators, chance = candidate_rows(found)
-    return {**measured(run, found.comparison, better, found.diagnosis.states[-1], found.model, found.estimates),
+    return {**measured(run, found.comparison, better, found.state, found.model, found.estimates),
+            "notes": [words.observation(one) for one in found.comparison.observations] + found.notes,
             "title": "Which effect is missing", "tone": tone, "verdict": verdict, "found": found,
             "improvement": words.improvement(found), "next": words.what_next(found, run),
             "p_value_after": found.judgement.p_value, "adequate_at": judge.ADEQUATE,
             "candidates": shown, "imitators": imitators, "chance_kinds": chance,
-            "added": words.listed(found.diagnosis.added) if found.diagnosis.added else None,
+            "added": words.listed(found.added) if found.added else None,
             "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None}

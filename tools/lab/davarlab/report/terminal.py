@@ -70,10 +70,9 @@ def verdict(found):
 def candidates(found):
     """What was found, with its size beside the others; then what else was tried, as it did beside the model as given."""
     added, lines = found.added, []
-    fitted = dict(zip(found.model.kinds, found.estimates))
     if added:
         lines = ["Added, in this order, fitted beside each other:"]
-        lines += [f"  {kind}: {words.strength(kind, fitted[kind])}" for kind in added] + [""]
+        lines += [f"  {kind}: {words.strength(kind, sizes)}" for kind, sizes in zip(added, found.estimates[-len(added):])] + [""]
     lines.append("Each alone beside the given effects, refitted" + (" (a strong one may only imitate what was added, or hide it):" if added else ":"))
     first = [c for c in found.candidates if c.kind in added]
     rest = [c for c in found.candidates if c.kind not in added][:max(CANDIDATES_MAX - len(first), 3)]

@@ -149,6 +149,8 @@ def misfit(comparison):
         local = comparison.where[0]
         return (f"Over the whole record the Allan deviation agrees with the model, but not everywhere: between {local.start_s:.0f} and "
                 f"{local.stop_s:.0f} s it is {times(local.ratio)} at {local.tau_s:.3g} s.")
+    if comparison.judgement.largest:  # in a window that the map does not show
+        return f"Over the whole record the Allan deviation agrees with the model, but not everywhere: it is {off(comparison.judgement.largest)}."
     return "No averaging time and no part of the record is off by more than chance."
 
 
