@@ -63,6 +63,7 @@ CASES = {
                                  effect("quantization", coefficient_deg=0.005)),
     "stuck half": (rows(STUCK), MODEL),
     "stuck start": (rows(np.where(T < 20, 0, noise(N))), MODEL),
+    "dead": (rows(np.full(N, 0.25)), MODEL),
     "noiseless counter": (rows(np.arange(N) * 1.0), MODEL),
     "saw tooth": (rows(np.arange(N) % 7 * 1.0), MODEL),
     "two values": (rows((np.arange(N) % 2) * 1.0), MODEL),
