@@ -9,7 +9,7 @@ from ..data import signals
 from .base import Effect, INFINITE, Parameter
 
 ANY = (-INFINITE, INFINITE)
-SOUGHT_TOGETHER = ("temperature", "temperature_squared", "temperature_hysteresis", "temperature_noise", "follows")  # diagnosis/columns.py
+SOUGHT_TOGETHER = ("temperature", "temperature_squared", "temperature_hysteresis", "temperature_noise", "follows")  # candidates/columns.py
 LAGS_S = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 LAG_SHARE = 0.25  # of the record, the longest lag that it can show
 WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
