@@ -419,6 +419,30 @@ static void test_instances_do_not_touch_each_other(void)
     TEST_ASSERT_EQUAL_DOUBLE(alone.kurtosis, result.kurtosis);
 }
 
+/* One plan for many instances, or none at all: the fit is a pure function. */
+static void test_results_do_not_depend_on_the_plan(void)
+{
+    static uint64_t other_memory[4096];
+    static davar_fit_plan_t plan;
+    davar_t planned;
+    davar_result_t expected;
+    uint32_t results = 0U;
+    start_q15();
+    config.fit_plan = &plan;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&planned, &config, other_memory, sizeof other_memory));
+    for (uint32_t i = 0U; i < 200U; i++) {
+        const int16_t sample = ripple(i);
+        (void)davar_push_q15(&planned, &sample, 1U);
+        memset(&expected, 0, sizeof expected);
+        memset(&result, 0, sizeof result);
+        const uint32_t taken = davar_take(&planned, &expected) ? 1U : 0U;
+        TEST_ASSERT_EQUAL_UINT32(taken, feed(i, i + 1U));
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &result, sizeof expected);
+        results += taken;
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(100U, results);
+}
+
 static void test_moments_can_be_switched_off_with_the_fixed_window(void)
 {
     config.policy = DAVAR_POLICY_FIXED;
@@ -470,6 +494,7 @@ int main(void)
     RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no);
     RUN_TEST(test_a_gap_behind_the_last_sample_is_none);
     RUN_TEST(test_instances_do_not_touch_each_other);
+    RUN_TEST(test_results_do_not_depend_on_the_plan);
     RUN_TEST(test_moments_can_be_switched_off_with_the_fixed_window);
     RUN_TEST(test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation);
     return UNITY_END();

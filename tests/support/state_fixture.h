@@ -1,0 +1,124 @@
+/* davar tests - two instances, one of which is to go on as the other, and the storage between them: two slots in RAM that can lose their
+ * power. Every function is static and used by each suite of it. */
+#ifndef DAVAR_TESTS_STATE_FIXTURE_H
+#define DAVAR_TESTS_STATE_FIXTURE_H
+
+#include "davar/davar.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define SLOT 8192U
+
+static const uint32_t taus[4] = {1U, 2U, 5U, 8U};
+static uint64_t memory[2][1024];
+static davar_config_t config;
+static davar_fit_plan_t plan;
+static davar_t original;
+static davar_t restored;
+
+/* Two slots in RAM; the power goes when `budget` bytes have been written, or `reads` reads are done. */
+static unsigned char cells[2U * SLOT];
+static size_t budget;
+static size_t reads;
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    reads -= (reads > 0U) ? 1U : 0U;
+    return reads > 0U;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    const size_t done = (bytes < budget) ? bytes : budget;
+    memcpy(&cells[offset], data, done);
+    budget -= done;
+    return done == bytes;
+}
+
+static davar_storage_t storage;
+
+void setUp(void)
+{
+    storage = (davar_storage_t){read_cells, write_cells, NULL, SLOT};
+    memset(cells, 0xFF, sizeof cells);
+    budget = SIZE_MAX;
+    reads = SIZE_MAX;
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    config.full_scale = 300.0;
+    config.window_max = 40U;
+    config.window_min = 20U;
+    config.segment = 5U;
+    config.taus = taus;
+    config.tau_count = 4U;
+    config.fit_plan = &plan;
+}
+
+void tearDown(void) {}
+
+typedef enum { Q15, Q31, F32 } type_t;
+
+static void init(type_t type, davar_t *davar, unsigned which)
+{
+    davar_status_t status = DAVAR_OK;
+    memset(memory[which], 0xA5, sizeof memory[which]);
+    switch (type) {
+    case Q15:
+        status = davar_init_q15(davar, &config, memory[which], sizeof memory[which]);
+        break;
+    case Q31:
+        status = davar_init_q31(davar, &config, memory[which], sizeof memory[which]);
+        break;
+    case F32:
+    default:
+        status = davar_init_f32(davar, &config, memory[which], sizeof memory[which]);
+        break;
+    }
+    TEST_ASSERT_EQUAL(DAVAR_OK, status);
+}
+
+/* One sample of a noise that is at times four times as large, with a gap now and then; true: a result was taken. */
+static bool step(type_t type, davar_t *davar, uint32_t n, davar_result_t *result)
+{
+    const int32_t value = (int32_t)(((n * 2654435761U) >> 20U) % 101U) - 50;
+    const int32_t sample = ((n / 97U) % 2U == 0U) ? value : (4 * value);
+    const int16_t narrow = (int16_t)sample;
+    const float rate = 0.3F * (float)sample;
+    if ((n % 61U) == 60U) {
+        davar_gap(davar, 2U);
+    }
+    if (type == Q15) {
+        (void)davar_push_q15(davar, &narrow, 1U);
+    } else if (type == Q31) {
+        (void)davar_push_q31(davar, &sample, 1U);
+    } else {
+        (void)davar_push_f32(davar, &rate, 1U);
+    }
+    memset(result, 0, sizeof *result);
+    return davar_take(davar, result);
+}
+
+/* Epoch of the next result of what the storage holds. */
+static uint64_t restored_epoch(void)
+{
+    davar_result_t result;
+    init(Q15, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_TRUE(step(Q15, &restored, 0U, &result));
+    return result.epoch;
+}
+
+static void feed(uint32_t from, uint32_t to)
+{
+    davar_result_t result;
+    for (uint32_t n = from; n < to; n++) {
+        (void)step(Q15, &original, n, &result);
+    }
+}
+
+#endif
