@@ -4,10 +4,11 @@ import itertools
 import unittest
 
 import numpy as np
-from davarlab import model
+from davarlab import model, simulate
 from davarlab.data import signals
 from davarlab.candidates import candidate, ranking as candidates
-from davarlab.diagnosis import state as state_of
+from davarlab.diagnosis import oracle, state as state_of
+from davarlab.effects import table
 from davarlab.inference import estimate, refine, states
 from davarlab.inference.parts import Bench, Part
 from davarlab.data.recording import Recording
@@ -121,6 +122,35 @@ class Fits(unittest.TestCase):
             found = [of("gauss_markov", 20 + lead), of("rate_random_walk", 20.0), of("temperature", 1.0)]
             candidates.simplest_first(found)
             self.assertEqual(min(found, key=lambda c: c.log_p).kind, first)
+
+
+class Oracle(unittest.TestCase):
+    """The expected gain against the mean of what recordings have, both likelihoods at the truth."""
+
+    def test_the_gain_is_that_of_recordings(self):
+        base = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), model.Term("quantization", {"coefficient_deg": 1e-4})]
+        hidden = {"gauss_markov": {"std_dps": 0.004, "correlation_time_s": 5.0}, "low_pass": {"cutoff_hz": 23.0},
+                  "temperature": {"coefficient_dps_per_degC": 0.002}, "narrow_band": {"std_dps": 0.004, "frequency_hz": 7.0, "half_width_hz": 0.5}}
+        for kind, parameters in hidden.items():
+            term, found, expected = model.Term(kind, parameters), [], []
+            for seed in range(8):
+                one = simulate.make([*base, term], RATE, seed=seed, duration_s=900)
+                c = signals.transform(one.columns["gyro_z_dps"] - one.columns["gyro_z_dps"].mean())[1:] ** 2
+                course = table.find(kind).role == "mean"
+                with_it, without = oracle.spectrum_of([*base, term], one), oracle.spectrum_of(base, one)
+                if course:
+                    known = simulate.contribution(term, one, None, None)
+                    c_with = signals.transform(one.columns["gyro_z_dps"] - known - np.mean(one.columns["gyro_z_dps"] - known))[1:] ** 2
+                found.append(np.sum(np.log(without) + c / without - np.log(with_it) - (c_with if course else c) / with_it) / 2)
+                expected.append(oracle.gain(term, base, one))
+            self.assertLess(abs(np.mean(found) - np.mean(expected)), 3 * np.std(found) / 8 ** 0.5 + 0.05 * np.mean(expected), kind)
+            self.assertGreater(np.mean(expected), 10, kind)
+
+    def test_noise_that_has_grown_gains_what_its_variance_says(self):
+        base = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})]
+        term = model.Term("noise_step", {"ratio": 1.5, "start_s": 100.0, "stop_s": 200.0})
+        one = simulate.make(base, RATE, duration_s=900)
+        self.assertAlmostEqual(oracle.gain(term, base, one), 100 * RATE * (2.25 - 1 - np.log(2.25)) / 2, places=6)
 
 
 class LowPass(unittest.TestCase):

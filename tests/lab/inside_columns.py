@@ -6,10 +6,12 @@ import heat
 import numpy as np
 from davarlab import model, simulate
 from davarlab.data.recording import Recording
-from davarlab.candidates import columns, common_cause, identifiable
+from davarlab.data.observations import Observation
+from davarlab.candidates import columns, common_cause, doubts, identifiable
 from davarlab.diagnosis import diagnose, evidence, state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
+from davarlab.inference import changes
 from davarlab.inference.parts import Part
 
 BASE = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), model.Term("bias_instability", {"coefficient_deg_per_h": 5.0})]
@@ -124,7 +126,7 @@ class Chance(unittest.TestCase):
 class Causes(unittest.TestCase):
     def judged(self, columns_of, part=Part("g_sensitivity", {"axis": "x"})):
         state = state_of.start(Recording(columns_of, heat.RATE), MODEL)
-        return common_cause.judge(state.bench, state.parts, state.fit, part)
+        return common_cause.judge(state.bench, state.parts, part)
 
     def test_a_sensitivity_is_one_number_and_a_hidden_cause_is_not(self):
         for seed in (1, 2, 3):
@@ -153,6 +155,40 @@ class Causes(unittest.TestCase):
                                  Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0}))
             self.assertEqual((judged.confirmed, judged.disagrees), (False, True), judged)
             self.assertIn("common cause", judged.why)
+
+
+class Doubts(unittest.TestCase):
+    def test_what_motion_leaves_behind_is_not_named_and_a_short_touch_forbids_nothing(self):
+        def seen(share):
+            return [Observation("motion", [[1.0, 2.0]], share, ""), Observation("jitter", [], 1.0, "")]
+        leak = Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0})
+        for part in (Part("noise_step", {}), Part("vibration_noise", {"axis": "x"}), Part("shocks"), leak):
+            self.assertIn("moved in 5 % of the record", doubts.of_motion(seen(0.05), part))
+            self.assertEqual(doubts.of_motion(seen(0.005), part), "")
+        for part in (Part("g_sensitivity", {"axis": "x"}), Part("narrow_band", {}), Part("follows", {"column": "supply_V", "lag_s": 0.0})):
+            self.assertEqual(doubts.of_motion(seen(0.05), part), "")
+
+    def test_a_software_that_subtracts_the_bias_hides_what_is_slow(self):
+        subtracted = [Part("angle_random_walk"), Part("high_pass", {"corner_period_s": 100.0})]
+        for kind in ("warm_up", "rate_ramp", "temperature", "temperature_rate"):
+            self.assertIn("software", doubts.of_software(subtracted, Part(kind)))
+            self.assertEqual(doubts.of_software(subtracted[:1], Part(kind)), "")
+        for kind in ("temperature_noise", "narrow_band", "g_sensitivity"):
+            self.assertEqual(doubts.of_software(subtracted, Part(kind)), "")
+
+    def test_one_number_is_asked_more_closely_of_the_same_chip(self):
+        one, other = (0.75, 0.01), (0.4, 0.01)
+        self.assertFalse(common_cause.contradict(one, other, common_cause.FACTOR))
+        self.assertTrue(common_cause.contradict(one, other, common_cause.SAME_CHIP))
+
+    def test_a_touch_is_no_vibration(self):
+        rng, calm = np.random.default_rng(4), np.ones(600)
+        energy, shaken, touched = calm * rng.chisquare(100, 600) / 100, calm.copy(), calm.copy()
+        shaken[200:260] = touched[300:302] = 3.0
+        for variance, lasting in ((shaken, True), (touched, False)):
+            blocks = changes.Blocks(energy * variance, 100, 1.0, 100.0)
+            gain = changes.steady_gain(blocks, np.full(600, blocks.energy.mean()), variance)
+            self.assertEqual(gain > 20, lasting, gain)
 
 
 class Words(unittest.TestCase):

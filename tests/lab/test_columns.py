@@ -21,7 +21,7 @@ found = recording.read(sys.argv[1])
 terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 2.3}), model.Term("bias_instability", {"coefficient_deg_per_h": 30.0})]
 state = diagnose.start(found, model.Model(found.rate_hz, "gyro_x_dps", terms))
 for axis in "xyz":
-    print(common_cause.judge(state.bench, state.parts, state.fit, Part("g_sensitivity", {"axis": axis})).disagrees)
+    print(common_cause.judge(state.bench, state.parts, Part("g_sensitivity", {"axis": axis})).disagrees)
 """
 
 

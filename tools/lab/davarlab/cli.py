@@ -111,7 +111,8 @@ def run_fit(options):
     if options.output:
         models.write(fitted, options.output)
     emit(options, {"effects": fitted_json(fitted, entries), "model": options.output, **judgement_json(state.judgement),
-                   "observations": observations_json(state.seen), "intervals_hold": state.judgement.adequate}, terminal.fit(fitted, entries, state.judgement, state.seen))
+                   "observations": observations_json(state.seen), "intervals_hold": state.judgement.adequate},
+         terminal.fit(fitted, entries, state.judgement, state.seen))
     return 0
 
 
@@ -326,11 +327,13 @@ COMMANDS = {
     "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(
         "--channel", type=option_types.channel, action="append", metavar="N", help="default 0; may be given more than once")]),
     "benchmark": (run_benchmark, "measures how often the verdict is right", [
-        argument("--seeds", type=option_types.whole, default=20), argument("--first-seed", type=option_types.natural, default=0), argument("--size", choices=("visible", "hard"), default="visible"),
+        argument("--seeds", type=option_types.whole, default=20), argument("--first-seed", type=option_types.natural, default=0),
+        argument("--size", choices=("visible", "hard"), default="visible"),
         argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=option_types.whole, default=2)]),
     "nulls": (run_nulls, "measures what chance gives each candidate, by parametric bootstrap", [
         argument("--recordings", type=option_types.whole, default=300), argument("--first-seed", type=option_types.natural, default=0),
-        argument("--seconds", type=option_types.positive, default=7200.0), argument("--adequacy-only", action="store_true", help="p-values only, three times faster"),
+        argument("--seconds", type=option_types.positive, default=7200.0),
+        argument("--adequacy-only", action="store_true", help="p-values only, three times faster"),
         argument("--jobs", type=option_types.whole, default=2)]),
 }
 

@@ -106,14 +106,14 @@ def beside_both(bench, parts, fit, effect, scatter):
 def vibration(bench, parts, blocks):
     """White noise that goes with the vibration. A level that moves for other reasons too must not pass for it."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
-    before, best = changes.fit(blocks, rows)[2], None
+    before, best = changes.fit(blocks, rows)[1], None
     effect = table.find("vibration_noise")
     for part in [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in effect.forms]:
         square = modulation.variance_shapes([part], bench.recording, blocks)[1]
         if square.max() <= 0:
             continue
-        _, variance, likelihood = changes.fit(blocks, np.vstack([rows, square]))
-        gain = (likelihood - before) / changes.restless(blocks.energy / variance, blocks.length)
+        variance = changes.fit(blocks, np.vstack([rows, square]))[1]
+        gain = changes.steady_gain(blocks, before, variance) / changes.restless(blocks.energy / variance, blocks.length)
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, log_chance(effect.kind, gain))
     return best

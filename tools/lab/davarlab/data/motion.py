@@ -240,8 +240,8 @@ def touches(rates, levels, accels, good, rate_hz):
         return heard
     witness = witnesses(accels, energies, good)
     found = widened(wild, 2) & witness[1]
-    if found.any():  # what these leave in the whitened record is asked about when they are out
-        return found
+    if found.any():  # what these leave in the whitened record is asked about when they, and how they fade, are out
+        return widened(found, SMOOTH_S * rate_hz)
     for first, end in stretches(widened(heard, rate_hz / 2)):
         if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(sum(energies), seen, first, end):
             continue
@@ -360,7 +360,8 @@ def followed(rate, gravity, whole, centre, unit, limit):
 
 
 def turned(back, size, moved, i, seconds, limit):
-    """Did the gyro leave its level for the time of a quick tilt (one axis may be the vertical one: of two or more), by chance no more often than the limit says, and by an angle worth the tilt."""
+    """Did the gyro leave its level for the time of a quick tilt, by chance no more often than the limit says, and by an angle worth the tilt. Of two axes
+    or more: one may be the vertical one."""
     near = slice(max(0, i - 1), i + 2)
     place = near.start + np.argmax(np.sum((back[:, near] / size[:, near]) ** 2, axis=0))
     angle, tilt = np.linalg.norm(back[:, place]) * seconds, np.degrees(np.linalg.norm(moved[:, i]))

@@ -87,8 +87,8 @@ def stamps(recording):
         return None
     whole = [[0.0, float(recording.samples / recording.rate_hz)]]
     if clock.kind == "uneven":
-        where = "Samples are taken as even" if clock.places is None else f"Each sample is put at the nearest place of an even grid ({np.mean(~recording.known):.2g} " \
-            "of its places stay empty and are drawn)"
+        where = "Samples are taken as even" if clock.places is None else "Each sample is put at the nearest place of an even grid " \
+            f"({np.mean(~recording.known):.2g} of its places stay empty and are drawn)"
         return Observation("jitter", whole, 1.0, "The clock itself is uneven: its steps do not make each other good. "
                            f"{where}, at {recording.rate_hz:.4g} Hz, which blurs high frequencies.")
     return Observation("jitter", whole, 1.0, f"Time stamps stray by {clock.jitter_s:.2g} s rms ({clock.jitter_s * recording.rate_hz:.2g} periods) "

@@ -11,7 +11,7 @@ import numpy as np
 from .. import simulate
 from ..errors import BadInput
 from ..model import Model, Term
-from . import diagnose, improve
+from . import diagnose, improve, oracle
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4
@@ -98,7 +98,8 @@ def one(job):
     return {"name": name, "seed": seed, "kinds": kinds, "verdict": result.verdict, "added": result.added,
             "first": found.ranking[0].kind, "p_value": result.judgement.p_value, "given_p": result.steps[0].p_value,
             "covered": covered, "seconds": spent, "before": result.steps[0].error, "after": last.error,
-            "floor": last.error_floor, "alternatives": [one.kind for one in found.alternatives],
+            "floor": last.error_floor, "oracle_gain": oracle.gain(hidden[0], base, recording) if len(hidden) == 1 else None,
+            "alternatives": [one.kind for one in found.alternatives],
             "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01}}
 
 
@@ -152,15 +153,29 @@ def summary(rows, seeds, size):
             "outside_unknown": share(right(r) for r in outside),
             "true_models_rejected_at_5_percent": share(r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None),
             "coverage": share(pooled), "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(covered.items())},
+            "callable_found": share(right(r) for r in rows if (r["oracle_gain"] or 0) > oracle.CALLABLE), "oracle": against_oracle(rows),
             "error_over_floor_median": float(np.median(solved)) if solved else None,
             "error_over_floor_95": float(np.percentile(solved, 95)) if solved else None,
             "seconds_median": float(np.median([r["seconds"] for r in rows])),
             "seconds_worst": float(max(r["seconds"] for r in rows)), "confusion": confusion}
 
 
+def against_oracle(rows):
+    """Per scenario with one effect: median gain of the oracle, recordings that it can call, those of them that were named."""
+    found = {}
+    for name in dict.fromkeys(row["name"] for row in rows if row["oracle_gain"] is not None):
+        gains = [(row["oracle_gain"], right(row)) for row in rows if row["name"] == name]
+        called = [named for gain, named in gains if gain > oracle.CALLABLE]
+        found[name] = {"gain_median": float(np.median([gain for gain, _ in gains])), "callable": len(called), "named": sum(called)}
+    return found
+
+
 def text(s):
     lines = [f"size {s['size']}, {s['seeds']} seeds"]
     lines += [f"{key:<36}{value:.3f}" for key, value in s.items() if isinstance(value, float)]
+    lines += ["", "an oracle that knows noise and shape: median gain in log-likelihood, recordings that it "
+              f"can call (above {oracle.CALLABLE:.1f}), of them named"]
+    lines += [f"  {name:<34}{one['gain_median']:>10.1f}{one['callable']:>4}{one['named']:>4}" for name, one in s["oracle"].items()]
     lines += ["", "in the recording: what was said (count)"]
     lines += [f"  {name}: " + ", ".join(f"{said} {n}" for said, n in sorted(entry.items(), key=lambda i: -i[1]))
               for name, entry in s["confusion"].items()]

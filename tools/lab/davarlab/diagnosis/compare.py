@@ -58,8 +58,9 @@ def correlations(state, column):
 
 def as_given(state, model):
     """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
-    given = [part if part.form == "decoded" else replace(part, shape=part.shape | {name: value for name, value in term.parameters.items() if name in part.shape})
-             for part, term in zip(state.parts, model.terms)]
+    def of_file(part, term):
+        return replace(part, shape=part.shape | {name: value for name, value in term.parameters.items() if name in part.shape})
+    given = [part if part.form == "decoded" else of_file(part, term) for part, term in zip(state.parts, model.terms)]
     bench = state.bench.resolving(given)
     sizes, coefficients = [], []
     for part, term in zip(given, model.terms):

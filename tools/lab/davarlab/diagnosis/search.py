@@ -5,7 +5,7 @@ import numpy as np
 from ..effects import columns as columns_of, table
 from ..inference import changes, modulation
 from ..inference.parts import Part
-from ..candidates import columns, common_cause, filters, identifiable, ranking as candidates
+from ..candidates import columns, doubts, filters, identifiable, ranking as candidates
 from . import cells
 from ..candidates.candidate import Candidate
 from .state import as_noise, cells_of, joined, judged, redrawn, with_parts
@@ -14,6 +14,7 @@ FAMILY_WISE = 0.01
 STEPS_MAX = 24
 SLACK = 0.02  # of the floor, by which a likelier term may leave the error higher
 EARNING = {"noise_step", "bias_step"}  # of free place in time: they fit whatever the model lacks somewhere, and must lower the error by as much
+AT_ONCE = 0.01  # of the record
 BANDS = 8  # from here on each one must lower the error, or it is the last
 PUT_OFF = 0.5  # of the gain that is taken, below which what is costly to seek waits for its turn
 HOPELESS = np.log(0.2)  # chance of a gain, from which a candidate is put off
@@ -52,7 +53,7 @@ def retold(state, given):
             start = Part("telegraph_noise", {"mean_dwell_s": 2 * part.shape["correlation_time_s"]})
             found = Candidate(start.kind, start, 0.0, -1e9)
             candidates.decode_states(state.bench, rest, found)
-            if found.part.form == "decoded":
+            if found.part.form == "decoded" and not doubts.of_motion(state.seen, found.part):
                 parts = rest[:-1] + [found.part, fresh]
                 return with_parts(state, parts)
     return state
@@ -88,16 +89,16 @@ class Search:
     def __init__(self, state, given, draft=False):
         self.begin, self.state, self.given, self.draft = state, state, given, draft
         self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
-        self.hopeless, self.only, self.bands, self.undecided, self.no_coefficients = set(), None, BANDS, [], set()
+        self.hopeless, self.only, self.bands, self.undecided, self.set_aside = set(), None, BANDS, [], set()
         self.question, self.skipped, self.answer = (None, None), set(), []
         self.idle = {}  # kinds that left the error where it was: the states and parts
 
     def ranked(self):
-        """Candidates beside the state as they are to be taken; those that are no coefficient but a common cause are put aside."""
+        """Candidates beside the state as they are to be taken; those that are not what they seem are left out."""
         found = self.answered()
         if not self.only:
             found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-        first, found = found[:1], [one for one in found if source(one.part) not in self.no_coefficients]
+        first, found = found[:1], [one for one in found if source(one.part) not in self.set_aside]
         if first != found[:1]:  # what the one set aside could not be told from
             self.undecided = None
         if self.undecided is None and self.state is self.begin and not self.only:
@@ -107,7 +108,7 @@ class Search:
 
     def answered(self):
         """All candidates; those beside the same state are not asked for twice because some of them are put aside."""
-        skip = self.hopeless | {kind for kind, column in self.no_coefficients if column is None} | self.aside()
+        skip = self.hopeless | {kind for kind, column in self.set_aside if column is None} | self.aside()
         question = (self.state, self.only)
         if question[0] is not self.question[0] or question[1] != self.question[1] or not self.skipped <= skip:
             self.question, self.skipped, self.answer = question, skip, ranking(self.state, skip, self.only)
@@ -119,15 +120,13 @@ class Search:
         return spent | ({"narrow_band"} if self.state.model_kinds.count("narrow_band") >= self.bands else set())
 
     def questioned(self, candidate):
-        """Is the candidate what it seems: a coefficient on a column that is one number."""
-        if not common_cause.on_column(candidate.part):
-            return True
-        rest = [part for part in self.state.parts if part is not candidate.replaces]
-        why = common_cause.judge(self.state.bench, rest, self.state.fit, candidate.part)
-        if why.disagrees:
-            self.no_coefficients.add(source(candidate.part))
-            self.doubtful[candidate.kind] = "; ".join(filter(None, [self.doubtful.get(candidate.kind), about(candidate.part) + why.why]))
-        return not why.disagrees
+        """Is the candidate what it seems; if not, it is put aside and why is kept."""
+        part = candidate.part
+        why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
+        if why:
+            self.set_aside.add(source(part))
+            self.doubtful[part.kind] = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
+        return not why
 
     def take(self, candidate):
         given = self.given - any(part is candidate.replaces for part in self.state.parts[:self.given])
@@ -181,8 +180,10 @@ def about(part):
 
 
 def earning(part, rest):
-    """Must the part lower the error: also a line that comes and goes beside bands, which is what wanders in them."""
-    return part.kind in EARNING or part.kind == "intermittent_line" and "narrow_band" in rest.model_kinds
+    """Must the part lower the error: also a line that comes and goes beside bands, which is what wanders in them; a warm-up that is over at once."""
+    span_s = len(rest.bench.y) / rest.bench.recording.rate_hz
+    return (part.kind in EARNING or part.kind == "intermittent_line" and "narrow_band" in rest.model_kinds
+            or part.kind == "warm_up" and part.shape["time_constant_s"] < AT_ONCE * span_s)
 
 
 def waits(one, taken):

@@ -9,7 +9,7 @@ from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
 from ..inference.parts import as_spectra, Bench, part_of
-from ..candidates import filters, ranking as candidates
+from ..candidates import doubts, filters, ranking as candidates
 from . import cells, judge
 
 MOVING = 0.02  # of the samples, that must differ from the one before
@@ -45,7 +45,8 @@ def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     progress("reading the spectrum")
     seen = observations.find(recording, model.column)
-    known = observations.kept(recording, model.column, [one for one in seen if one.kind != "outliers"])  # which `shocks` explains
+    unused = [one for one in seen if one.kind != "outliers" or doubts.moved(seen)]  # at rest `shocks` explains them
+    known = observations.kept(recording, model.column, unused)
     y = recording.rate_dps(model.column)
     check_alive(recording, model, y[known])
     if known.all():

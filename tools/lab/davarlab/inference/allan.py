@@ -112,8 +112,8 @@ def unit(power):
 
 
 def freedom(spectrum, power, m, window, rate_hz):
-    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the autocovariance of
-    the M = window - 2 m + 1 differences (8.3)."""
+    """Degrees of freedom of the overlapping estimate of noise with this spectrum (`power`: on the grid): M R0^2 / sum (1 - |k|/M) R_k^2, R the
+    autocovariance of the M = window - 2 m + 1 differences (8.3)."""
     count = window - 2 * m + 1
     if count > LONG * m:  # Parseval
         width = grid()[1]

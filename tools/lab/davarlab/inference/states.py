@@ -152,8 +152,8 @@ def smoothed(values, level, noise, stay, levels=2):
 
 
 def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
-    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample; its divergence from what the chain says beforehand; the sum of
-    its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
+    """Of x around the middle of its levels: posterior mean of the state (places()) at every sample; its divergence from what the chain says
+    beforehand; the sum of its variance / (2 noise^2), what doubt about the state costs per squared amplitude (6.3); and its mean square."""
     block = min(max(1, int(dwell_s * rate_hz / resolution), len(x) // 60000), len(x) // LEAST)
     values = averaged(x, block)
     noise = max(white / sqrt(block / rate_hz), 1e-9)

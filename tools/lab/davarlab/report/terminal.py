@@ -96,4 +96,5 @@ def diagnosis(found):
 
 
 def improvement(found):
-    return "\n\n".join(["\n".join([steps(found), *observed(found.comparison.observations), *found.notes]), verdict(found), estimates(found.model, found.estimates)])
+    told = "\n".join([steps(found), *observed(found.comparison.observations), *found.notes])
+    return "\n\n".join([told, verdict(found), estimates(found.model, found.estimates)])

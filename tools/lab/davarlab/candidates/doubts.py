@@ -1,0 +1,41 @@
+"""Why a candidate beyond chance is not what it seems: motion, a software that subtracts the bias, a common cause (DESIGN 4)."""
+
+from . import common_cause
+
+SUDDEN = ("shocks", "noise_step", "bias_step", "telegraph_noise")
+MOVED = 0.01  # of the samples that true motion takes, from where on what is left of it in the others passes for an effect
+
+
+def doubt(bench, seen, parts, candidate):
+    """Why the candidate is not to be named beside the parts; "" where nothing speaks against it. seen: the observations on the recording."""
+    part = candidate.part
+    why = of_motion(seen, part) or of_software(parts, part)
+    if not why and common_cause.on_column(part):
+        why = common_cause.judge(bench, [one for one in parts if one is not candidate.replaces], part).why
+    return why
+
+
+def moved(seen):
+    """Is so much of the record true motion that what is left of it passes for an effect."""
+    return share_of_motion(seen) > MOVED
+
+
+def share_of_motion(seen):
+    return sum(one.share for one in seen if one.kind == "motion")
+
+
+def of_motion(seen, part):
+    """What motion leaves behind is sudden, loud, and in every sensor of the board."""
+    if not moved(seen) or not (part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)
+                               or part.shape.get("column", "").startswith("gyro_")):
+        return ""
+    return f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the record, and what is left of motion looks the same: record it at rest"
+
+
+def of_software(parts, part):
+    """Slow courses beside a software that subtracts the bias."""
+    if part.kind not in ("warm_up", "rate_ramp") and (part.role != "mean" or "temp_degC" not in part.effect.needs):
+        return ""
+    if not any(one.kind == "high_pass" for one in parts):
+        return ""
+    return "a software that subtracts the bias takes slow effects away, and how it settles looks the same: record what the sensor gives before it"
