@@ -1,6 +1,7 @@
 """Effects on logged columns against formulas of their own (heat.py). Runs in davarlab's own environment: test_columns.py starts it."""
 
 import unittest
+from types import SimpleNamespace
 
 import heat
 import numpy as np
@@ -175,6 +176,17 @@ class Doubts(unittest.TestCase):
             self.assertEqual(doubts.of_software(subtracted[:1], Part(kind)), "")
         for kind in ("temperature_noise", "narrow_band", "g_sensitivity"):
             self.assertEqual(doubts.of_software(subtracted, Part(kind)), "")
+
+    def test_harmonics_of_something_slow_are_one_wave_and_those_of_a_machine_are_lines(self):
+        bench = SimpleNamespace(recording=Recording({"time_s": np.arange(7200.0)}, 1.0), y=np.zeros(7200))
+
+        def lines(*frequencies):
+            return [Part("sinusoid", {"frequency_hz": f}) for f in frequencies]
+        wave = lines(0.0125, 0.0375, 0.0625)
+        self.assertIn("repeats every 80 s", doubts.of_one_wave(bench, wave[:2], wave[2]))
+        self.assertEqual(doubts.harmonics(bench, wave + lines(0.05137)), wave)
+        for others in (lines(0.0125, 0.0375, 0.0643), lines(0.2, 0.4, 0.6), wave[:2]):
+            self.assertEqual(doubts.of_one_wave(bench, others[:-1], others[-1]), "")
 
     def test_one_number_is_asked_more_closely_of_the_same_chip(self):
         one, other = (0.75, 0.01), (0.4, 0.01)

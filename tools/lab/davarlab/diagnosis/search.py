@@ -8,7 +8,7 @@ from ..inference.parts import Part
 from ..candidates import columns, doubts, filters, identifiable, ranking as candidates
 from . import cells
 from ..candidates.candidate import Candidate
-from .state import as_noise, cells_of, joined, judged, redrawn, with_parts
+from .state import cells_of, joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01
 STEPS_MAX = 24
@@ -125,6 +125,7 @@ class Search:
         why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
         if why:
             self.set_aside.add(source(part))
+            self.state = without_wave(self.state, self.given, part)
             self.doubtful[part.kind] = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
         return not why
 
@@ -145,7 +146,7 @@ class Search:
 
     def lower(self, after):
         """Does the error fall by more than the slack."""
-        return error_of(after) < error_of(self.state) - SLACK * cells.floor_of(cells.cells_of(as_noise(after), after.record))
+        return error_of(after) < error_of(self.state) - SLACK * cells.floor_of(cells.cells_of(after, after.record))
 
     def beside(self, taken):
         """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
@@ -168,6 +169,13 @@ class Search:
             self.only = None
             return True
         return False
+
+
+def without_wave(state, given, part):
+    """The state without the added lines that are one wave with the part."""
+    wave = doubts.harmonics(state.bench, [*state.parts, part])
+    rest = [one for one in state.parts if one not in wave or any(one is own for own in state.parts[:given])]
+    return with_parts(state, rest) if part in wave and len(rest) < len(state.parts) else state
 
 
 def source(part):
@@ -217,16 +225,23 @@ def error_of(state):
 def useful(state, given):
     """The state without the added parts that leave the error where it is or raise it; those that stay, what matters most first; those that
     do not."""
-    floor, useless, error = cells.floor_of(cells.cells_of(as_noise(state), state.record)), [], error_of(state)
+    floor, useless, error = cells.floor_of(cells.cells_of(state, state.record)), [], error_of(state)
     kept = []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
         without = error_of(rest)
-        if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor:
+        if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor and not certain(state, part, error, floor):
             state, useless, error = rest, [part, *useless], without
         else:
             kept = [(without - error, part), *kept]
     return state, [part for _, part in sorted(kept, key=lambda pair: -pair[0])], useless
+
+
+def certain(state, part, error, floor):
+    """Does the record contradict the model without the part, while the error is no larger than a true model's: a line that hardly any averaging time
+    shows."""
+    rest = [other for other in state.parts if other is not part]
+    return error <= floor and not earning(part, with_parts(state, rest)) and loss_without(state, rest, part) > CERTAIN
 
 
 def path(state, given, by_weight):

@@ -157,20 +157,13 @@ def judged(state, quick=False):
         other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
     state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
-    state.cells = cells.cells_of(as_noise(state), state.record, variance)
-    state.judgement = judge.judged(state.cells, cells.short_cells(as_noise(state), state.record, variance), state.adequacy.p_value)
+    state.cells = cells.cells_of(state, state.record, variance)
+    state.judgement = judge.judged(state.cells, cells.short_cells(state, state.record, variance), state.adequacy.p_value)
     return state
 
 
-def as_noise(state):
-    """The state with levels as the noise that they are: a decoded course takes some of the noise with it, which no Allan deviation of both
-    knows (6.5)."""
-    noise = as_spectra(state.parts)
-    return state if noise is None else with_parts(state, noise)
-
-
 def cells_of(state, among=cells.cells_of):
-    return among(as_noise(state), state.record, relative_variance(state)[0])
+    return among(state, state.record, relative_variance(state)[0])
 
 
 def cleaned_again(state):
