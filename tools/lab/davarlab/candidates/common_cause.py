@@ -14,7 +14,6 @@ EDGES = (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5)
 WORKED_OUT_HZ = 0.05  # up to here a course worked out of a column (a square of vibration, a slope) has no scatter of its own to speak of
 ORDINATES_LEAST = 8  # in a band; one with fewer goes with the next
 SEEN, APART, FACTOR = 3.0, 3.5, 2.0  # standard errors of one band and of a difference; ratio of coefficients
-SAME_CHIP = 1.5  # the same ratio for another axis of the gyro, which takes the same path
 TURNING_HZ, TURNING = 0.05, 0.75  # from where on, and from which share of real motion on, another axis of the gyro counts as turned
 SHARE_LEAST = 0.1  # of real motion in an accelerometer's power, below which its noise is not divided out further
 SLOW_HZ, COHERENT, ALIKE = 0.01, 0.4, 1.5
@@ -83,17 +82,23 @@ def in_bands(bench, parts, part):
     return found
 
 
-def contradict(one, other, factor):
+def coefficient(bench, parts, part):
+    """Of the part on its column, over the bands: those count most that know it best."""
+    found = [(beta, error ** -2) for _, _, beta, error, _ in in_bands(bench, parts, part)]
+    return sum(beta * weight for beta, weight in found) / sum(weight for _, weight in found) if found else 0.0
+
+
+def contradict(one, other):
     """Two bands (coefficient, error): is one seen, are they apart, and by more than chance and dilution explain."""
     (a, error_a), (b, error_b) = one, other
     if max(abs(a) / error_a, abs(b) / error_b) <= SEEN or abs(a - b) <= APART * np.hypot(error_a, error_b):
         return False
-    return a * b <= 0 or max(abs(a), abs(b)) > factor * min(abs(a), abs(b))
+    return a * b <= 0 or max(abs(a), abs(b)) > FACTOR * min(abs(a), abs(b))
 
 
-def agree(one, other, factor):
+def agree(one, other):
     (a, error_a), (b, error_b) = one, other
-    return min(abs(a) / error_a, abs(b) / error_b) > SEEN and a * b > 0 and not contradict(one, other, factor)
+    return min(abs(a) / error_a, abs(b) / error_b) > SEEN and a * b > 0 and not contradict(one, other)
 
 
 def judge(bench, parts, part):
@@ -103,14 +108,22 @@ def judge(bench, parts, part):
     plain = [(beta, error) for _, _, beta, error, _ in found]
     true = [(beta / share, error / share) for _, _, beta, error, share in found]
     bands = [(low, high, *value) for (low, high, *_), value in zip(found, true)]
-    pairs, factor = list(combinations(range(len(found)), 2)), SAME_CHIP if (column_of(part) or "").startswith("gyro_") else FACTOR
+    turned = [i for i, band in enumerate(found) if is_turned(part, band)]
+    if any(agree(true[i], true[j]) for i, j in combinations(turned, 2)):
+        return CommonCause(True, False, bands)
+    pairs = list(combinations(range(len(found)), 2))
     # An accelerometer that is shaken all the time has no quiet second; its noise is then taken too large. So: with it and without it.
-    apart = [pair for pair in pairs if all(contradict(values[pair[0]], values[pair[1]], factor) for values in (plain, true))]
-    confirmed = any(agree(true[i], true[j], factor) for i, j in pairs) and not apart
+    apart = [pair for pair in pairs if all(contradict(values[pair[0]], values[pair[1]]) for values in (plain, true))]
+    confirmed = any(agree(true[i], true[j]) for i, j in pairs) and not apart
     if apart:
         return CommonCause(False, True, bands, contradiction(bands, apart))
     why = unseen(part, found, confirmed) or as_one(bench, rest, part, confirmed)
     return CommonCause(confirmed and not why, bool(why), bands, why)
+
+
+def is_turned(part, band):
+    """Is the part on another axis of the gyro that is turned, in a band of in_bands()."""
+    return (column_of(part) or "").startswith("gyro_") and band[0] >= TURNING_HZ and band[4] > TURNING
 
 
 def unseen(part, found, confirmed):
@@ -119,9 +132,7 @@ def unseen(part, found, confirmed):
     name = column_of(part)
     if confirmed or not found or not name or not name.startswith(("accel_", "gyro_")):
         return ""
-    seen = [(low, share) for low, _, beta, error, share in found if abs(beta) > SEEN * error]
-    if name.startswith("gyro_"):
-        seen = [share for low, share in seen if low >= TURNING_HZ and share > TURNING]
+    seen = [band for band in found if abs(band[2]) > SEEN * band[3] and (is_turned(part, band) or not name.startswith("gyro_"))]
     return "" if seen else "no band of frequencies confirms the coefficient: a common cause that was not logged"
 
 

@@ -6,6 +6,7 @@ SUDDEN = ("shocks", "noise_step", "bias_step", "telegraph_noise")
 MOVED = 0.01  # of the samples that true motion takes, from where on what is left of it in the others passes for an effect
 
 
+LEAK, LEAK_AT_REST = 0.1, 0.3  # of another axis at most; data sheets say 0.01 to 0.05
 LINES = ("sinusoid", "narrow_band", "intermittent_line")
 SLOWEST_HZ = 0.1  # of what turns: harmonics of anything slower are no lines
 HARMONICS = 3  # lines, from which on they are one
@@ -14,9 +15,12 @@ HARMONICS = 3  # lines, from which on they are one
 def doubt(bench, seen, parts, candidate):
     """Why the candidate is not to be named beside the parts; "" where nothing speaks against it. seen: the observations on the recording."""
     part = candidate.part
+    rest = [one for one in parts if one is not candidate.replaces]
     why = of_motion(seen, part) or of_software(parts, part) or of_one_wave(bench, parts, part)
+    if not why and part.shape.get("column", "").startswith("gyro_"):
+        why = of_rotation(seen, common_cause.coefficient(bench, rest, part))
     if not why and common_cause.on_column(part):
-        why = common_cause.judge(bench, [one for one in parts if one is not candidate.replaces], part).why
+        why = common_cause.judge(bench, rest, part).why
     return why
 
 
@@ -31,10 +35,15 @@ def share_of_motion(seen):
 
 def of_motion(seen, part):
     """What motion leaves behind is sudden, loud, and in every sensor of the board."""
-    if not moved(seen) or not (part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)
-                               or part.shape.get("column", "").startswith("gyro_")):
+    if not moved(seen) or not (part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)):
         return ""
     return f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the record, and what is left of motion looks the same: record it at rest"
+
+
+def of_rotation(seen, coefficient):
+    """Two axes of a sensor that is turned about neither of them are proportional too."""
+    return "" if abs(coefficient) < (LEAK if moved(seen) else LEAK_AT_REST) else f"the coefficient is {coefficient:.2g}, more than an axis leaks into another: the sensor turns about an axis between "\
+        "them, or both share a cause that was not logged"
 
 
 def of_software(parts, part):

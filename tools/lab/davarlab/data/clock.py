@@ -16,6 +16,7 @@ PHASE_SAMPLES = 31  # over which the phase of the clock is averaged; a period th
 LONG = 32  # periods, from which a gap need not keep the phase
 LATE = 64  # samples within which a late stamp is made good
 CROWDED = 0.75  # of the samples of an uneven clock must find a place of their own
+SLOWER = 0.75  # of the rate of the file: a clock of the sensor's own below it is seen through samples that are equal by chance
 LOST_MOST = 3  # missing samples of the grid per measured one; longer gaps are cut short
 
 
@@ -167,3 +168,14 @@ def with_places(stamps, steps, period, lost, rate):
     off = steps - (1 + gaps) * period
     jitter = float(np.std(off[gaps < LATE]) / np.sqrt(2)) if len(off) else 0.0
     return Clock(rate, places if np.any(gaps) else None, "late" if jitter > JITTER * period else "even", cut, jitter)
+
+
+def behind_repeats(time, rate_hz, share, path):
+    """The even clock of a sensor whose fresh samples were read at these times; None where there is none: the reading failed at random, or
+    for once."""
+    steps = np.diff(time)
+    if gathered(np.round(steps * rate_hz)) < MEMORYLESS:
+        own = len(steps) / float(time[-1] - time[0])
+        return Clock(own) if own < (1 - share / 2) * rate_hz else None
+    found = of(time, None, path, 1)
+    return found if found.rate_hz < SLOWER * rate_hz and found.kind == "even" else None

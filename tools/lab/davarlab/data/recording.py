@@ -111,7 +111,7 @@ def at_own_rate(made):
     fresh = known & ~found.equal
     if np.count_nonzero(fresh) < MINIMUM_SAMPLES:
         return made
-    own = repeats.clock_behind(made.time_s[fresh], made.rate_hz, found.share, made.name)
+    own = clock.behind_repeats(made.time_s[fresh], made.rate_hz, found.share, made.name)
     if not own:
         return made
     columns, known = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from . import clock, signals
+from . import signals
 
 CHANCE = 1e-6  # of a sensor without repeats, per recording
-SLOWER = 0.75  # of the rate of the file: a clock of the sensor's own below it is seen through samples that are equal by chance
 
 
 @dataclass
@@ -45,14 +44,3 @@ def find(columns, known):
     if chance > 0.1 or count < 5 or count < 1.5 * chance * tries or stats.binom.logsf(count - 1, tries, chance) > np.log(CHANCE):
         return None
     return Repeats(equal, count / tries, chance)
-
-
-def clock_behind(time, rate_hz, share, path):
-    """The even clock of a sensor whose fresh samples were read at these times; None where there is none: the reading failed at random, or
-    for once."""
-    steps = np.diff(time)
-    if clock.gathered(np.round(steps * rate_hz)) < clock.MEMORYLESS:
-        own = len(steps) / float(time[-1] - time[0])
-        return clock.Clock(own) if own < (1 - share / 2) * rate_hz else None
-    found = clock.of(time, None, path, 1)
-    return found if found.rate_hz < SLOWER * rate_hz and found.kind == "even" else None

@@ -136,8 +136,9 @@ def given_p_value(fitted, state):
 def given(fitted, model):
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = as_given(fitted, model)
-    state.adequacy, state.cells = fitted.adequacy, state_of.cells_of(state)
-    state.judgement = judge.judged(state.cells, state_of.cells_of(state, cells.short_cells), given_p_value(fitted, state))
+    state.adequacy, variance = fitted.adequacy, state_of.relative_variance(state)[0]
+    state.cells = cells.cells_of(state, state.record, variance)
+    state.judgement = judge.judged(state.cells, cells.short_cells(state, state.record, variance), given_p_value(fitted, state))
     return state
 
 

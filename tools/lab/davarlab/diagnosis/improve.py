@@ -7,7 +7,7 @@ import numpy as np
 from ..inference import estimate
 from ..inference.parts import as_spectra
 from ..model import Model, Term
-from . import cells, compare, diagnose, evidence, judge, state as state_of
+from . import compare, diagnose, evidence, judge, state as state_of
 
 
 @dataclass
@@ -130,7 +130,7 @@ def described(model, found, base, held_out, detail):
         if rank < detail:
             state = with_candidate(found, candidate)
             joined, entries = fitted_model(state, model)
-            after = cells.error_of(state_of.cells_of(state))
+            after = state_of.errors_of(state)[0]
             outside = held_out_errors(held_out, joined)[0]
             parameters = entries[-1]
         out.append(Candidate(candidate.kind, candidate.gain, float(np.exp(candidate.log_p)), after, outside, parameters,

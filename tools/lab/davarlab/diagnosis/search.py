@@ -6,9 +6,8 @@ from ..effects import columns as columns_of, table
 from ..inference import changes, modulation
 from ..inference.parts import Part
 from ..candidates import columns, doubts, filters, identifiable, ranking as candidates
-from . import cells
 from ..candidates.candidate import Candidate
-from .state import cells_of, joined, judged, redrawn, with_parts
+from .state import errors_of, joined, judged, redrawn, with_parts
 
 FAMILY_WISE = 0.01
 STEPS_MAX = 24
@@ -146,7 +145,8 @@ class Search:
 
     def lower(self, after):
         """Does the error fall by more than the slack."""
-        return error_of(after) < error_of(self.state) - SLACK * cells.floor_of(cells.cells_of(after, after.record))
+        error, floor = errors_of(after)
+        return error < errors_of(self.state)[0] - SLACK * floor
 
     def beside(self, taken):
         """What is asked next: lines one after the other. Bands imitate the slope of a filter, so it is asked among them while it gains as much."""
@@ -218,18 +218,13 @@ def forward(state, given, progress, draft=False):
     return way
 
 
-def error_of(state):
-    return cells.error_of(cells_of(state))
-
-
 def useful(state, given):
     """The state without the added parts that leave the error where it is or raise it; those that stay, what matters most first; those that
     do not."""
-    floor, useless, error = cells.floor_of(cells.cells_of(state, state.record)), [], error_of(state)
-    kept = []
+    (error, floor), useless, kept = errors_of(state), [], []
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
-        without = error_of(rest)
+        without = errors_of(rest)[0]
         if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor and not certain(state, part, error, floor):
             state, useless, error = rest, [part, *useless], without
         else:
@@ -249,7 +244,7 @@ def path(state, given, by_weight):
     matters most first."""
     for added in (state.parts[given:], by_weight):
         states = [with_parts(state, state.parts[:given] + added[:count]) for count in range(len(added) + 1)]
-        errors = [error_of(one) for one in states]
+        errors = [errors_of(one)[0] for one in states]
         if all(after <= before for before, after in zip(errors, errors[1:])):
             break
     return states

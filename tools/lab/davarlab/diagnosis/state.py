@@ -74,11 +74,13 @@ def at_rest(recording, known, gyro):
 
 def redrawn(state, model):
     """The given model on the record whose missing samples are drawn anew: from the spectrum, and about the course, of this state."""
-    bench = state.bench
-    course = bench.mean_course(state.parts, state.fit)
-    level = bench.data.at_ordinates(state.fit.level)
-    drawn = course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(1))
-    return fitted(bench.recording, model, drawn, state.known, state.seen)
+    return fitted(state.bench.recording, model, drawn_by(state, 1), state.known, state.seen)
+
+
+def drawn_by(state, seed):
+    """The record with its missing samples drawn from the spectrum, and about the course, of the state."""
+    course, level = state.bench.mean_course(state.parts, state.fit), state.bench.data.at_ordinates(state.fit.level)
+    return course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(seed))
 
 
 def check_alive(recording, model, y):
@@ -162,8 +164,10 @@ def judged(state, quick=False):
     return state
 
 
-def cells_of(state, among=cells.cells_of):
-    return among(state, state.record, relative_variance(state)[0])
+def errors_of(state):
+    """(error, its floor)."""
+    found = cells.cells_of(state, state.record, relative_variance(state)[0])
+    return cells.error_of(found), cells.floor_of(found)
 
 
 def cleaned_again(state):
@@ -199,9 +203,7 @@ def joined(state, part, replaces=None):
 
 def refilled(state):
     """A course that is known now goes on through the missing samples; drawn without it they would pass for a noise of their own."""
-    course, level = state.bench.mean_course(state.parts, state.fit), state.bench.data.at_ordinates(state.fit.level)
-    drawn = course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(2))
-    return replace(state, shocks=replace(state.shocks, raw=drawn))
+    return replace(state, shocks=replace(state.shocks, raw=drawn_by(state, 2)))
 
 
 def with_parts(state, parts):
