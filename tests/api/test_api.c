@@ -419,28 +419,56 @@ static void test_instances_do_not_touch_each_other(void)
     TEST_ASSERT_EQUAL_DOUBLE(alone.kurtosis, result.kurtosis);
 }
 
-/* One plan for many instances, or none at all: the fit is a pure function. */
+/* About normal, and four times as loud in every other 97 samples: the window changes its length. */
+static int16_t breathing(uint32_t i)
+{
+    const int32_t sum = ripple(i) + ripple(3U * i + 1U) + ripple(11U * i + 5U) + ripple(17U * i + 7U);
+    return (int16_t)(((i / 97U) % 2U) != 0U ? 4 * sum : sum);
+}
+
+/* One plan for instances whose windows and gaps differ, or none at all: the fit is a pure function. */
 static void test_results_do_not_depend_on_the_plan(void)
 {
-    static uint64_t other_memory[4096];
+    static uint64_t planned_memory[2][1024];
     static davar_fit_plan_t plan;
-    davar_t planned;
+    davar_t planned[2];
     davar_result_t expected;
     uint32_t results = 0U;
+    uint32_t shortest = UINT32_MAX;
+    uint32_t longest = 0U;
+    uint32_t gaps = 0U;
+    davar_config_t with_plan = config; /* an instance keeps the pointer: each way needs a configuration of its own */
+    with_plan.fit_plan = &plan;
     start_q15();
-    config.fit_plan = &plan;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&planned, &config, other_memory, sizeof other_memory));
-    for (uint32_t i = 0U; i < 200U; i++) {
-        const int16_t sample = ripple(i);
-        (void)davar_push_q15(&planned, &sample, 1U);
+    for (uint32_t k = 0U; k < 2U; k++) {
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&planned[k], &with_plan, planned_memory[k], sizeof planned_memory[k]));
+    }
+    for (uint32_t i = 0U; i < 600U; i++) {
+        const int16_t sample = breathing(i);
+        const int16_t other = ripple(i);
+        if (i % 150U == 149U) {
+            davar_gap(&planned[0], 3U);
+            davar_gap(&davar, 3U);
+        }
+        (void)davar_push_q15(&planned[1], &other, 1U);
+        (void)davar_take(&planned[1], &result);
+        (void)davar_push_q15(&planned[0], &sample, 1U);
+        (void)davar_push_q15(&davar, &sample, 1U);
         memset(&expected, 0, sizeof expected);
         memset(&result, 0, sizeof result);
-        const uint32_t taken = davar_take(&planned, &expected) ? 1U : 0U;
-        TEST_ASSERT_EQUAL_UINT32(taken, feed(i, i + 1U));
+        const bool taken = davar_take(&planned[0], &expected);
+        TEST_ASSERT_EQUAL(taken, davar_take(&davar, &result));
         TEST_ASSERT_EQUAL_MEMORY(&expected, &result, sizeof expected);
-        results += taken;
+        if (taken) {
+            results++;
+            shortest = (result.window_samples < shortest) ? result.window_samples : shortest;
+            longest = (result.window_samples > longest) ? result.window_samples : longest;
+            gaps += (result.gaps_in_window > 0U) ? 1U : 0U;
+        }
     }
-    TEST_ASSERT_GREATER_THAN_UINT32(100U, results);
+    TEST_ASSERT_GREATER_THAN_UINT32(300U, results);
+    TEST_ASSERT_LESS_THAN_UINT32(longest, shortest);
+    TEST_ASSERT_GREATER_THAN_UINT32(20U, gaps);
 }
 
 static void test_moments_can_be_switched_off_with_the_fixed_window(void)

@@ -7,14 +7,14 @@ adds to the recording and to the truth."""
 import sys
 
 import numpy as np
-from ingredients import clock, heat, lines, logged, motion, sensor, wander
+from ingredients import clock, lines, logged, motion, sensor, thermal, wander
 from ingredients.bench import RATE, SECONDS, B, Bench, N
 
 # name -> (ingredients, rate, seconds)
 HOUR = (RATE, SECONDS)
 CASES = {
     **{make.__name__: ((make,), *HOUR) for make in (
-        heat.temperature_lag, heat.temperature_hysteresis, heat.temperature_squared, heat.temperature_noise, heat.warm_up_two,
+        thermal.temperature_lag, thermal.temperature_hysteresis, thermal.temperature_squared, thermal.temperature_noise, thermal.warm_up_two,
         logged.supply_voltage, logged.axis_leak, logged.common_cause,
         lines.narrow_band, lines.drifting_line, lines.intermittent_line,
         wander.telegraph_three_levels, wander.bias_step, wander.bias_steps,
@@ -28,24 +28,24 @@ CASES = {
     "clean decoys 200 Hz": ((logged.decoys, logged.clean), 200.0, 1800.0),
     "clean 10 Hz": ((logged.clean,), 10.0, 10800.0),
     "supply_voltage 25 Hz": ((logged.supply_voltage,), 25.0, 7200.0),
-    "temperature_lag 10 Hz": ((heat.temperature_lag,), 10.0, 14400.0),
+    "temperature_lag 10 Hz": ((thermal.temperature_lag,), 10.0, 14400.0),
     "narrow_band 200 Hz": ((lines.narrow_band,), 200.0, 1800.0),
     "butterworth 500 Hz": ((sensor.butterworth,), 500.0, 600.0),
     "bias_subtracted 1 Hz": ((sensor.bias_subtracted,), 1.0, 40000.0),
-    "temperature_lag + two lines": ((heat.temperature_lag, lines.two_lines), *HOUR),
+    "temperature_lag + two lines": ((thermal.temperature_lag, lines.two_lines), *HOUR),
     "line + butterworth": ((lines.line, sensor.butterworth), *HOUR),
-    "narrow_band + temperature": ((lines.narrow_band, heat.temperature), *HOUR),
+    "narrow_band + temperature": ((lines.narrow_band, thermal.temperature), *HOUR),
     "random_walk + one_pole": ((wander.random_walk, sensor.one_pole), *HOUR),
-    "temperature + rounded_rate": ((heat.temperature, sensor.rounded_rate), *HOUR),
-    "temperature + rounded_angle": ((heat.temperature, sensor.rounded_angle), *HOUR),
-    "temperature + motion_turned": ((heat.temperature, motion.motion_turned), *HOUR),
+    "temperature + rounded_rate": ((thermal.temperature, sensor.rounded_rate), *HOUR),
+    "temperature + rounded_angle": ((thermal.temperature, sensor.rounded_angle), *HOUR),
+    "temperature + motion_turned": ((thermal.temperature, motion.motion_turned), *HOUR),
     "line + lost_samples": ((lines.line, clock.lost_samples), *HOUR),
     "narrow_band + two_tap_average": ((lines.narrow_band, sensor.two_tap_average), *HOUR),
-    "bias_step + temperature": ((wander.bias_step, heat.temperature), *HOUR),
+    "bias_step + temperature": ((wander.bias_step, thermal.temperature), *HOUR),
     "telegraph + narrow_band": ((wander.telegraph, lines.narrow_band), *HOUR),
-    "supply_voltage + temperature_noise": ((logged.supply_voltage, heat.temperature_noise), *HOUR),
-    "intermittent_line + temperature_squared": ((lines.intermittent_line, heat.temperature_squared), *HOUR),
-    "narrow_band + temperature_lag + one_pole": ((lines.narrow_band, heat.temperature_lag, sensor.one_pole), *HOUR),
+    "supply_voltage + temperature_noise": ((logged.supply_voltage, thermal.temperature_noise), *HOUR),
+    "intermittent_line + temperature_squared": ((lines.intermittent_line, thermal.temperature_squared), *HOUR),
+    "narrow_band + temperature_lag + one_pole": ((lines.narrow_band, thermal.temperature_lag, sensor.one_pole), *HOUR),
 }
 
 

@@ -2,6 +2,7 @@
 
 import unittest
 from types import SimpleNamespace
+from unittest import mock
 
 import heat
 import numpy as np
@@ -170,13 +171,21 @@ class Doubts(unittest.TestCase):
             self.assertEqual(doubts.of_motion(seen(0.05), part), "")
 
     def test_a_leak_is_small_and_a_turn_about_an_oblique_axis_is_not(self):
-        rng, seen = np.random.default_rng(8), [Observation("motion", [[1.0, 2.0]], 0.05, "")]
-        part = Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0})
+        rng, moved = np.random.default_rng(8), [Observation("motion", [[1.0, 2.0]], 0.05, "")]
         quiet, rocking = heat.make("none", "walk", 8), np.sin(np.arange(180000) / heat.RATE) * (1 + 0.2 * rng.standard_normal(180000))
-        for size, named in ((0.02, True), (0.3, False)):
-            state = state_of.start(Recording(quiet | {"gyro_z_dps": quiet["gyro_z_dps"] + size * rocking, "gyro_x_dps": rocking}, heat.RATE), MODEL)
+        for size, seen, column, named in ((0.02, moved, "gyro_x_dps", True), (0.15, moved, "gyro_x_dps", False), (0.15, [], "gyro_x_dps", True),
+                                          (0.4, [], "gyro_x_dps", False), (0.02, [], "gyro_x_rad_s", True)):
+            part = Part("follows", {"column": column, "lag_s": 0.0})
+            logged = {"gyro_z_dps": quiet["gyro_z_dps"] + size * rocking, column: np.radians(rocking) if "rad" in column else rocking}
+            state = state_of.start(Recording(quiet | logged, heat.RATE), MODEL)
             why = doubts.doubt(state.bench, seen, state.parts, Candidate("follows", part, 0.0, 0.0))
             self.assertEqual("turns about an axis" in why, not named, why)
+            self.assertEqual(why == "", named, why)
+
+    def test_bands_that_are_turned_and_contradict_each_other_confirm_nothing(self):
+        found = [(low, high, beta, 0.001, 1.0) for low, high, beta in ((0.05, 0.25, 0.02), (0.25, 0.5, 0.02), (0.5, 2.5, -0.08))]
+        with mock.patch.object(common_cause, "in_bands", lambda *_: found):
+            self.assertTrue(common_cause.judge(None, [], Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0})).disagrees)
 
     def test_a_software_that_subtracts_the_bias_hides_what_is_slow(self):
         subtracted = [Part("angle_random_walk"), Part("high_pass", {"corner_period_s": 100.0})]
@@ -193,8 +202,8 @@ class Doubts(unittest.TestCase):
             return [Part("sinusoid", {"frequency_hz": f}) for f in frequencies]
         wave = lines(0.0125, 0.0375, 0.0625)
         self.assertIn("repeats every 80 s", doubts.of_one_wave(bench, wave[:2], wave[2]))
-        self.assertEqual(doubts.harmonics(bench, wave + lines(0.05137)), wave)
-        for others in (lines(0.0125, 0.0375, 0.0643), lines(0.2, 0.4, 0.6), wave[:2]):
+        self.assertEqual([doubts.times_of(bench, 0.0125, line) for line in wave + lines(0.05137)], [1, 3, 5, 0])
+        for others in (lines(0.0125, 0.0375, 0.0643), lines(0.2, 0.4, 0.6), wave[:2], lines(0.0125, 0.1237, 0.3171), lines(0.0125, 0.0375, 0.0375)):
             self.assertEqual(doubts.of_one_wave(bench, others[:-1], others[-1]), "")
 
     def test_a_touch_is_no_vibration(self):

@@ -1,5 +1,5 @@
 /* davar tests - two instances, one of which is to go on as the other, and the storage between them: two slots in RAM that can lose their
- * power. Every function is static and used by each suite of it. */
+ * power. The suites of state and storage use all of it. */
 #ifndef DAVAR_TESTS_STATE_FIXTURE_H
 #define DAVAR_TESTS_STATE_FIXTURE_H
 

@@ -28,6 +28,7 @@ class CommonCause:
     disagrees: bool
     bands: list = field(default_factory=list)
     why: str = ""
+    coefficient: float = 0.0  # over all bands
 
 
 def column_of(part):
@@ -82,10 +83,10 @@ def in_bands(bench, parts, part):
     return found
 
 
-def coefficient(bench, parts, part):
-    """Of the part on its column, over the bands: those count most that know it best."""
-    found = [(beta, error ** -2) for _, _, beta, error, _ in in_bands(bench, parts, part)]
-    return sum(beta * weight for beta, weight in found) / sum(weight for _, weight in found) if found else 0.0
+def mean_of(found):
+    """Coefficient over the bands: those count most that know it best."""
+    weights = [error ** -2 for _, _, _, error, _ in found]
+    return sum(band[2] * weight for band, weight in zip(found, weights)) / sum(weights) if found else 0.0
 
 
 def contradict(one, other):
@@ -108,17 +109,18 @@ def judge(bench, parts, part):
     plain = [(beta, error) for _, _, beta, error, _ in found]
     true = [(beta / share, error / share) for _, _, beta, error, share in found]
     bands = [(low, high, *value) for (low, high, *_), value in zip(found, true)]
-    turned = [i for i, band in enumerate(found) if is_turned(part, band)]
-    if any(agree(true[i], true[j]) for i, j in combinations(turned, 2)):
-        return CommonCause(True, False, bands)
+    turned, mean = [i for i, band in enumerate(found) if is_turned(part, band)], mean_of(found)
+    together = [(true[i], true[j]) for i, j in combinations(turned, 2)]
+    if any(agree(*pair) for pair in together) and not any(contradict(*pair) for pair in together):
+        return CommonCause(True, False, bands, coefficient=mean)
     pairs = list(combinations(range(len(found)), 2))
     # An accelerometer that is shaken all the time has no quiet second; its noise is then taken too large. So: with it and without it.
     apart = [pair for pair in pairs if all(contradict(values[pair[0]], values[pair[1]]) for values in (plain, true))]
     confirmed = any(agree(true[i], true[j]) for i, j in pairs) and not apart
     if apart:
-        return CommonCause(False, True, bands, contradiction(bands, apart))
+        return CommonCause(False, True, bands, contradiction(bands, apart), mean)
     why = unseen(part, found, confirmed) or as_one(bench, rest, part, confirmed)
-    return CommonCause(confirmed and not why, bool(why), bands, why)
+    return CommonCause(confirmed and not why, bool(why), bands, why, mean)
 
 
 def is_turned(part, band):

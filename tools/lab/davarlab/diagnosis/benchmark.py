@@ -153,7 +153,7 @@ def summary(rows, seeds, size):
             "outside_unknown": share(right(r) for r in outside),
             "true_models_rejected_at_5_percent": share(r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None),
             "coverage": share(pooled), "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(covered.items())},
-            "callable_found": share(right(r) for r in rows if (r["oracle_gain"] or 0) > oracle.CALLABLE), "oracle": against_oracle(rows),
+            "callable_named": share(set(r["kinds"]) <= set(r["added"]) for r in rows if (r["oracle_gain"] or 0) > oracle.CALLABLE), "oracle": against_oracle(rows),
             "error_over_floor_median": float(np.median(solved)) if solved else None,
             "error_over_floor_95": float(np.percentile(solved, 95)) if solved else None,
             "seconds_median": float(np.median([r["seconds"] for r in rows])),
@@ -164,7 +164,7 @@ def against_oracle(rows):
     """Per scenario with one effect: median gain of the oracle, recordings that it can call, those of them that were named."""
     found = {}
     for name in dict.fromkeys(row["name"] for row in rows if row["oracle_gain"] is not None):
-        gains = [(row["oracle_gain"], right(row)) for row in rows if row["name"] == name]
+        gains = [(row["oracle_gain"], set(row["kinds"]) <= set(row["added"])) for row in rows if row["name"] == name]
         called = [named for gain, named in gains if gain > oracle.CALLABLE]
         found[name] = {"gain_median": float(np.median([gain for gain, _ in gains])), "callable": len(called), "named": sum(called)}
     return found

@@ -12,7 +12,7 @@ class Diagnosis:
     alternatives: what the recording cannot tell from what was named, and how to find out (identifiable.Alternative);
     added: the kinds that forward selection took, in order; states: the model before and after each of them; remaining:
     candidates beside the last model; useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds of
-    coefficients that turned out to be none, and why."""
+    what was beyond chance and is not named, and why."""
     verdict: str
     ranking: list
     alternatives: list

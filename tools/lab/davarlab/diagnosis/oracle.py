@@ -7,23 +7,30 @@ from .. import simulate
 from ..data import signals
 from ..effects import table
 
-FALSE_ALARM = 0.01  # as the search over all effects has it
-CALLABLE = stats.chi2.isf(FALSE_ALARM, 1) / 2  # gain from which one test of one known shape calls it
+FALSE_ALARM = 0.01  # of the one test that an oracle makes, as of all tests together that a search makes
+CALLABLE = stats.chi2.isf(FALSE_ALARM, 1) / 2  # gain from which that test calls it
 
 
 def spectrum_of(terms, recording):
     """Of the stationary terms behind the sensor's filters, per ordinate of the orthonormal cosine transform, (deg/s)^2."""
     f = signals.frequencies(recording.samples, recording.rate_hz)
-    found, behind, gain = np.zeros(len(f)), np.zeros(len(f)), np.ones(len(f))
+    found, behind = np.zeros(len(f)), np.zeros(len(f))
     for term in terms:
         effect, parameters = table.find(term.kind), term.parameters
         if effect.role == "filter":
-            gain *= effect.spectrum(f, recording.rate_hz, effect.shape_of(parameters))
             behind += parameters.get(effect.behind, 0.0) ** 2
         elif effect.role in ("spectrum", "states"):
             power = effect.dps(parameters) ** 2 * effect.spectrum(f, recording.rate_hz, effect.shape_of(parameters))
             (found if simulate.in_front(term) else behind)[:] += power
-    return found * gain + behind
+    return found * power_gain(terms, recording) + behind
+
+
+def power_gain(terms, recording):
+    """What the filters among the terms leave of everything in front of them."""
+    f, gain = signals.frequencies(recording.samples, recording.rate_hz), 1.0
+    for effect, parameters in ((table.find(term.kind), term.parameters) for term in terms):
+        gain = gain * effect.spectrum(f, recording.rate_hz, effect.shape_of(parameters)) if effect.role == "filter" else gain
+    return gain
 
 
 def growth(term, base, recording):
@@ -38,11 +45,13 @@ def growth(term, base, recording):
 def gain(term, base, recording):
     """Log-likelihood that a model of the truth is ahead, on average, of one without the term; base: the other true terms. Half the energy of
     a known course over the spectrum; for spectra, filters and variances the divergence of the two likelihoods. Level and shape of all else are
-    known: a search, which fits them, has less."""
+    known: a search, which fits them, has less; but levels that can be seen one by one tell more than their spectrum, which stands here, and
+    shocks are drawn anew."""
     role, noise = table.find(term.kind).role, spectrum_of(base, recording)
     if role in ("mean", "events"):
         course = simulate.contribution(term, recording, np.random.default_rng(0), None)
-        return float(np.sum(signals.transform(course - course.mean())[1:] ** 2 / noise) / 2)
+        passed = power_gain(base, recording) if simulate.in_front(term) else 1.0
+        return float(np.sum(passed * signals.transform(course - course.mean())[1:] ** 2 / noise) / 2)
     if role == "variance":
         ratio = growth(term, base, recording)
     else:

@@ -90,6 +90,7 @@ class Search:
         self.first, self.last, self.alternatives, self.doubtful = None, [], [], {}
         self.hopeless, self.only, self.bands, self.undecided, self.set_aside = set(), None, BANDS, [], set()
         self.question, self.skipped, self.answer = (None, None), set(), []
+        self.waves = []  # Hz, of courses that repeat and are no sine wave
         self.idle = {}  # kinds that left the error where it was: the states and parts
 
     def ranked(self):
@@ -97,7 +98,8 @@ class Search:
         found = self.answered()
         if not self.only:
             found, self.undecided = identifiable.settled(found, self.state.bench, self.state.parts)
-        first, found = found[:1], [one for one in found if source(one.part) not in self.set_aside]
+        first, found = found[:1], [one for one in found if source(one.part) not in self.set_aside
+                                   and not any(doubts.times_of(self.state.bench, wave, one.part) for wave in self.waves)]
         if first != found[:1]:  # what the one set aside could not be told from
             self.undecided = None
         if self.undecided is None and self.state is self.begin and not self.only:
@@ -123,8 +125,12 @@ class Search:
         part = candidate.part
         why = doubts.doubt(self.state.bench, self.state.seen, self.state.parts, candidate)
         if why:
-            self.set_aside.add(source(part))
-            self.state = without_wave(self.state, self.given, part)
+            wave = doubts.wave_of(self.state.bench, [*self.state.parts, part])
+            if wave and doubts.times_of(self.state.bench, wave, part):
+                self.waves.append(wave)
+                self.state = without_wave(self.state, self.given, wave)
+            else:
+                self.set_aside.add(source(part))
             self.doubtful[part.kind] = "; ".join(filter(None, [self.doubtful.get(part.kind), about(part) + why]))
         return not why
 
@@ -171,11 +177,10 @@ class Search:
         return False
 
 
-def without_wave(state, given, part):
-    """The state without the added lines that are one wave with the part."""
-    wave = doubts.harmonics(state.bench, [*state.parts, part])
-    rest = [one for one in state.parts if one not in wave or any(one is own for own in state.parts[:given])]
-    return with_parts(state, rest) if part in wave and len(rest) < len(state.parts) else state
+def without_wave(state, given, base_hz):
+    """The state without the added lines that are harmonics of one wave."""
+    wave = [part for part in state.parts[given:] if doubts.times_of(state.bench, base_hz, part)]
+    return with_parts(state, [part for part in state.parts if part not in wave]) if wave else state
 
 
 def source(part):
@@ -225,18 +230,17 @@ def useful(state, given):
     for part in reversed(state.parts[given:]):
         rest = with_parts(state, [other for other in state.parts if other is not part])
         without = errors_of(rest)[0]
-        if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor and not certain(state, part, error, floor):
+        if part.role != "events" and error > without + (-SLACK if earning(part, rest) else SLACK) * floor and not certain(state, part, rest, error, floor):
             state, useless, error = rest, [part, *useless], without
         else:
             kept = [(without - error, part), *kept]
     return state, [part for _, part in sorted(kept, key=lambda pair: -pair[0])], useless
 
 
-def certain(state, part, error, floor):
-    """Does the record contradict the model without the part, while the error is no larger than a true model's: a line that hardly any averaging time
-    shows."""
-    rest = [other for other in state.parts if other is not part]
-    return error <= floor and not earning(part, with_parts(state, rest)) and loss_without(state, rest, part) > CERTAIN
+def certain(state, part, rest, error, floor):
+    """Does the record contradict the model without the part, `rest`, while the error is no larger than a true model's: a line that hardly any
+    averaging time shows."""
+    return error <= floor and not earning(part, rest) and loss_without(state, rest.parts, part) > CERTAIN
 
 
 def path(state, given, by_weight):

@@ -45,7 +45,7 @@ def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     progress("reading the spectrum")
     seen = observations.find(recording, model.column)
-    unused = [one for one in seen if one.kind != "outliers" or doubts.moved(seen)]  # at rest `shocks` explains them
+    unused = [one for one in seen if one.kind != "outliers" or doubts.was_moved(seen) and "shocks" not in model.kinds]
     known = observations.kept(recording, model.column, unused)
     y = recording.rate_dps(model.column)
     check_alive(recording, model, y[known])
