@@ -7,12 +7,12 @@ import numpy as np
 from davarlab import model, simulate
 from davarlab.data import signals
 from davarlab.candidates import candidate, ranking as candidates
-from davarlab.diagnosis import oracle, state as state_of
+from davarlab.diagnosis import diagnose, oracle, state as state_of
 from davarlab.effects import table
 from davarlab.inference import estimate, refine, states
 from davarlab.inference.parts import Bench, Part
 from davarlab.data.recording import Recording
-from scipy import stats
+from scipy import signal, stats
 
 RATE = 50.0
 
@@ -151,6 +151,23 @@ class Oracle(unittest.TestCase):
         term = model.Term("noise_step", {"ratio": 1.5, "start_s": 100.0, "stop_s": 200.0})
         one = simulate.make(base, RATE, duration_s=900)
         self.assertAlmostEqual(oracle.gain(term, base, one), 100 * RATE * (2.25 - 1 - np.log(2.25)) / 2, places=6)
+
+
+class HighPass(unittest.TestCase):
+    """A software that subtracts an exponential mean, which began with the first sample."""
+
+    def test_how_it_settles_is_its_own_and_no_warm_up(self):
+        for seed, period in ((1, 200.0), (2, 60.0)):
+            rng = np.random.default_rng(seed)
+            x = np.cumsum(rng.standard_normal(90000)) * 2e-4 + 0.03 * rng.standard_normal(90000)
+            x[0] = 0.2
+            a = np.exp(-2 * np.pi / period / RATE)
+            y = x - signal.lfilter([1 - a], [1, -a], x, zi=[a * x[0]])[0]
+            given = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.25}),
+                     model.Term("rate_random_walk", {"coefficient_deg_per_h_per_sqrt_h": 300.0})]
+            found = diagnose.diagnose(Recording({"time_s": np.arange(90000) / RATE, "gyro_z_dps": y}, RATE), model.Model(RATE, "gyro_z_dps", given))
+            self.assertEqual(found.added, ["high_pass"])
+            self.assertLess(abs(np.log(found.states[-1].parts[-1].shape["corner_period_s"] / period)), 0.5)
 
 
 class LowPass(unittest.TestCase):

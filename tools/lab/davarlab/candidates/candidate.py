@@ -11,7 +11,7 @@ from ..inference.parts import Part
 # DESIGN 4. Measured by parametric bootstrap, `tools/davarlab nulls`, 240 recordings of 2 h, rounded up in the second digit.
 # Not measured: angle_random_walk and bias_instability (in every model there), filters (no gain at all by chance: a bound).
 TRIALS = {"quantization": 0.66, "angle_random_walk": 0.5, "bias_instability": 1.0, "rate_random_walk": 0.35,
-          "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 1.0, "moving_average": 1.0, "high_pass": 1.0, "warm_up": 2.1,
+          "gauss_markov": 3.7, "telegraph_noise": 3.7, "low_pass": 1.0, "moving_average": 1.0, "high_pass": 3.0, "warm_up": 2.1,
           "rate_ramp": 0.83, "sinusoid": 3.1,
           "temperature_rate": 1.8, "g_sensitivity": 4.8, "vibration_rectification": 8.0,
           "vibration_noise": 2.8, "noise_step": 1.1e4}

@@ -89,7 +89,7 @@ def best_of(bench, parts, fit, tried, names):
     scan = Scan(bench, parts, fit.level, fit.coefficients, names)
     part = max(tried, key=scan.gain)
     full = bench.fit(parts + [part], near=fit.level)
-    scan = Scan(bench, parts, full.level, full.coefficients[:len(fit.coefficients)], names)
+    scan = Scan(bench, parts, full.level, bench.coefficients_of(bench.all_keys(parts), parts + [part], full), names)
     second = max(tried, key=scan.gain)
     second = max([second] + finer(second, bench.recording), key=scan.gain)
     if second.key != part.key:

@@ -70,7 +70,7 @@ def in_bands(bench, parts, part):
     floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
     used = int(np.searchsorted(data.f, EDGES[-1] if name else WORKED_OUT_HZ))
     keys = bench.all_keys(parts)
-    c, rest = signals.transform(x - x.mean())[1:used + 1], data.without(fit.coefficients[:len(keys)], keys)[:used]
+    c, rest = signals.transform(x - x.mean())[1:used + 1], data.without(bench.coefficients_of(keys, parts + [part], fit), keys)[:used]
     level, found = np.interp(np.log(data.f[:used]), np.log(data.f_bin), fit.level), []
     for low, high, place in band_places(data.f[:used]):
         power = float(np.sum(c[place] ** 2 / level[place]))

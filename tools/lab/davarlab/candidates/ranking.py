@@ -24,7 +24,7 @@ SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
 SIMPLER = ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature", "telegraph_noise")  # than a step
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
 BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"),
-         ("sinusoid", "narrow_band"))
+         ("sinusoid", "narrow_band"), ("warm_up", "high_pass"))
 
 
 def shapes_of(effect, recording):
@@ -51,7 +51,7 @@ def robust_gain(bench, parts, part):
     column[1:len(known) + 1] = known / white[:len(known)]
     x = signals.inverse(column)
     spread = np.sum((x * bench.residual(parts + [part], full)) ** 2)
-    return float((full.coefficients[-1] * np.sum(x ** 2)) ** 2 / max(spread, 1e-300) / 2)
+    return float((bench.coefficients_of(bench.keys(part)[:1], parts + [part], full)[0] * np.sum(x ** 2)) ** 2 / max(spread, 1e-300) / 2)
 
 
 def screened(bench, parts, fit, effect):
@@ -192,7 +192,7 @@ def best_levels(bench, parts, rest, start):
 def lower_bound(bench, parts, part, divergence, doubt):
     """Of the likelihood of levels beside other parts (6.3)."""
     fit = bench.fit(parts + [part])
-    amplitude = fit.coefficients[-1] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
+    amplitude = bench.coefficients_of(bench.keys(part), parts + [part], fit)[0] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
     return float(fit.log_likelihood - amplitude ** 2 * doubt - divergence)
 
 

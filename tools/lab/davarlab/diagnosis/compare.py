@@ -10,6 +10,7 @@ from ..effects.changes import vibration_square
 from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
 from ..inference.parts import part_of
+from ..inference.whittle import generalised_least_squares
 from . import cells, judge, state as state_of
 from .judge import Judgement
 
@@ -70,6 +71,7 @@ def as_given(state, model):
         elif part.role == "mean":
             coefficients += line_as_given(bench, part, size) if part.turning else [
                 size * bench.data.scale(bench.keys(part)[0])]
+    coefficients += list(generalised_least_squares(bench.data, bench.all_keys(given), state.fit.level)[0][len(coefficients):])  # how filters settle
     behind = [term.parameters.get(part.behind, 0.0) ** 2 for part, term in zip(given, model.terms) if part.behind]
     sizes, coefficients = np.array((sizes or [1e-30]) + behind), np.array(coefficients)
     level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(given), 1e-30)

@@ -30,7 +30,7 @@ class Effect:
     """One physical effect. The first parameter is its size, the others its shape (axis: x, y, z).
 
     role      spectrum   stationary noise; `spectrum(f, rate_hz, shape)` of size 1
-              filter     acts on everything in front of it; `spectrum` is its power gain
+              filter     acts on everything in front of it; `spectrum` is its power gain, `regressor`, if any, how it settles
               mean       a known course of time; `regressor(recording, shape)` of size 1
               variance   white noise whose variance changes
               events     isolated outliers

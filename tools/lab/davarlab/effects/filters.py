@@ -46,6 +46,11 @@ def high_pass(f, rate_hz, shape):
     return square / (1 + square)
 
 
+def settle(recording, shape):
+    """How the first sample, which the software took for the bias, is forgotten."""
+    return np.exp(-2 * np.pi * recording.time_s / shape["corner_period_s"])
+
+
 def cutoffs(recording):
     return np.geomspace(recording.rate_hz / 500, recording.rate_hz * 0.45, 12)
 
@@ -77,4 +82,4 @@ HIGH_PASS = Effect(
     "high_pass", "Software subtracts its own slow estimate of the bias.",
     (Parameter("corner_period_s", "s", 1e-3, 1e7),),
     "Switch the bias correction of the driver off, or turn the sensor slowly: a steady rate must not fade.", "filter",
-    "falls faster than -1/2 at long tau", high_pass, grid={"corner_period_s": corner_periods})
+    "falls faster than -1/2 at long tau", high_pass, regressor=settle, grid={"corner_period_s": corner_periods}, slow=True)

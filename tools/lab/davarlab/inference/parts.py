@@ -87,6 +87,11 @@ def spectrum_of(parts, sizes, rate_hz, counts=None):
     return at
 
 
+def settling(parts):
+    """Filters that take their time as the record begins: a mean part of their own."""
+    return [part for part in parts if part.role == "filter" and part.effect.regressor]
+
+
 class Bench:
     """The recording, cleaned of shocks, with rows and columns for every part that is asked for. `counts` (data/counts.py): of the record as
     it was logged, `logged`; None: none are known. `gyro`: its column."""
@@ -113,7 +118,7 @@ class Bench:
         return other
 
     def courses(self, part):
-        """The time series of a mean part, size 1."""
+        """The time series of a mean part, or of how a filter settles, size 1."""
         if part.form == "decoded":
             return [self.decoded[part.key]]
         course = part.effect.variants.get(part.form, part.effect.regressor)(self.recording, part.shape)
@@ -169,7 +174,13 @@ class Bench:
         return changes.blocks_of(w, rate, counted.relative_variance(self.logged, self.counts, changes.block_length(rate)))
 
     def all_keys(self, parts):
-        return [key for part in parts if part.role == "mean" for key in self.keys(part)]
+        """Of the mean parts, in their order; then of how filters settle as the record begins."""
+        return [key for group in ([part for part in parts if part.role == "mean"], settling(parts)) for part in group for key in self.keys(part)]
+
+    def coefficients_of(self, keys, parts, fit):
+        """Those of some of the columns in a fit of the parts."""
+        found = dict(zip(self.all_keys(parts), fit.coefficients))
+        return np.array([found[key] for key in keys])
 
     def fit(self, parts, restricted=False, near=None):
         """`near`: level of a similar fit to start from."""

@@ -80,7 +80,7 @@ def refine_one(bench, parts, index, name):
         moved = at(x)
         trial = parts[:index] + [moved] + parts[index + 1:]
         value = -bench.fit(trial).log_likelihood
-        if moved.role == "mean":
+        if moved.effect.regressor:
             bench.forget(moved)
         return value
 
