@@ -11,7 +11,7 @@ from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
 from ..inference.parts import part_of
 from ..inference.whittle import generalised_least_squares
-from . import cells, judge, state as state_of
+from . import judge, state as state_of
 from .judge import Judgement
 
 
@@ -139,8 +139,8 @@ def given(fitted, model):
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = as_given(fitted, model)
     state.adequacy, variance = fitted.adequacy, state_of.relative_variance(state)[0]
-    state.cells = cells.cells_of(state, state.record, variance)
-    state.judgement = judge.judged(state.cells, cells.short_cells(state, state.record, variance), given_p_value(fitted, state))
+    state.cells, short = state_of.cells_of(state, variance)
+    state.judgement = judge.judged(state.cells, short, given_p_value(fitted, state))
     return state
 
 

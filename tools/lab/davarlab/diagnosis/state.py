@@ -159,14 +159,24 @@ def judged(state, quick=False):
         other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
     state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
-    state.cells = cells.cells_of(state, state.record, variance)
-    state.judgement = judge.judged(state.cells, cells.short_cells(state, state.record, variance), state.adequacy.p_value)
+    state.cells, short = cells_of(state, variance)
+    state.judgement = judge.judged(state.cells, short, state.adequacy.p_value)
     return state
+
+
+def cells_of(state, variance):
+    """(cells, short cells). Decoded levels are a course, which misses short visits, or the noise that they are, of which few switches scatter more
+    than the cells' degrees of freedom say: whichever is nearer to its floor (6.5)."""
+    noise = as_spectra(state.parts)
+    views = [state] if noise is None else [state, with_parts(state, noise)]
+    found = [cells.cells_of(view, state.record, variance) for view in views]
+    best = min(range(len(views)), key=lambda i: cells.error_of(found[i]) / cells.floor_of(found[i]))
+    return found[best], cells.short_cells(views[best], state.record, variance)
 
 
 def errors_of(state):
     """(error, its floor)."""
-    found = cells.cells_of(state, state.record, relative_variance(state)[0])
+    found = cells_of(state, relative_variance(state)[0])[0]
     return cells.error_of(found), cells.floor_of(found)
 
 
