@@ -3,13 +3,19 @@
 
 #define HEADER_BYTES 20U /* of an image, in front of its payload */
 
-static void test_power_lost_at_any_byte_of_a_save_leaves_the_image_before(void)
+/* Both slots hold an image: of 100 samples, and, the newer, of 150. */
+static void save_twice(void)
 {
     init(Q15, &original, 0U);
     feed(0U, 100U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
     feed(100U, 150U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+}
+
+static void test_power_lost_at_any_byte_of_a_save_leaves_the_image_before(void)
+{
+    save_twice();
     feed(150U, 200U);
     static unsigned char before[sizeof cells];
     memcpy(before, cells, sizeof cells);
@@ -145,11 +151,7 @@ static void test_a_second_reading_that_differs_is_refused(void)
 
 static void test_the_other_slot_steps_in_for_a_reading_that_differs(void)
 {
-    init(Q15, &original, 0U);
-    feed(0U, 100U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
-    feed(100U, 150U);
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    save_twice();
     const size_t bytes = davar_state_bytes(&original);
     for (size_t offset = SLOT + HEADER_BYTES; offset < (SLOT + bytes); offset++) {
         init(Q15, &restored, 1U);

@@ -3,7 +3,7 @@
 #ifndef DAVAR_TESTS_STATE_FIXTURE_H
 #define DAVAR_TESTS_STATE_FIXTURE_H
 
-#include "davar/davar.h"
+#include "small_config.h"
 #include "unity.h"
 
 #include <string.h>
@@ -47,15 +47,7 @@ void setUp(void)
     memset(cells, 0xFF, sizeof cells);
     budget = SIZE_MAX;
     reads = SIZE_MAX;
-    config = davar_default_config;
-    config.rate_hz = 100.0;
-    config.unit_per_count = 0.01;
-    config.full_scale = 300.0;
-    config.window_max = 40U;
-    config.window_min = 20U;
-    config.segment = 5U;
-    config.taus = taus;
-    config.tau_count = 4U;
+    config = small_config(taus, 4U);
     config.fit_plan = &plan;
 }
 

@@ -1,0 +1,158 @@
+/* davar tests - what init asks for and refuses. */
+#include "stream_fixture.h"
+
+#include <math.h>
+#include <string.h>
+
+static void refused(davar_status_t expected)
+{
+    davar_t untouched;
+    memset(&untouched, 0xA5, sizeof untouched);
+    davar_t copy = untouched;
+    TEST_ASSERT_EQUAL(expected, davar_init_q15(&untouched, &config, memory, sizeof memory));
+    TEST_ASSERT_EQUAL_MEMORY(&copy, &untouched, sizeof copy);
+    TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q15(&config));
+    setUp();
+}
+
+static void test_each_bad_setting_is_refused_with_its_own_code(void)
+{
+    static const uint32_t unsorted[2] = {2U, 2U};
+    static const uint32_t zero[2] = {0U, 2U};
+    static const uint32_t long_tau[2] = {1U, 21U};
+    const double bad_numbers[] = {0.0, -1.0, (double)NAN, (double)INFINITY};
+    for (unsigned i = 0U; i < 4U; i++) {
+        config.rate_hz = bad_numbers[i];
+        refused(DAVAR_ERR_RATE);
+        config.unit_per_count = bad_numbers[i];
+        refused(DAVAR_ERR_SCALE);
+        config.full_scale = bad_numbers[i];
+        TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
+        setUp();
+    }
+    config.sample_bits = 17U, refused(DAVAR_ERR_SAMPLE_BITS);
+    config.sample_bits = 1U, refused(DAVAR_ERR_SAMPLE_BITS);
+    config.mode = (davar_mode_t)7, refused(DAVAR_ERR_MODE);
+    config.policy = (davar_policy_t)7, refused(DAVAR_ERR_POLICY);
+    config.window_max = 2U, refused(DAVAR_ERR_WINDOW_MAX);
+    config.window_max = 41U, refused(DAVAR_ERR_WINDOW_ODD);
+    config.window_max = 65538U, refused(DAVAR_ERR_WINDOW_MAX);
+    config.window_min = 0U, refused(DAVAR_ERR_WINDOW_MIN);
+    config.window_min = 21U, refused(DAVAR_ERR_WINDOW_ODD);
+    config.window_min = 42U, refused(DAVAR_ERR_WINDOW_MIN);
+    config.segment = 0U, refused(DAVAR_ERR_SEGMENT);
+    config.segment = 20U, refused(DAVAR_ERR_SEGMENT);
+    config.kurtosis_low = -1.0, refused(DAVAR_ERR_KURTOSIS);
+    config.kurtosis_low = 4.0, refused(DAVAR_ERR_KURTOSIS);
+    config.kurtosis_high = (double)NAN, refused(DAVAR_ERR_KURTOSIS);
+    config.contribution_low = 1.0, refused(DAVAR_ERR_CONTRIBUTION);
+    config.contribution_high = (double)INFINITY, refused(DAVAR_ERR_CONTRIBUTION);
+    config.grow = 4U, refused(DAVAR_ERR_STEP);
+    config.shrink = 1U, refused(DAVAR_ERR_STEP);
+    config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
+    config.stride = 0U, refused(DAVAR_ERR_STRIDE);
+    config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
+    config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
+    config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
+    config.taus = unsorted, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ORDER);
+    config.taus = zero, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ZERO);
+    config.taus = long_tau, config.tau_count = 2U, refused(DAVAR_ERR_TAU_LONG);
+    config.taus = NULL, refused(DAVAR_ERR_NULL);
+}
+
+static void test_bad_pointers_and_memory_are_refused(void)
+{
+    TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q15(NULL, &config, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q15(&davar, &config, NULL, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q31(&davar, NULL, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE,
+                      davar_init_q15(&davar, &config, memory, davar_memory_size_q15(&config) - 1U));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_ALIGN,
+                      davar_init_q15(&davar, &config, (unsigned char *)memory + 4, sizeof memory - 8U));
+    TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_f32(NULL));
+}
+
+static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(void)
+{
+    static const uint32_t wide[2] = {1U, 7000U};
+    config.window_max = 65536U;
+    config.window_min = 65536U;
+    config.taus = wide;
+    config.tau_count = 2U;
+    TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q15(&config));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_q15(&davar, &config, memory, sizeof memory));
+    TEST_ASSERT_GREATER_THAN_size_t(4U * 65536U, davar_memory_size_q31(&config));
+    config.sample_bits = 11U; /* 2^16 7000^2 4^11 < 2^64 */
+    TEST_ASSERT_GREATER_THAN_size_t(2U * 65536U, davar_memory_size_q15(&config));
+}
+
+/* Where a size_t has 32 bits the largest grids cannot be told: they must look too large, never small. */
+static void test_memory_never_shrinks_as_windows_grow(void)
+{
+    static uint32_t many[32];
+    for (uint32_t t = 0U; t < 32U; t++) {
+        many[t] = t + 1U;
+    }
+    config.taus = many;
+    config.tau_count = 32U;
+    config.stride = 2U;
+    size_t before = 0U;
+    for (config.window_max = 65536U; config.window_max <= 16777216U; config.window_max += 32768U) {
+        const size_t bytes = davar_memory_size_q31(&config);
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(before, bytes);
+        before = bytes;
+    }
+    TEST_ASSERT_GREATER_THAN_size_t(4200000000U, before);
+}
+
+static void test_every_status_has_its_own_words(void)
+{
+    for (int i = DAVAR_OK; i <= DAVAR_ERR_STATE_FOREIGN; i++) {
+        for (int j = DAVAR_OK; j < i; j++) {
+            TEST_ASSERT_TRUE(strcmp(davar_status_text((davar_status_t)i), davar_status_text((davar_status_t)j)) != 0);
+        }
+    }
+    TEST_ASSERT_EQUAL_STRING("unknown status", davar_status_text((davar_status_t)99));
+}
+
+static void test_the_memory_macros_hold_what_init_asks_for(void)
+{
+    for (uint32_t window = 20U; window <= 600U; window += 2U) {
+        for (uint16_t gaps = 0U; gaps < 9U; gaps++) {
+            config.window_max = window;
+            config.window_min = 20U;
+            config.gaps_max = gaps;
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q15(window, TAUS, gaps), davar_memory_size_q15(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q31(window, TAUS, gaps), davar_memory_size_q31(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_F32(window, TAUS, gaps), davar_memory_size_f32(&config));
+        }
+    }
+}
+
+static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
+{
+    for (uint32_t stride = 1U; stride < 12U; stride++) {
+        config.stride = stride;
+        config.mirrored_end = true;
+        const size_t bytes = davar_memory_size_q15(&config);
+        memset(memory, 0xA5, sizeof memory);
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, bytes));
+        (void)feed(0U, 500U);
+        while (davar_flush(&davar)) {
+        }
+        TEST_ASSERT_EACH_EQUAL_HEX8(0xA5, (unsigned char *)memory + bytes, 256U);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_each_bad_setting_is_refused_with_its_own_code);
+    RUN_TEST(test_bad_pointers_and_memory_are_refused);
+    RUN_TEST(test_sums_that_could_overflow_are_refused_and_fit_the_wider_type);
+    RUN_TEST(test_memory_never_shrinks_as_windows_grow);
+    RUN_TEST(test_every_status_has_its_own_words);
+    RUN_TEST(test_the_memory_macros_hold_what_init_asks_for);
+    RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);
+    return UNITY_END();
+}

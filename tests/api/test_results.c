@@ -1,0 +1,142 @@
+/* davar tests - which results a stream gives, and what is counted beside them. */
+#include "stream_fixture.h"
+
+#include <math.h>
+
+static void test_results_that_nobody_took_are_counted(void)
+{
+    start_q15();
+    for (uint32_t i = 0U; i < 30U; i++) { /* centred: the first result comes with sample 20 */
+        const int16_t sample = ripple(i);
+        (void)davar_push_q15(&davar, &sample, 1U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(10U, davar_health(&davar).missed);
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_EQUAL_UINT64(10U, result.epoch);
+    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+}
+
+static void test_a_block_push_stops_at_each_result(void)
+{
+    int16_t block[64];
+    for (uint32_t i = 0U; i < 64U; i++) {
+        block[i] = ripple(i);
+    }
+    config.stride = 10U;
+    start_q15();
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, block, 0U));
+    TEST_ASSERT_EQUAL_size_t(29U, davar_push_q15(&davar, block, 64U)); /* epoch 9 needs samples to 9 + 20 - 1 */
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_EQUAL_UINT64(9U, result.epoch);
+    TEST_ASSERT_EQUAL_size_t(10U, davar_push_q15(&davar, &block[29], 35U));
+}
+
+static void test_a_push_of_nothing_consumes_nothing(void)
+{
+    const int16_t sample = 0;
+    start_q15();
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
+    (void)feed(0U, 60U); /* the window glides now */
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
+    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+}
+
+static void test_saturated_samples_are_counted_and_clamped(void)
+{
+    config.sample_bits = 12U;
+    start_q15();
+    const int16_t samples[5] = {2046, 2047, 2048, -2048, -3000};
+    for (unsigned i = 0U; i < 5U; i++) {
+        (void)davar_push_q15(&davar, &samples[i], 1U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(4U, davar_health(&davar).saturated);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&davar, &config, memory, sizeof memory));
+    const int32_t wide[3] = {2046, 5000, -5000};
+    (void)davar_push_q31(&davar, wide, 3U);
+    TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&davar).saturated);
+}
+
+static void test_counters_stay_at_their_largest_value(void)
+{
+    start_q15();
+    davar.health.saturated = UINT32_MAX;
+    const int16_t rail = INT16_MAX;
+    (void)davar_push_q15(&davar, &rail, 1U);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated);
+}
+
+static void test_reset_starts_anew(void)
+{
+    start_q15();
+    (void)feed(0U, 70U);
+    const davar_result_t first = result;
+    davar_gap(&davar, 2U);
+    davar_reset(&davar);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).gaps);
+    (void)feed(0U, 70U);
+    TEST_ASSERT_EQUAL_UINT64(first.epoch, result.epoch);
+    TEST_ASSERT_EQUAL_DOUBLE(first.tau[3].adev, result.tau[3].adev);
+}
+
+static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
+{
+    start_q15();
+    TEST_ASSERT_FALSE(davar_flush(&davar)); /* nothing there */
+    TEST_ASSERT_EQUAL_UINT32(81U, feed(0U, 100U));
+    uint32_t flushed = 0U;
+    while (davar_flush(&davar)) {
+        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        flushed++;
+    }
+    TEST_ASSERT_EQUAL_UINT32(19U, flushed);
+    TEST_ASSERT_EQUAL_UINT64(99U, result.epoch);
+    config.stride = 2U; /* on a grid only when asked for */
+    start_q15();
+    (void)feed(0U, 100U);
+    TEST_ASSERT_FALSE(davar_flush(&davar));
+    config.mode = DAVAR_MODE_TRAILING;
+    start_q15();
+    (void)feed(0U, 100U);
+    TEST_ASSERT_FALSE(davar_flush(&davar));
+}
+
+static void test_moments_can_be_switched_off_with_the_fixed_window(void)
+{
+    config.policy = DAVAR_POLICY_FIXED;
+    config.segment = 0U;
+    for (uint32_t stride = 1U; stride < 3U; stride++) {
+        config.stride = stride;
+        start_q15();
+        (void)feed(0U, 70U);
+        TEST_ASSERT_TRUE(isnan(result.kurtosis) && isnan(result.contribution) && !result.unstable);
+        TEST_ASSERT_TRUE(result.tau[0].adev > 0.0);
+    }
+}
+
+static void test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation(void)
+{
+    start_q15();
+    for (uint32_t i = 0U; i < 60U; i++) {
+        const int16_t rail = INT16_MIN;
+        (void)davar_push_q15(&davar, &rail, 1U);
+    }
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_TRUE(isnan(result.kurtosis) && isnan(result.contribution) && !result.unstable);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[3].adev);
+    TEST_ASSERT_EQUAL_UINT32(60U, davar_health(&davar).saturated);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_results_that_nobody_took_are_counted);
+    RUN_TEST(test_a_block_push_stops_at_each_result);
+    RUN_TEST(test_a_push_of_nothing_consumes_nothing);
+    RUN_TEST(test_saturated_samples_are_counted_and_clamped);
+    RUN_TEST(test_counters_stay_at_their_largest_value);
+    RUN_TEST(test_reset_starts_anew);
+    RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no);
+    RUN_TEST(test_moments_can_be_switched_off_with_the_fixed_window);
+    RUN_TEST(test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation);
+    return UNITY_END();
+}
