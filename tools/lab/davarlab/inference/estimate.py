@@ -73,7 +73,7 @@ def standard_errors(bench, parts, fit):
         sizes = fit.sizes.copy()
         sizes[live] *= np.exp(x[:len(live)])
         moved = with_shapes(parts, zip(places, x[len(live):len(live) + len(places)]))
-        tried.update({part.key: part for part, old in zip(moved, parts) if part != old and part.role == "mean"})
+        tried.update({part.key: part for part, old in zip(moved, parts) if part != old and part.effect.regressor})
         return vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
 
     matrix = curvature(at, steps)
