@@ -58,8 +58,8 @@ def places(energy):
 
 
 def wide(bench, parts, fit, scatter_of):
-    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of the energies per bin, where the
-    white level changes."""
+    """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of neighbouring ordinates,
+    where the white level changes."""
     energy = bench.data.whitened(fit.level, fit.coefficients, bench.all_keys(parts)) ** 2
     energy[:LOWEST] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None

@@ -277,6 +277,14 @@ def scatter_of(bench, parts, fit, blocks):
     return modulation.dispersion(bench, modulation.white_share(bench, parts, fit), blocks, changes.fit(blocks, rows)[1])
 
 
+def crowding_of(bench, parts, fit, blocks):
+    """Of a few neighbouring ordinates, likewise."""
+    rows = modulation.variance_shapes(parts, bench.recording, blocks)
+    if modulation.constant(rows):
+        return None
+    return modulation.crowding(bench, modulation.white_share(bench, parts, fit), changes.fit(blocks, rows)[1])
+
+
 def ranked(bench, parts, fit, skip=(), more=()):
     """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py)."""
     blocks = bench.blocks(parts, fit)
@@ -291,7 +299,7 @@ def ranked(bench, parts, fit, skip=(), more=()):
         if effect.kind == "sinusoid":
             found.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":
-            found.append(lines.wide(bench, parts, fit, lambda fine, full: scatter_of(fine, parts, full, blocks)))
+            found.append(lines.wide(bench, parts, fit, lambda fine, full: crowding_of(fine, parts, full, blocks)))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             found.append(Candidate(effect.kind, *one) if one else None)

@@ -9,6 +9,7 @@ from ..effects import columns
 from ..effects.changes import vibration_square
 from . import changes
 
+CROWDED = 16  # pieces of the record, in which noise is loud or not
 GROUPS = 8
 GROWTH_MOST = 3.5  # logarithm of the largest ratio of white noise over the range of the temperature
 
@@ -109,6 +110,14 @@ def dispersion(bench, share, blocks, variance):
         here = local(relative, value, mean)
         found.append(np.mean(here ** 2) / np.mean(here) ** 2)
     return np.array(found)
+
+
+def crowding(bench, share, variance):
+    """How much more than chi-square a few neighbouring ordinates have together, at most: they go with each other where the noise is loud for a
+    while, by its level there over its mean (5.3)."""
+    mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
+    loudest = max(np.mean(piece) for piece in np.array_split(variance / variance.mean(), CROWDED))
+    return local(loudest, share, mean)
 
 
 def discounted(gain, before, after, counts, scatter):
