@@ -235,6 +235,12 @@ def lab():
     return plain()
 
 
+def workbench():
+    """Playwright, which drives Debian's chromium."""
+    lab()
+    return [set_up("python_environment venv-browser tools/support/requirements-browser.txt", "browser-python.log")], {}
+
+
 def wire():
     return [wire_python()], {"DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
                              "DAVAR_NODE": program("gateway/davar-node", "release"), **simulator("release")[1]}
@@ -276,6 +282,7 @@ PARTS = {
     "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
                suite("kernel", setting=guest) + suite("kernel", "kernel_board", board)),
     "lab": ("tools/davarlab on recordings with known truth", suite("lab", setting=lab)),
+    "workbench": ("tools/davarlab open in a real browser", suite("workbench", setting=workbench)),
     "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),

@@ -3,39 +3,25 @@
 import argparse
 import contextlib
 import json
-import math
 import os
 import sys
-import traceback
 
 from . import files, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
-from .errors import BadInput
-from .report import terminal, words
+from .errors import BadInput, internal_error
+from .report import terminal, values
 
 DETAIL = 3
-TRACEBACK = "DAVAR_LAB_TRACEBACK"
 
 
 def progress(text):
     print(f"davarlab: {text}", file=sys.stderr, flush=True)
 
 
-def plain(value):
-    """JSON has no infinity and no NaN."""
-    if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
-    if hasattr(value, "item"):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def emit(options, data, text):
-    print(json.dumps(plain(data), indent=2) if options.json else text, flush=True)
+    print(json.dumps(values.plain(data), indent=2) if options.json else text, flush=True)
 
 
 def load(options):
@@ -71,32 +57,6 @@ def load_held_out(options, model):
     return held_out
 
 
-def estimates_json(entries):
-    return {name: {"value": e.value, "low": e.low, "high": e.high} | ({"undetermined": True} if e.undetermined else {})
-            for name, e in entries.items()}
-
-
-def fitted_json(model, entries):
-    return [{"kind": term.kind, "parameters": estimates_json(entry)} for term, entry in zip(model.terms, entries)]
-
-
-def judgement_json(j):
-    return {"adequacy": j.adequacy, "adequate": j.adequate, "largest_deviation": j.largest, "shown_to_tau_s": j.shown_to_tau_s,
-            "said": words.in_ascii(words.adequacy(j))}
-
-
-def observations_json(seen):
-    return [one.plain() for one in seen]
-
-
-def comparison_json(c):
-    return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
-            "p_value": c.p_value, **judgement_json(c.judgement), "observations": observations_json(c.observations), "tests": c.tests,
-            "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
-            "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,
-                       "model_dps": w.model_dps, "ratio": w.ratio, "z": w.z} for w in c.where]}
-
-
 def run_simulate(options):
     recording = simulate.from_scenario(options.scenario, progress)
     recordings.write(recording, options.output)
@@ -110,8 +70,8 @@ def run_fit(options):
     state, fitted, entries = improve.fit(recording, model, progress)
     if options.output:
         models.write(fitted, options.output)
-    emit(options, {"effects": fitted_json(fitted, entries), "model": options.output, **judgement_json(state.judgement),
-                   "observations": observations_json(state.seen), "intervals_hold": state.judgement.adequate},
+    emit(options, {"effects": values.fitted(fitted, entries), "model": options.output, **values.judgement(state.judgement),
+                   "observations": values.observations(state.seen), "intervals_hold": state.judgement.adequate},
          terminal.fit(fitted, entries, state.judgement, state.seen))
     return 0
 
@@ -134,28 +94,16 @@ def run_compare(options):
     recording, model = load(options)
     state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
-    emit(options, comparison_json(found), terminal.comparison(found, evidence.notes(recording, model)))
+    emit(options, values.comparison(found), terminal.comparison(found, evidence.notes(recording, model)))
     report(options, recording, model, found, state)
     return 0 if found.adequate else 1
-
-
-def diagnosis_json(found):
-    alternatives = [vars(one) for one in found.diagnosis.alternatives]
-    return {**comparison_json(found.comparison), "verdict": found.verdict, "missing": found.added, "final": judgement_json(found.judgement),
-            "useless": [part.kind for part in found.diagnosis.useless], "doubtful": found.diagnosis.doubtful,
-            "steps": [vars(step) for step in found.steps], "refitted": found.refitted and vars(found.refitted), "notes": found.notes,
-            "fitted": fitted_json(found.model, found.estimates), "p_value_after": found.judgement.p_value,
-            "alternatives": alternatives,
-            "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
-                            "error_held_out_after": c.error_held_out_after,
-                            "parameters": estimates_json(c.parameters), "why": c.why} for c in found.candidates]}
 
 
 def run_diagnose(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
-    emit(options, diagnosis_json(found), terminal.diagnosis(found))
+    emit(options, values.diagnosis(found), terminal.diagnosis(found))
     report(options, recording, model, found)
     return 0
 
@@ -166,13 +114,7 @@ def run_improve(options):
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
     if options.output:
         models.write(found.model, options.output)
-    steps = [vars(step) for step in found.steps]
-    emit(options, {"steps": steps, "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
-                   **judgement_json(found.judgement), "observations": observations_json(found.comparison.observations),
-                   "alternatives": [vars(one) for one in found.diagnosis.alternatives],
-                   "useless": [part.kind for part in found.diagnosis.useless], "doubtful": found.diagnosis.doubtful,
-                   "notes": found.notes, "model": options.output, "fitted": fitted_json(found.model, found.estimates)},
-         terminal.improvement(found))
+    emit(options, values.improvement(found, options.output), terminal.improvement(found))
     report(options, recording, model, found)
     return 0 if found.judgement.adequate else 1
 
@@ -271,6 +213,11 @@ def run_live(options):
     return live.run(options)
 
 
+def run_open(options):
+    from .workbench import server  # a web server is needed here only
+    return server.run(options)
+
+
 def run_dbc(options):
     from .wire import dbc
     channels = sorted(set(options.channel or [0]))
@@ -308,6 +255,10 @@ COMMANDS = {
     "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, RATE]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
+    "open": (run_open, "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one", [
+        argument("recording", nargs="?", help="CSV or .csv.gz, columns of any name"), argument("-m", "--model", help="model file (TOML)"),
+        argument("--port", type=option_types.port, default=0, metavar="N", help="default: any that is free"),
+        argument("--no-browser", action="store_true", help="only print the address")]),
     "effects": (run_effects, "lists every effect", []),
     "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, RATE]),
     "export": (run_export, "writes the model as a table for the device: C, or CSV for davar-sim --model-table", [
@@ -387,14 +338,3 @@ def main(arguments):
         return 0
     except Exception as why:
         return internal_error(why)
-
-
-def internal_error(why):
-    """What nobody foresaw: one line, and where it happened for whoever asks."""
-    place = traceback.extract_tb(why.__traceback__)[-1]
-    said = " ".join(str(why).split())[:200]
-    print(f"davarlab: internal error: {type(why).__name__}: {said} ({os.path.basename(place.filename)}:{place.lineno}); please report it, "
-          f"with the files and the output under {TRACEBACK}=1", file=sys.stderr)
-    if os.environ.get(TRACEBACK):
-        traceback.print_exception(why)
-    return 3

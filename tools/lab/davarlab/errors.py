@@ -1,5 +1,22 @@
-"""What a person did wrong, in one line."""
+"""What went wrong, in one line: by a person, or by this program."""
+
+import os
+import sys
+import traceback
+
+TRACEBACK = "DAVAR_LAB_TRACEBACK"
 
 
 class BadInput(Exception):
     """A file, line, column or option that cannot be used; the command line prints it and exits with status 2."""
+
+
+def internal_error(why):
+    """What nobody foresaw: one line, and where it happened for whoever asks."""
+    place = traceback.extract_tb(why.__traceback__)[-1]
+    said = " ".join(str(why).split())[:200]
+    print(f"davarlab: internal error: {type(why).__name__}: {said} ({os.path.basename(place.filename)}:{place.lineno}); please report it, "
+          f"with the files and the output under {TRACEBACK}=1", file=sys.stderr)
+    if os.environ.get(TRACEBACK):
+        traceback.print_exception(why)
+    return 3

@@ -71,10 +71,17 @@ def checked_term(entry, where):
 
 def load_toml(path):
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return parsed(Path(path).read_text(encoding="utf-8"), path)
     except OSError as why:
         raise BadInput(f"{path}: {why.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as why:
+    except UnicodeDecodeError as why:
+        raise BadInput(f"{path}: not TOML: {why}") from None
+
+
+def parsed(text, path):
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as why:
         raise BadInput(f"{path}: not TOML: {why}") from None
     except RecursionError:
         raise BadInput(f"{path}: nested too deep for a model") from None
@@ -123,6 +130,11 @@ def of(data, path):
 
 def read(path):
     return of(load_toml(path), path)
+
+
+def of_text(text, where):
+    """The model that text_of() wrote."""
+    return of(parsed(text, where), where)
 
 
 def text_of(model):

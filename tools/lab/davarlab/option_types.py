@@ -41,3 +41,9 @@ def channel(text):
     if not (text.isascii() and text.isdigit() and int(text) < 128):
         raise argparse.ArgumentTypeError(f"a channel from 0 on expected, found '{text}'")
     return int(text)
+
+
+def port(text):
+    if not (text.isascii() and text.isdigit() and int(text[:6]) < 65536):
+        raise argparse.ArgumentTypeError(f"a port from 0 to 65535 expected, found '{text}'")
+    return int(text)

@@ -111,7 +111,7 @@ def adequacy(judgement):
     if judgement.adequacy == "statistical":
         return f"The model is statistically adequate: what is left over is what chance leaves (p = {chance(judgement.p_value)}). {shown}"
     if judgement.adequacy == "practical":
-        small = f"at most {abs(judgement.largest['percent']):.2g} % ({place(judgement.largest)}) is proven" if judgement.largest else "none is proven"
+        small = f"at most {number(abs(judgement.largest['percent']), 2)} % ({place(judgement.largest)}) is proven" if judgement.largest else "none is proven"
         return (f"The model is practically adequate within 5 %, though something is left over (p = {chance(judgement.p_value)}): of deviations of "
                 f"the Allan deviation {small}. {shown}")
     if judgement.largest and abs(judgement.largest["percent"]) > 5:
@@ -127,7 +127,7 @@ def place(deviation):
 
 
 def off(deviation):
-    return f"{abs(deviation['percent']):.2g} % {'above' if deviation['percent'] > 0 else 'below'} the model's {place(deviation)}"
+    return f"{number(abs(deviation['percent']), 2)} % {'above' if deviation['percent'] > 0 else 'below'} the model's {place(deviation)}"
 
 
 def observation(one):

@@ -1,0 +1,118 @@
+"""Who may come in, and what may be brought along: tokens, origins, paths, logs of other people, files that are none."""
+
+import gzip
+import json
+import math
+import random
+import unittest
+
+from playwright.sync_api import expect
+from visiting import Visiting, run
+
+
+def log(path, names, rows=2000):
+    """A log of somebody: a clock in us, a rate in rad/s, counts, acceleration in m/s^2, a voltage."""
+    rng = random.Random(4)
+    lines = [";".join(names)]
+    for i in range(rows):
+        lines.append(f"{1_700_000_000_000_000 + 5000 * i};{rng.gauss(0.01, 0.0017):.7f};{round(rng.gauss(3, 20))};{rng.gauss(0.1, 0.02):.5f};"
+                     f"{rng.gauss(0.0, 0.02):.5f};{rng.gauss(9.8, 0.02):.5f};{25 + 0.01 * math.sin(i / 300):.3f};{3.7 + i * 1e-5:.5f}")
+    path.write_text("\n".join(lines) + "\n")
+
+
+NAMES = ("timestamp_us", "GyroX [rad/s]", "wz_raw", "accX", "accY", "accZ", "Temp (C)", "<b>vbat</b>")
+
+
+class Logs(Visiting):
+    def test_a_log_with_odd_names_is_dropped_guessed_and_read(self):
+        log(self.folder / "flight 7.csv", NAMES)
+        bench = self.open()
+        page = self.page(bench)
+        page.set_input_files("#file", str(self.folder / "flight 7.csv"))
+        expect(page.locator("tbody tr")).to_have_count(8)
+        said = {row.locator("th").inner_text(): [select.input_value() for select in row.locator("select").all()] for row in page.locator("tbody tr").all()}
+        self.assertEqual(said["GyroX [rad/s]"], ["gyro", "x", "rad/s"])
+        self.assertEqual(said["accZ"], ["accel", "z", "m/s^2"])
+        self.assertEqual(said["<b>vbat</b>"], ["other", "", ""])
+        self.shot(page, "columns")
+        page.fill("input[data-index='2'][data-key=factor]", "0.05")
+        page.locator("input[data-index='2'][data-key=factor]").blur()
+        page.click("#read")
+        page.wait_for_selector("#error-value")
+        expect(page.locator("#recording")).to_contain_text("200 Hz")
+        self.assertEqual([option.inner_text() for option in page.locator("#axis option").all()], ["gyro_x_dps", "gyro_z_dps"])
+        arw = page.locator("[data-kind=angle_random_walk] input[type=number]").first
+        self.assertAlmostEqual(float(arw.input_value()), 20 * 0.05 / math.sqrt(200) * 60, delta=0.2)
+        before = arw.input_value()
+        page.select_option("#axis", "gyro_x_dps")
+        expect(arw).not_to_have_value(before)
+        self.assertAlmostEqual(float(arw.input_value()), math.degrees(0.0017) / math.sqrt(200) * 60, delta=0.03)
+        page.reload()
+        page.wait_for_selector("#error-value")
+        self.assertEqual(page.locator("#axis").input_value(), "gyro_x_dps")
+        self.assert_quiet()
+
+    def test_what_is_no_recording_is_refused_in_one_line(self):
+        bench = self.open()
+        page = self.page(bench)
+        for name, data in (("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"), ("empty.csv", b""), ("short.csv", b"gyro_z_dps\n1\n2\n"),
+                           ("words.csv", b"time_s,gyro_z_dps\n0,fast\n"), ("cut.csv.gz", gzip.compress(b"a,b\n1,2\n" * 1000)[:40])):
+            page.set_input_files("#file", {"name": name, "mimeType": "text/csv", "buffer": data})
+            expect(page.locator("#error")).to_contain_text(name)
+            self.assertNotIn("Traceback", page.inner_text("body"))
+        self.assertTrue(page.locator("#tutorial").is_visible())
+
+
+class Door(Visiting):
+    def test_only_the_page_with_the_token_from_this_origin_comes_in(self):
+        bench = self.open()
+        own = {"X-Davar-Token": bench.token}
+        for path in ("/api/all", "/", "/api/step"):
+            self.assertEqual(bench.request(path, headers={})[0], 403, path)
+            self.assertEqual(bench.request(path, headers={"X-Davar-Token": "x" * 22})[0], 403, path)
+            self.assertEqual(bench.request(path, headers={**own, "Origin": "http://evil.example"})[0], 403, path)
+            self.assertEqual(bench.request(path, headers={**own, "Host": "evil.example"})[0], 400, path)
+        self.assertEqual(bench.request("/api/open", b'{"path": "/etc/passwd"}', {"Content-Type": "application/json"})[0], 403)
+        self.assertEqual(bench.request("/api/all", headers={**own, "Origin": bench.origin})[0], 200)
+
+    def test_nothing_but_the_page_is_served(self):
+        bench = self.open()
+        for path in ("/page/../server.py", "/page/..%2fserver.py", "/page/%2e%2e/server.py", "/page//etc/passwd", "/page/nothing.js", "/etc/passwd"):
+            self.assertEqual(bench.request(path)[0], 404, path)
+
+    def test_a_dropped_file_stays_in_its_folder(self):
+        bench = self.open()
+        for name in ("../away.csv", "/tmp/away.csv", "a/b.csv", "..", ".hidden", "", "new\nline.csv"):
+            status, text = bench.request("/api/drop?" + "name=" + name.replace("/", "%2F").replace("\n", "%0A"), b"a,b\n1,2\n")
+            self.assertEqual(status, 400, name)
+            self.assertIn("not a name for a file", json.loads(text)["error"])
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_what_is_asked_wrongly_is_refused_in_one_line(self):
+        bench = self.open()
+        for what, given in (("step", {}), ("go", {"number": 3}), ("set", {"place": 0, "parameters": {}}), ("read", {"columns": []}), ("refit", {}),
+                            ("open", {"path": "nowhere.csv"}), ("open", {}), ("open", {"path": "x", "more": 1})):
+            status, answer = bench.act(what, **given) if what != "step" else bench.ask(what)
+            self.assertEqual((status, "\n" in answer["error"]), (400, False), (what, answer))
+        self.assertEqual(bench.act("nothing")[0], 404)
+        self.assertEqual(bench.request("/api/open", b"[1]")[0], 400)
+        self.assertEqual(bench.request("/api/open", b"[" * 100000)[0], 400)
+
+    def test_the_command_refuses_what_is_not_there(self):
+        for arguments in (("nowhere.csv",), ("-m", "model.toml"), ("--port", "70000")):
+            done = run("open", "--no-browser", *arguments)
+            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr)
+
+    def test_a_session_that_is_none_is_named_and_left_alone(self):
+        log(self.folder / "rec.csv", ("time_s", "gyro_z_dps", *NAMES[2:]))
+        session = self.folder / "rec.csv.davarlab.json"
+        for text in ("{", "[]", '{"version": 7}', '{"version": 1, "log": null, "column": "x", "trees": {"x": {"steps": [], "current": 0}}}'):
+            session.write_text(text)
+            done = run("open", "--no-browser", self.folder / "rec.csv")
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+            self.assertIn("rec.csv.davarlab.json", done.stderr)
+            self.assertEqual(session.read_text(), text)
+
+
+if __name__ == "__main__":
+    unittest.main()

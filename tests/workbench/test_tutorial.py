@@ -1,0 +1,113 @@
+"""The tutorial's sensor in a real browser: from two effects to an adequate model, back and forth, through every kind of interruption."""
+
+import json
+import signal
+import tomllib
+import unittest
+
+from playwright.sync_api import expect
+from visiting import FIRST, Visiting, error, ranked, run
+
+
+class Tutorial(Visiting):
+    def test_a_first_visit_ends_with_an_adequate_model(self):
+        bench = self.open()
+        page = self.page(bench)
+        page.click("#tutorial")
+        page.wait_for_selector("#error-value")
+        before = error(page)
+        self.assertRegex(page.inner_text("#said"), "not adequate")
+        ranked(page, "sinusoid")
+        page.keyboard.press("w")
+        expect(page.locator("#cell-said")).to_contain_text("proven")
+        self.shot(page, "before")
+        ranked(page).click()
+        expect(page.locator(".card")).to_have_count(3)
+        between = error(page)
+        ranked(page, "temperature").click()
+        expect(page.locator(".card")).to_have_count(4)
+        expect(page.locator("#verdict")).to_have_class("statistical")
+        after = error(page)
+        self.assertLess(between, before)
+        self.assertLess(after, 1.25 * float(page.inner_text(".figure").split("floor")[1].strip(" )")))
+        ranked(page)
+        expect(page.locator("#nothing")).to_be_visible()
+        self.shot(page, "after")
+
+        page.keyboard.press("u")
+        expect(page.locator(".card")).to_have_count(3)
+        self.assertEqual(error(page), between)
+        page.keyboard.press("r")
+        expect(page.locator(".card")).to_have_count(4)
+        with page.expect_download() as saved:
+            page.click("#save")
+        model = tomllib.loads(saved.value.path().read_text())
+        self.assertEqual([one["kind"] for one in model["effect"]], ["angle_random_walk", "bias_instability", "sinusoid", "temperature"])
+        self.assertAlmostEqual(model["effect"][2]["frequency_hz"], 0.35, delta=0.001)
+        self.assertAlmostEqual(model["effect"][3]["coefficient_dps_per_degC"], 0.012, delta=0.0012)
+
+        self.assertEqual(bench.stop(signal.SIGKILL), -signal.SIGKILL)
+        expect(page.locator("#status")).to_contain_text("nothing is lost")
+        page.close()
+        self.complaints.clear()  # that the server has gone, of which the page speaks itself
+        again = self.open(self.folder / "davarlab-files/tutorial_sensor.csv")
+        page = self.page(again, width=390, height=844)
+        expect(page.locator(".card")).to_have_count(4)
+        self.assertEqual(error(page), after)
+        expect(page.locator(".steps button")).to_have_count(3)
+        self.assertLessEqual(page.evaluate("document.documentElement.scrollWidth"), 390)
+        self.shot(page, "phone")
+        self.assert_quiet()
+
+    def test_the_page_says_what_the_terminal_says(self):
+        recording, model = self.folder / "rec.csv", self.folder / "first.toml"
+        scenario = self.folder / "scenario.toml"
+        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 40.0\n'
+                            "[simulate]\nseed = 5\nduration_s = 1800\n")
+        self.assertEqual(run("simulate", scenario, "-o", recording).returncode, 0)
+        model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
+        bench = self.open(recording)
+        step = bench.ask("step")[1]
+        fitted = json.loads(run("fit", recording, "-m", model, "--json").stdout)
+        self.assertEqual([[(p["name"], p["value"], p["low"], p["high"]) for p in card["parameters"]] for card in step["cards"]],
+                         [[(name, e["value"], e["low"], e["high"]) for name, e in one["parameters"].items()] for one in fitted["effects"]])
+        self.assertEqual({key: step[key] for key in ("adequacy", "largest_deviation", "shown_to_tau_s")},
+                         {key: fitted[key] for key in ("adequacy", "largest_deviation", "shown_to_tau_s")})
+        told = json.loads(run("diagnose", recording, "-m", model, "--json").stdout)["candidates"]
+        shown = bench.ask("candidates")[1]["candidates"]
+        self.assertEqual([(one["kind"], one["gain"]) for one in shown[:3]], [(one["kind"], one["gain"]) for one in told[:3]])
+        self.assertEqual(bench.ask("ghost", place=0)[1]["error"], told[0]["error_after"])
+
+        # values by hand are judged as `compare` judges them
+        given = tomllib.loads(step["text"])["effect"][0]["coefficient_deg_per_sqrt_h"] * 1.2
+        self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": given})[0], 200)
+        step = bench.ask("step")[1]
+        model.write_text(step["text"])
+        compared = json.loads(run("compare", recording, "-m", model, "--json").stdout)
+        self.assertAlmostEqual(step["error"], compared["error"], places=9)
+        self.assertEqual(step["adequacy"], compared["adequacy"])
+
+    def test_two_tabs_show_one_state_and_a_slider_is_followed(self):
+        recording = self.folder / "rec.csv"
+        scenario = self.folder / "scenario.toml"
+        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + "[simulate]\nseed = 6\nduration_s = 900\n")
+        self.assertEqual(run("simulate", scenario, "-o", recording).returncode, 0)
+        bench = self.open(recording)
+        one, two = self.page(bench), self.page(bench)
+        ranked(one), ranked(two)
+        slider = one.locator("[data-kind=angle_random_walk] input[type=range]")
+        slider.focus()
+        slider.press("ArrowRight")
+        expect(one.locator("#candidates")).to_contain_text("fit first")
+        expect(two.locator("#candidates")).to_contain_text("fit first")
+        self.assertEqual(error(one), error(two))
+        one.locator("[data-kind=bias_instability] input[type=checkbox]").click()
+        expect(two.locator(".card.off")).to_have_count(1)
+        two.locator(".card.off input[type=checkbox]").click()
+        expect(one.locator(".card.off")).to_have_count(0)
+        expect(two.locator(".steps button")).to_have_count(4)
+        self.assert_quiet()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,120 @@
+"""What the tests of the workbench share: `tools/davarlab open` in a folder of its own, and Debian's chromium driven by Playwright."""
+
+import json
+import os
+import signal
+import subprocess
+import tempfile
+import unittest
+import urllib.error
+import urllib.parse
+import urllib.request
+from pathlib import Path
+
+from playwright.sync_api import expect, sync_playwright
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = ROOT / "tools/davarlab"
+SHOTS = ROOT / "build/workbench"  # screenshots, to be looked at
+HANG_MS = int(os.environ.get("DAVAR_HANG_MS", 600_000))  # a page that takes longer hangs; a busy machine is no fault
+FIRST = '[sensor]\nrate_hz = {rate}\ncolumn = "{column}"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n' \
+        '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 5.0\n'
+
+expect.set_options(timeout=HANG_MS)
+
+
+def run(*arguments):
+    """A command of davarlab as a user types it."""
+    return subprocess.run([COMMAND, *map(str, arguments)], text=True, capture_output=True)
+
+
+class Workbench:
+    """The command, running in `folder`."""
+
+    def __init__(self, folder, *arguments):
+        self.process = subprocess.Popen([COMMAND, "open", "--no-browser", *map(str, arguments)], cwd=folder, text=True, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE)
+        self.address = self.process.stdout.readline().strip()
+        if not self.address:
+            raise AssertionError(self.process.stderr.read())
+        place = urllib.parse.urlsplit(self.address)
+        self.origin, self.token = f"http://{place.netloc}", urllib.parse.parse_qs(place.query)["token"][0]
+
+    def stop(self, number=signal.SIGINT):
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        status = self.process.wait()
+        self.process.stdout.close()
+        self.process.stderr.close()
+        return status
+
+    def request(self, path, data=None, headers=None):
+        """(status, text) of a request as any program on this machine could send it."""
+        asked = urllib.request.Request(self.origin + path, data, {"X-Davar-Token": self.token} if headers is None else headers)
+        try:
+            with urllib.request.urlopen(asked, timeout=HANG_MS / 1000) as answer:
+                return answer.status, answer.read().decode()
+        except urllib.error.HTTPError as why:
+            with why:
+                return why.code, why.read().decode()
+
+    def ask(self, what, **given):
+        status, text = self.request(f"/api/{what}?{urllib.parse.urlencode(given)}")
+        return status, json.loads(text)
+
+    def act(self, what, **given):
+        status, text = self.request(f"/api/{what}", json.dumps(given).encode())
+        return status, json.loads(text)
+
+
+class Visiting(unittest.TestCase):
+    """A folder and a browser; what the page complains of is a failure."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.playwright = sync_playwright().start()
+        cls.browser = cls.playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        SHOTS.mkdir(parents=True, exist_ok=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+        cls.playwright.stop()
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = Path(os.path.realpath(kept.name))
+        self.complaints, self.foreign = [], []
+
+    def open(self, *arguments):
+        bench = Workbench(self.folder, *arguments)
+        self.addCleanup(bench.stop)
+        return bench
+
+    def page(self, bench, width=1400, height=1000, **settings):
+        context = self.browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True, **settings)
+        self.addCleanup(context.close)
+        page = context.new_page()
+        page.set_default_timeout(HANG_MS)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("console", lambda message: message.type == "error" and self.complaints.append(message.text))
+        page.on("request", lambda request: request.url.startswith((bench.origin, "data:", "blob:")) or self.foreign.append(request.url))
+        page.goto(bench.address)
+        return page
+
+    def shot(self, page, name):
+        page.screenshot(path=str(SHOTS / f"{name}.png"), full_page=True)
+
+    def assert_quiet(self):
+        self.assertEqual((self.complaints, self.foreign), ([], []))
+
+
+def ranked(page, kind=None):
+    """Waits until the candidates are there; the button of one of them."""
+    expect(page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first).to_be_visible()
+    return page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first
+
+
+def error(page):
+    return float(page.inner_text("#error-value"))

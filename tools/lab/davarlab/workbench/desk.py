@@ -1,0 +1,126 @@
+"""One recording on the desk: models fitted on it and candidates beside them, by the same functions as the command line."""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import model as models
+from ..data import clock, guess, logs, recording as recordings, table as tables
+from ..candidates.candidate import Candidate
+from ..diagnosis import compare, improve, search, state as state_of
+from ..effects import table
+from ..errors import BadInput
+from ..inference.parts import Part
+
+KEPT = 6  # outcomes in memory
+ROWS = 5  # of a log, to look at
+FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # of a first model; the fit moves them
+
+
+@dataclass
+class Outcome:
+    """A model on the recording. state: judged; fitted: at its best, from which further steps go; estimates: of its parameters."""
+    model: models.Model
+    state: object
+    fitted: object
+    estimates: list
+
+
+def preview(path):
+    """A log before it is read as a recording: guesses for its columns, its first rows, how many."""
+    _, columns, line = tables.read(path, ";\t,")
+    found = guess.of(columns)
+    time = next((one for one in found if one.quantity == "time"), None)
+    ticks = clock.of(columns[time.name] * time.factor, None, path, line) if time else None
+    return {"columns": [vars(one) | {"column": one.column} for one in found], "rows": len(next(iter(columns.values()))),
+            "rate_hz": ticks and ticks.rate_hz, "missing": 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places),
+            "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, len(next(iter(columns.values())))))]}
+
+
+def pairs(guesses):
+    """The options of `davarlab import` that say the same: (--rename, --scale)."""
+    renames = [f"{one.name}={one.column}" for one in guesses if one.column != one.name]
+    return renames, [f"{one.column}={one.factor!r}" for one in guesses if one.factor != 1]
+
+
+def read(path, guesses=None, rate_hz=None):
+    """The recording; guesses: where its columns are not called as davarlab calls them."""
+    renames, scales = pairs(guesses or [])
+    if not renames and not scales:
+        return recordings.read(path, rate_hz)
+    return recordings.at_own_rate(logs.imported(path, rate_hz, renames, scales))
+
+
+def gyro_columns(recording):
+    return [name for name in recording.columns if name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))]
+
+
+class Desk:
+    def __init__(self, recording, column):
+        recording.rate_dps(column)
+        self.recording, self.column, self.outcomes, self.rankings = recording, column, OrderedDict(), {}
+
+    def first_model(self):
+        """What one believes before anything was looked at: white noise and bias instability."""
+        terms = [models.Term(kind, {table.find(kind).size.name: value}) for kind, value in FIRST]
+        return models.Model(self.recording.rate_hz, self.column, terms)
+
+    def remembered(self, key, make):
+        if key not in self.outcomes:
+            self.outcomes[key] = make()
+            while len(self.outcomes) > KEPT:
+                gone, _ = self.outcomes.popitem(last=False)
+                self.rankings.pop(gone, None)
+        self.outcomes.move_to_end(key)
+        return self.outcomes[key]
+
+    def of(self, text, fitted, progress=lambda text: None):
+        """The outcome of a model file: at its best, as `davarlab fit` finds it, or with the values as they stand."""
+        model = models.of_text(text, "model")
+        if not model.terms:
+            raise BadInput("a model needs an effect")
+        best = self.remembered(text, lambda: self.fit(model, progress))
+        return best if fitted else self.remembered((text, "as set"), lambda: self.as_set(best, model))
+
+    def fit(self, model, progress):
+        state, fitted, entries = improve.fit(self.recording, model, progress)
+        return Outcome(fitted, state, state, entries)
+
+    def keep(self, outcome):
+        """Remembers an outcome that was reached by another way than a fit from its file."""
+        return self.remembered(models.text_of(outcome.model), lambda: outcome)
+
+    def as_set(self, best, model):
+        """The values as they stand, judged as `davarlab compare` judges them."""
+        if [part.kind for part in best.fitted.parts] != model.kinds:
+            raise BadInput("these values cannot be compared: the effects of the fit are others")
+        return Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model))
+
+    def ranked(self, text, progress):
+        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them."""
+        outcome = self.of(text, True, progress)
+        if text not in self.rankings:
+            progress("trying every effect beside the model")
+            self.rankings[text] = search.ranking(outcome.fitted)
+        return self.rankings[text]
+
+    def line_at(self, f_hz):
+        """A candidate of one's own: a line at a frequency."""
+        if not 0 < f_hz < self.recording.rate_hz / 2:
+            raise BadInput(f"{f_hz:g} Hz: a line lies above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz")
+        return Candidate("sinusoid", Part("sinusoid", {"frequency_hz": f_hz}), 0.0, 0.0)
+
+    def with_candidate(self, text, candidate, progress):
+        """The model with a candidate, all refitted."""
+        state = state_of.judged(state_of.joined(self.of(text, True, progress).fitted, candidate.part, candidate.replaces))
+        model, entries = improve.fitted_model(state, models.Model(self.recording.rate_hz, self.column))
+        return Outcome(model, state, state, entries)
+
+    def samples(self, start_s, stop_s, column, points):
+        """A stretch of a column, thinned so that no extreme is lost: (times, lowest, highest)."""
+        values, rate = self.recording.column(column), self.recording.rate_hz
+        first, last = max(0, int(start_s * rate)), min(len(values), max(int(stop_s * rate), int(start_s * rate) + 2))
+        part = values[first:last]
+        edges = np.unique(np.linspace(0, len(part), min(points, len(part)), endpoint=False).astype(int))
+        return (first + edges) / rate, np.minimum.reduceat(part, edges), np.maximum.reduceat(part, edges)

@@ -1,0 +1,145 @@
+// The charts: Plotly where a picture stands still or is zoomed, one path of our own where it follows a slider within a frame.
+import { number } from "/page/words.js";
+
+const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const COLOURS = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#999999", "#d55e00", "#0072b2"];
+
+function axis(title, more = {}) {
+  return { title: { text: title, standoff: 6 }, gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("faint"),
+           exponentformat: "power", ...more };
+}
+
+function layout(x, y, more = {}) {
+  return { xaxis: x, yaxis: y, margin: { l: 64, r: 12, t: 26, b: 42 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+           font: { color: colour("ink"), size: 12 }, hoverlabel: { bgcolor: colour("soft"), font: { color: colour("ink") } },
+           legend: { orientation: "h", y: 1.12 }, uirevision: "kept", ...more };
+}
+
+const settings = (name) => ({
+  responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+  toImageButtonOptions: { filename: name, format: "svg" },
+  modeBarButtonsToAdd: [{ name: "Save as PNG", icon: Plotly.Icons.disk, click: (plot) => Plotly.downloadImage(plot, { format: "png", filename: name, scale: 2 }) }],
+});
+
+async function draw(id, traces, place, clicked) {
+  const plot = document.getElementById(id);
+  await Plotly.react(plot, traces, place, settings(id));
+  plot.removeAllListeners("plotly_click");
+  if (clicked) plot.on("plotly_click", (event) => clicked(event.points[0]));
+  return plot;
+}
+
+const line = (x, y, name, style = {}) => ({ x, y, name, mode: "lines", line: style, hovertemplate: `%{y:.3g}<extra>${name}</extra>` });
+
+export function deviation(view, ghost) {
+  const d = view.deviation;
+  const traces = [
+    { ...line(d.tau_s, d.low, "band"), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
+    { ...line(d.tau_s, d.high, "95 % of a true model"), line: { width: 0 }, fill: "tonexty", fillcolor: dark() ? "rgba(86,180,233,.25)" : "rgba(0,114,178,.18)", hoverinfo: "skip" },
+    { x: d.tau_s, y: d.measured, name: "measured", mode: "markers", marker: { color: colour("orange"), size: 8, symbol: "circle-open", line: { width: 2 } },
+      hovertemplate: "τ %{x:.4g} s: %{y:.4g} deg/s<extra>measured</extra>" },
+    ...d.effects.map((one, i) => line(d.tau_s, one.deviation, one.kind.replaceAll("_", " "), { width: 1.5, dash: "dot", color: COLOURS[i % COLOURS.length] })),
+    line(d.tau_s, d.model, "model", { width: 2.5, color: colour("blue") }),
+  ];
+  if (ghost) traces.push(line(ghost.deviation.tau_s, ghost.deviation.model, `with ${ghost.name}`, { width: 2, dash: "dash", color: colour("green") }));
+  const low = Math.min(...d.measured, ...d.model) / 3;
+  return draw("deviation", traces, layout(axis("averaging time τ, s", { type: "log" }), axis("Allan deviation, deg/s", {
+    type: "log", range: [Math.log10(low), Math.log10(Math.max(...d.measured, ...d.model) * 2)], autorange: false }), { title: undefined }));
+}
+
+// The model's curve while a slider is held: one path above the chart, moved without a redraw.
+export function moving(view, model) {
+  const plot = document.getElementById("deviation");
+  const { xaxis, yaxis } = plot._fullLayout;
+  let path = plot.querySelector("path.moving");
+  if (!path) {
+    path = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    path.setAttribute("class", "moving");
+    path.setAttribute("fill", "none");
+    plot.querySelector(".main-svg").append(path);
+  }
+  path.setAttribute("stroke", colour("green"));
+  path.setAttribute("stroke-width", "3");
+  const points = view.deviation.tau_s.map((tau, i) =>
+    `${(xaxis._offset + xaxis.l2p(Math.log10(tau))).toFixed(1)},${(yaxis._offset + yaxis.l2p(Math.log10(model[i]))).toFixed(1)}`);
+  path.setAttribute("d", `M${points.join("L")}`);
+}
+
+export function stopMoving() {
+  document.querySelector("#deviation path.moving")?.remove();
+}
+
+export function residual(view) {
+  const d = view.deviation;
+  const off = d.measured.map((value, i) => 100 * (value / d.model[i] - 1));
+  const reach = (bound) => d[bound].map((value, i) => 100 * (value / d.model[i] - 1));
+  return draw("residual", [
+    { ...line(d.tau_s, reach("low"), ""), line: { width: 0 }, hoverinfo: "skip" },
+    { ...line(d.tau_s, reach("high"), ""), line: { width: 0 }, fill: "tonexty", fillcolor: dark() ? "rgba(86,180,233,.25)" : "rgba(0,114,178,.18)", hoverinfo: "skip" },
+    { x: d.tau_s, y: off, mode: "markers+lines", marker: { color: colour("orange"), size: 7 }, line: { width: 1, color: colour("orange") },
+      hovertemplate: "τ %{x:.4g} s: %{y:+.1f} %<extra></extra>" },
+  ], layout(axis("", { type: "log" }), axis("off, %"), { showlegend: false, margin: { l: 64, r: 12, t: 6, b: 26 } }));
+}
+
+export function spectrum(view, clicked) {
+  const s = view.spectrum;
+  return draw("spectrum", [
+    { ...line(s.f_hz, s.peak, "largest", { width: 0 }), mode: "markers", marker: { size: 3, color: colour("faint") }, hovertemplate: "%{x:.4g} Hz<extra>click: a line there?</extra>" },
+    line(s.f_hz, s.measured, "measured", { color: colour("orange"), width: 1.2 }),
+    line(s.f_hz, s.model, "model", { color: colour("blue"), width: 2 }),
+  ], layout(axis("frequency, Hz", { type: "log" }), axis("deg/s/√Hz", { type: "log" })), clicked);
+}
+
+// Rows are averaging times, columns windows; the short windows lie above the long ones of the same averaging time.
+export function map(view, clicked) {
+  const cells = view.map;
+  const taus = [...new Set(cells.map((c) => c.tau_s))].sort((a, b) => a - b);
+  const spans = [...new Set(cells.map((c) => Math.round(c.stop_s - c.start_s)))].sort((a, b) => b - a);
+  const shapes = [], step = Math.log10(2) / spans.length;
+  for (const cell of cells) {
+    const sub = spans.indexOf(Math.round(cell.stop_s - cell.start_s));
+    const low = Math.log10(cell.tau_s) - Math.log10(2) / 2 + sub * step;
+    shapes.push({ cell, low, high: low + step });
+  }
+  const traces = [{
+    type: "scatter", mode: "markers", x: shapes.map((s) => (s.cell.start_s + s.cell.stop_s) / 2), y: shapes.map((s) => 10 ** ((s.low + s.high) / 2)),
+    customdata: shapes.map((s) => s.cell), marker: { size: 1, opacity: 0 },
+    hovertemplate: shapes.map((s) => `τ ${number(s.cell.tau_s)} s, ${number(s.cell.start_s)} to ${number(s.cell.stop_s)} s<br>measured ${number(s.cell.measured)}, `
+      + `model ${number(s.cell.model)} deg/s<br>${number(s.cell.ratio)} times, ${s.cell.z >= 0 ? "+" : ""}${number(s.cell.z, 2)} σ<extra></extra>`),
+  }];
+  const place = layout(axis("time, s", { range: [0, Math.max(...cells.map((c) => c.stop_s))] }),
+    axis("averaging time τ, s", { type: "log", range: [Math.log10(taus[0] / 1.5), Math.log10(taus.at(-1) * 1.5)] }),
+    { showlegend: false, hovermode: "closest", hoverdistance: 60, margin: { l: 64, r: 12, t: 8, b: 40 } });
+  place.shapes = shapes.map((s) => ({
+    type: "rect", layer: "below", x0: s.cell.start_s, x1: s.cell.stop_s, y0: 10 ** s.low, y1: 10 ** s.high, fillcolor: shade(s.cell.z),
+    line: { width: s.cell.proven ? 2 : 0.3, color: s.cell.proven ? colour("ink") : colour("line") },
+  }));
+  return draw("map", traces, place, (point) => clicked(point.customdata));
+}
+
+// Orange: more than the model; blue: less. A tenth of the colour per standard deviation.
+function shade(z) {
+  const strength = Math.min(1, Math.abs(z) / 6);
+  return z > 0 ? `rgba(213,94,0,${strength})` : `rgba(0,114,178,${strength})`;
+}
+
+export function envelope(id, one, marks = []) {
+  const shapes = marks.map((m) => ({ type: "rect", yref: "paper", y0: 0, y1: 1, x0: m.start_s, x1: m.stop_s, fillcolor: colour("yellow"), opacity: .25, line: { width: 0 } }));
+  return draw(id, [
+    { ...line(one.time_s, one.low, ""), line: { width: 0.5, color: colour("blue") }, hoverinfo: "skip" },
+    { ...line(one.time_s, one.high, one.column), line: { width: 0.5, color: colour("blue") }, fill: "tonexty" },
+  ], layout(axis(""), axis(one.column), { showlegend: false, shapes, margin: { l: 64, r: 12, t: 6, b: 26 } }));
+}
+
+export function density(id, f, values) {
+  return draw(id, [line(f, values, "in this stretch", { color: colour("orange"), width: 1.2 })],
+    layout(axis("frequency, Hz", { type: "log" }), axis("deg/s/√Hz", { type: "log" }), { showlegend: false }));
+}
+
+export function falling(id, steps) {
+  return draw(id, [
+    { ...line(steps.map((_, i) => i), steps.map((s) => s.error), "error", { color: colour("orange"), width: 2 }), mode: "lines+markers" },
+    line(steps.map((_, i) => i), steps.map((s) => s.floor), "floor: a true model's", { color: colour("faint"), dash: "dash" }),
+  ], layout(axis("", { tickvals: steps.map((_, i) => i), ticktext: steps.map((s) => s.did), automargin: true }), axis("error", { rangemode: "tozero" })));
+}

@@ -1,0 +1,53 @@
+// The first page: the tutorial's sensor, a place to drop a recording, and what its columns are.
+import { element, fill, number } from "/page/words.js";
+
+const QUANTITIES = { time: "time", gyro: "gyro", accel: "accelerometer", temp: "temperature", other: "something else" };
+
+export function first(all, actions) {
+  const input = element("input", { type: "file", id: "file", "aria-label": "a recording", onchange: () => input.files[0] && actions.drop(input.files[0]) });
+  const zone = element("div", { class: "drop", ondragover: (e) => { e.preventDefault(); zone.classList.add("over"); },
+    ondragleave: () => zone.classList.remove("over"),
+    ondrop: (e) => { e.preventDefault(); zone.classList.remove("over"); if (e.dataTransfer.files[0]) actions.drop(e.dataTransfer.files[0]); } },
+    element("p", {}, "Drop a recording of your gyro here: CSV or .csv.gz, columns of any name."), input);
+  fill("landing", element("h2", {}, "Where does your gyro model fail, and what is missing?"),
+    element("p", {}, "Everything stays on this machine."), zone,
+    element("p", { class: "hint" }, `A dropped file is kept in ${all.folder}, with the session beside it.`),
+    element("p", {}, "No recording at hand? ", element("button", { class: "main", id: "tutorial", onclick: actions.tutorial }, "Open the tutorial's sensor")));
+}
+
+function row(one, index, all) {
+  const quantity = element("select", { "data-index": index, "data-key": "quantity", "aria-label": `${one.name}: what it is` },
+    ...Object.entries(QUANTITIES).map(([key, name]) => element("option", { value: key, selected: key === one.quantity }, name)));
+  const axis = element("select", { "data-index": index, "data-key": "axis", "aria-label": `${one.name}: axis` },
+    ...["", "x", "y", "z"].map((name) => element("option", { value: name, selected: name === one.axis }, name)));
+  const units = Object.keys(all.log.units[one.quantity] || {}).concat(["gyro", "accel"].includes(one.quantity) ? ["counts"] : []);
+  const unit = element("select", { "data-index": index, "data-key": "unit", "aria-label": `${one.name}: unit` },
+    ...(units.length ? units : [""]).map((name) => element("option", { value: name, selected: name === one.unit }, name)));
+  const factor = element("input", { type: "number", step: "any", value: Number(one.factor.toPrecision(9)), "data-index": index, "data-key": "factor",
+    "aria-label": `${one.name}: factor` });
+  return element("tr", {}, element("th", { scope: "row" }, one.name), element("td", {}, quantity), element("td", {}, axis), element("td", {}, unit),
+    element("td", {}, factor), element("td", { class: one.sure ? "" : "unsure" }, one.sure ? "" : "a guess"),
+    ...all.log.head.map((values) => element("td", { class: "number" }, number(values[index], 6))));
+}
+
+export function columns(all, actions) {
+  const guesses = all.log.columns.map((one) => ({ ...one }));
+  const table = element("table", {}, element("thead", {}, element("tr", {}, ...["column", "is", "axis", "unit", "factor", "", "first rows"].map((t, i) => element("th", i === 6 ? { colspan: all.log.head.length } : {}, t)))),
+    element("tbody", {}, ...guesses.map((one, index) => row(one, index, all))));
+  table.addEventListener("change", (event) => {
+    const { index, key } = event.target.dataset, one = guesses[index];
+    one[key] = key === "factor" ? Number(event.target.value) : event.target.value;
+    if (key === "quantity") one.unit = Object.keys(all.log.units[one.quantity] || { "": 1 })[0];
+    if (key !== "factor") one.factor = (all.log.units[one.quantity] || {})[one.unit] ?? 1;
+    one.sure = true;
+    table.tBodies[0].rows[index].replaceWith(row(one, Number(index), all));
+  });
+  const rate = element("input", { type: "number", step: "any", min: 0, id: "rate", placeholder: "from the time" });
+  fill("landing", element("h2", {}, "What the columns are"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${all.log.rate_hz ? `${number(all.log.rate_hz, 6)} Hz, ${all.log.missing} samples missing` : "no time"}. `
+      + "Guesses can be changed."),
+    element("div", { class: "scroll" }, table),
+    element("p", { class: "hint" }, "A factor turns the file's numbers into s, deg/s, g or degC; of counts only a data sheet knows it."),
+    element("p", {}, element("label", { for: "rate" }, "Samples per second, where no column is the time: "), rate),
+    element("p", {}, element("button", { class: "main", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null) }, "Read it so"), " ",
+      element("button", { onclick: actions.close }, "Another file")));
+}

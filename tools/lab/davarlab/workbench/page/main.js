@@ -1,0 +1,193 @@
+// The page: what the server says is drawn, what a person does is sent. The page computes nothing that a terminal would say.
+import { act, ask, download, drop, listen } from "/page/api.js";
+import * as charts from "/page/charts.js";
+import * as landing from "/page/landing.js";
+import * as stack from "/page/stack.js";
+import { element, fill, number } from "/page/words.js";
+
+let all = null, view = null, found = null, drawn = 0;
+const at = (id) => document.getElementById(id);
+
+function say(text) { at("status").textContent = text; }
+
+// Runs what a person asked for; what goes wrong is said in one line and nothing is lost.
+async function doing(text, work) {
+  say(text);
+  at("error").hidden = true;
+  document.body.setAttribute("aria-busy", "true");
+  try {
+    await work();
+    say("");
+  } catch (why) {
+    at("error").textContent = why.message;
+    at("error").hidden = false;
+    say("");
+  }
+  document.body.removeAttribute("aria-busy");
+}
+
+const change = (text, what, given) => doing(text, async () => { await act(what, given); await refresh(); });
+
+async function refresh() {
+  const turn = ++drawn;
+  all = await ask("all");
+  at("landing").hidden = Boolean(all.recording);
+  at("bench").hidden = !all.recording;
+  for (const id of ["refit", "save", "save-h"]) at(id).disabled = !all.recording;
+  at("close").hidden = !all.recording;
+  at("axis-label").hidden = !all.recording;
+  at("recording").textContent = all.recording ? `${all.recording.split("/").at(-1)}: ${all.samples} samples, ${number(all.rate_hz, 6)} Hz, ${all.gaps} gaps` : "";
+  if (!all.recording) {
+    view = null;
+    const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
+      tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => change("", "close"),
+      read: (columns, rate_hz) => change("reading the recording and fitting a first model", "read", { columns, rate_hz }) };
+    if (all.log) landing.columns(all, actions); else landing.first(all, actions);
+    return;
+  }
+  fill("axis", ...all.gyros.map((name) => element("option", { value: name, selected: name === all.column }, name)));
+  const next = await ask("step", { number: all.current });
+  if (turn !== drawn) return;
+  view = next;
+  await show();
+  rank(turn);
+}
+
+async function show() {
+  verdict();
+  stack.draw(view, cards);
+  timeline();
+  charts.stopMoving();
+  await charts.deviation(view);
+  await charts.residual(view);
+  await charts.spectrum(view, peak);
+  await charts.map(view, look);
+  await record();
+}
+
+function peak(point) {
+  if (confirm(`Add a line at ${number(point.x, 6)} Hz?`)) change(`adding a line at ${number(point.x, 6)} Hz`, "line", { f_hz: point.x });
+}
+
+async function record() {
+  const stretch = await ask("stretch", { start_s: 0, stop_s: all.duration_s });
+  const marks = view.observations.flatMap((one) => (one.spans_s || []).map(([start_s, stop_s]) => ({ start_s, stop_s })));
+  await charts.envelope("record", stretch.envelopes[0], marks);
+}
+
+function verdict() {
+  const place = fill("verdict",
+    element("div", { class: "figure" }, "error ", element("b", { id: "error-value" }, number(view.error)), ` (floor ${number(view.floor)})`),
+    element("div", { class: "said", id: "said" }, view.said),
+    element("div", { class: "figure" }, view.p_value === null ? "" : view.p_value < 1e-6 ? "p < 1e-6" : `p ${number(view.p_value, 2)}`),
+    ...view.observations.map((one) => element("div", { class: "observation" }, one.said)), ...view.notes.map((note) => element("div", {}, note)));
+  place.className = view.adequacy;
+}
+
+const cards = {
+  moved: (card, parameter, value) => { const model = stack.withSize(view, card, parameter, value); if (model) charts.moving(view, model); },
+  released: (card, parameter, value) => change(`judging ${parameter.name} = ${value}`, "set", { place: card.place, parameters: { [parameter.name]: value } }),
+  off: (card) => change(`fitting without ${card.name}`, "remove", { place: card.place }),
+  on: (place) => change("fitting with it again", "restore", { place }),
+};
+
+// The candidates beside the fitted model; asked once a step is drawn, so that the curve is there first.
+async function rank(turn) {
+  found = null;
+  if (!view.fitted) {
+    fill("candidates", element("h2", {}, "What may be missing"), element("p", { class: "hint" }, "Values were set by hand: fit first."));
+    return;
+  }
+  fill("candidates", element("h2", {}, "What may be missing"), element("p", { class: "hint" }, "Trying every effect …"));
+  try {
+    const answer = await ask("candidates", { number: view.number });
+    if (turn !== drawn) return;
+    found = answer.candidates;
+    fill("candidates", element("h2", {}, "What may be missing"),
+      found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "Nothing beyond chance: of the effects in the table none is missing."),
+      ...found.slice(0, 9).map(candidate));
+    say("");
+  } catch (why) {
+    at("error").textContent = why.message;
+    at("error").hidden = false;
+  }
+}
+
+function candidate(one) {
+  const note = element("small", {}, one.why);
+  const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
+    onclick: () => add(one) }, `${one.place + 1}. ${one.name}`, note);
+  let wanted = null;
+  button.addEventListener("pointerenter", () => { wanted = setTimeout(() => ghost(one, note), 300); });
+  button.addEventListener("pointerleave", () => { clearTimeout(wanted); if (view) charts.deviation(view); });
+  button.addEventListener("focus", () => { wanted = setTimeout(() => ghost(one, note), 600); });
+  button.addEventListener("blur", () => clearTimeout(wanted));
+  return button;
+}
+
+async function ghost(one, note) {
+  const turn = drawn;
+  try {
+    const answer = await ask("ghost", { place: one.place, number: view.number });
+    if (turn !== drawn) return;
+    note.textContent = `${one.why}. With it the error would be ${number(answer.error)} (floor ${number(answer.floor)}).`;
+    await charts.deviation(view, { ...answer, name: one.name });
+  } catch { /* a picture less */ }
+}
+
+const add = (one) => change(`adding ${one.name}`, "add", { place: one.place, number: view.number });
+
+async function look(cell) {
+  await doing("looking closer", async () => {
+    const stretch = await ask("stretch", { start_s: cell.start_s, stop_s: cell.stop_s });
+    fill("cell", element("h2", {}, `${number(cell.start_s, 6)} to ${number(cell.stop_s, 6)} s, averaging time ${number(cell.tau_s)} s`),
+      element("p", { id: "cell-said" }, `Measured ${number(cell.measured)} deg/s, model ${number(cell.model)} deg/s: ${number(cell.ratio)} times, `
+        + `${number(cell.z, 2)} standard deviations${cell.proven ? ", proven" : ""}.`),
+      ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "chart strip" })), element("div", { id: "cell-spectrum", class: "chart" }));
+    for (const [i, one] of stretch.envelopes.entries()) await charts.envelope(`samples-${i}`, one);
+    await charts.density("cell-spectrum", stretch.f_hz, stretch.density);
+    at("cell").scrollIntoView({ block: "nearest" });
+  });
+}
+
+const worst = () => look(view.map.reduce((a, b) => (Math.abs(b.z) > Math.abs(a.z) ? b : a)));
+
+function timeline() {
+  const here = all.steps[all.current], child = all.steps.filter((s) => s.parent === here.number).at(-1);
+  at("undo").disabled = here.parent === null;
+  at("redo").disabled = !child;
+  at("undo").onclick = () => change("going back", "go", { number: here.parent });
+  at("redo").onclick = () => child && change("going on", "go", { number: child.number });
+  const way = [];
+  for (let step = here; step; step = step.parent === null ? null : all.steps[step.parent]) way.unshift(step);
+  fill("timeline", element("h2", {}, "Steps"), element("ol", { class: "steps" }, ...all.steps.map((step) => element("li", {},
+    element("button", { "aria-current": step.number === all.current ? "step" : null, onclick: () => change("going there", "go", { number: step.number }) },
+      `${step.number + 1}${step.parent === null || step.parent === step.number - 1 ? "" : ` (from ${step.parent + 1})`}. ${step.did}: ${number(step.error)}`)))),
+    element("div", { id: "falling", class: "chart" }),
+    all.commands.length ? element("details", {}, element("summary", {}, "The same in a terminal"), element("pre", {}, all.commands.join("\n"))) : null,
+    element("p", { class: "hint" }, `Kept in ${all.session}.`));
+  charts.falling("falling", way);
+}
+
+const keys = { u: () => at("undo").click(), r: () => at("redo").click(), f: () => at("refit").click(), s: () => at("save").click(),
+  w: () => view && worst(), "?": () => at("help").showModal() };
+
+document.addEventListener("keydown", (event) => {
+  if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (keys[event.key]) keys[event.key]();
+  else if (/^[1-9]$/.test(event.key) && found?.[event.key - 1]) add(found[event.key - 1]);
+  else return;
+  event.preventDefault();
+});
+at("axis").onchange = () => change(`looking at ${at("axis").value}`, "axis", { column: at("axis").value });
+at("refit").onclick = () => change("fitting all values", "refit");
+at("save").onclick = () => doing("saving", () => download("toml", "model.toml"));
+at("save-h").onclick = () => doing("saving", () => download("h", "model.h"));
+at("close").onclick = () => change("", "close");
+at("help-button").onclick = () => at("help").showModal();
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view && show());
+
+listen((event) => {
+  if (event.progress) say(event.progress);
+  if (event.changed && !document.body.hasAttribute("aria-busy")) doing("", refresh);
+}, () => say("the server has gone; nothing is lost, start it again with tools/davarlab open"));

@@ -1,0 +1,26 @@
+// Elements and numbers as people read them. Text only ever enters as text.
+export function element(name, attributes = {}, ...children) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
+    else if (value === true) made.setAttribute(key, "");
+    else if (value !== false && value !== null && value !== undefined) made.setAttribute(key, value);
+  }
+  made.append(...children.filter((child) => child !== null && child !== undefined));
+  return made;
+}
+
+export function number(value, digits = 3) {
+  return value === null || value === undefined ? "–" : String(Number(Number(value).toPrecision(digits)));
+}
+
+export function fill(id, ...children) {
+  const place = document.getElementById(id);
+  place.replaceChildren(...children.filter((child) => child !== null && child !== undefined));
+  return place;
+}
+
+export function range(parameter) {
+  if (parameter.undetermined) return "undetermined by this record";
+  return parameter.low === null || parameter.low === undefined ? "as set" : `95 %: ${number(parameter.low)} to ${number(parameter.high)}`;
+}

@@ -1,0 +1,187 @@
+"""The workbench's own web server: this machine only, a token in the address, one worker that computes, every change told to all tabs."""
+
+import asyncio
+import importlib.util
+import secrets
+import socket
+import sys
+import webbrowser
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocketDisconnect
+
+from ..errors import BadInput, internal_error
+from ..report import values
+from .visit import Visit
+
+PAGE = Path(__file__).resolve().parent / "page"
+HOST = "127.0.0.1"
+LARGEST_DROP = 1 << 31
+TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+POLICY = "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-ancestors 'none'"
+
+
+def plotly():
+    """The charts' JavaScript, as it comes inside the wheel of plotly."""
+    return Path(importlib.util.find_spec("plotly").origin).resolve().parent / "package_data/plotly.min.js"
+
+
+class Server:
+    """Answers one visit. Requests that compute go one after the other, each in the worker."""
+
+    def __init__(self, visit, token):
+        self.visit, self.token, self.tabs = visit, token, set()
+        self.worker = ThreadPoolExecutor(1)
+        self.loop = None
+
+    def app(self):
+        routes = [Route("/", self.index), Route("/page/{name}", self.page), Route("/api/{what}", self.ask, methods=["GET"]),
+                  Route("/api/{what}", self.do, methods=["POST"]), WebSocketRoute("/events", self.events)]
+        return Starlette(routes=routes, middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])])
+
+    def allowed(self, request):
+        """Only the page that was opened with the token, from this origin."""
+        given = request.headers.get("x-davar-token") or request.query_params.get("token", "")
+        origin = request.headers.get("origin")
+        return secrets.compare_digest(given.encode(), self.token.encode()) and origin in (None, f"http://{request.headers['host']}")
+
+    async def index(self, request):
+        if not self.allowed(request):
+            return PlainTextResponse("The address has no token, or an old one: take the one that tools/davarlab open printed.", 403)
+        return self.file(PAGE / "index.html")
+
+    async def page(self, request):
+        name = request.path_params["name"]
+        path = plotly() if name == "plotly.min.js" else PAGE / name
+        if path.parent not in (PAGE, plotly().parent) or not path.is_file():
+            return PlainTextResponse("no such file", 404)
+        return self.file(path)
+
+    def file(self, path):
+        return FileResponse(path, media_type=TYPES[path.suffix], headers={
+            "Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
+            "Cache-Control": "no-store" if path.parent == PAGE else "max-age=3600"})
+
+    async def ask(self, request):
+        return await self.answer(request, self.visit.questions, dict(request.query_params))
+
+    async def do(self, request):
+        if not self.allowed(request):
+            return PlainTextResponse("no token", 403)
+        if request.path_params["what"] == "drop":
+            return await self.drop(request)
+        try:
+            given = await request.json()
+        except (ValueError, RecursionError):
+            given = None
+        if not isinstance(given, dict):
+            return JSONResponse({"error": "a JSON object expected"}, 400)
+        return await self.answer(request, self.visit.actions, given)
+
+    async def drop(self, request):
+        """A file that was dropped on the page, as it comes."""
+        name = request.query_params.get("name", "")
+        try:
+            with self.visit.receive(name) as file:
+                size = 0
+                async for block in request.stream():
+                    size += len(block)
+                    if size > LARGEST_DROP:
+                        raise BadInput(f"{name}: larger than {LARGEST_DROP >> 30} GB: start davarlab open with its path")
+                    file.write(block)
+        except BadInput as why:
+            return JSONResponse({"error": str(why)}, 400)
+        return await self.answer(request, {"drop": lambda **_: self.visit.dropped(name)}, {})
+
+    async def answer(self, request, table, given):
+        """Runs one of the functions of a table in the worker."""
+        what = request.path_params["what"]
+        given.pop("token", None)
+        if not self.allowed(request):
+            return PlainTextResponse("no token", 403)
+        if what not in table:
+            return JSONResponse({"error": f"nothing is called {what}"}, 404)
+        try:
+            found = await self.loop.run_in_executor(self.worker, lambda: table[what](**given))
+        except BadInput as why:
+            return JSONResponse({"error": str(why)}, 400)
+        except (TypeError, ValueError, KeyError) as why:
+            if isinstance(why, TypeError) and "argument" in str(why):
+                return JSONResponse({"error": f"{what}: {why}"}, 400)
+            return self.fault(why)
+        except Exception as why:
+            return self.fault(why)
+        if isinstance(found, bytes):
+            return Response(found, media_type="application/octet-stream")
+        return JSONResponse(values.plain(found))
+
+    def fault(self, why):
+        """What nobody foresaw: said, and the visit goes on."""
+        internal_error(why)
+        return JSONResponse({"error": f"an internal error: {type(why).__name__}: {why}; nothing that was done is lost"}, 500)
+
+    def tell(self, **event):
+        """Sends an event to every tab; may be called from the worker."""
+        async def send():
+            for tab in list(self.tabs):
+                try:
+                    await tab.send_json(values.plain(event))
+                except (WebSocketDisconnect, RuntimeError):
+                    self.tabs.discard(tab)
+        if self.loop:
+            asyncio.run_coroutine_threadsafe(send(), self.loop)
+
+    async def events(self, tab):
+        if not self.allowed(tab):
+            await tab.close(4403)
+            return
+        await tab.accept()
+        self.tabs.add(tab)
+        try:
+            while True:
+                await tab.receive_text()
+        except WebSocketDisconnect:
+            self.tabs.discard(tab)
+
+
+def run(options):
+    """`davarlab open`: until interrupted."""
+    token = secrets.token_urlsafe(16)
+    visit = Visit(Path.cwd())
+    if options.recording:
+        visit.open(path=options.recording, model=options.model)
+    elif options.model:
+        raise BadInput("-m needs a recording")
+    server = Server(visit, token)
+    visit.tell = server.tell
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((HOST, options.port))
+            listener.listen()
+        except OSError as why:
+            raise BadInput(f"--port {options.port}: {why.strerror.lower()}") from None
+        address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
+        web = uvicorn.Server(uvicorn.Config(server.app(), log_level="error", access_log=False, timeout_graceful_shutdown=1))
+
+        async def serve():
+            server.loop = asyncio.get_running_loop()
+            print(address, flush=True)
+            print("davarlab: the workbench is open at this address, on this machine only; Ctrl-C ends it, nothing is lost", file=sys.stderr, flush=True)
+            if not options.no_browser:
+                webbrowser.open(address)
+            await web.serve(sockets=[listener])
+
+        try:
+            asyncio.run(serve())
+        except KeyboardInterrupt:
+            pass
+        server.worker.shutdown(wait=False, cancel_futures=True)
+    return 0

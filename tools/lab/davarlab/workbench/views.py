@@ -1,0 +1,112 @@
+"""What the page draws, as plain values: the numbers of the terminal, thinned for a screen."""
+
+import numpy as np
+from scipy import stats
+
+from ..diagnosis import contributions, evidence, judge, search
+from ..effects import table
+from ..report import values, words
+
+LINES = 400  # points of a spectrum
+ENVELOPE = 1200  # of a record
+
+
+def whole_record(cells):
+    """The cells of the longest window."""
+    stop = max(cell.stop_s - cell.start_s for cell in cells)
+    return [cell for cell in cells if cell.stop_s - cell.start_s == stop]
+
+
+def deviation(outcome, recording):
+    """The curve: measured, model, its 95 % band, and each effect's own where it has one (8.1)."""
+    cells = whole_record(outcome.state.cells)
+    freedom = np.array([cell.freedom for cell in cells])
+    model = np.array([cell.model_dps for cell in cells])
+    low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
+    parts = list(contributions.of_state(outcome.state, recording, outcome.model)) if outcome.state.fit.sizes.size else []
+    taus = [cell.tau_s for cell in cells]
+    return {"tau_s": taus, "measured": [cell.measured_dps for cell in cells], "model": model.tolist(), "low": low.tolist(),
+            "high": high.tolist(), "z": [cell.z for cell in cells],
+            "effects": [{"kind": kind, "deviation": at(taus, own_taus, values_)} for kind, own_taus, values_ in parts]}
+
+
+def at(taus, own_taus, deviations):
+    return np.exp(np.interp(np.log(taus), np.log(own_taus), np.log(np.maximum(deviations, 1e-30)))).tolist()
+
+
+def failure_map(state):
+    proven = judge.proven(state.cells)
+    return [{"tau_s": cell.tau_s, "start_s": cell.start_s, "stop_s": cell.stop_s, "measured": cell.measured_dps, "model": cell.model_dps,
+             "ratio": cell.ratio, "z": cell.z, "proven": bool(off)} for cell, off in zip(state.cells, proven)]
+
+
+def spectrum(state):
+    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each group of frequencies."""
+    data, fit = state.bench.data, state.fit
+    energy = data.without(np.zeros(0), []) ** 2
+    level = data.at_ordinates(fit.level)
+    edges = np.unique(np.round(np.geomspace(1, len(energy), LINES)).astype(int)) - 1
+    starts, counts = edges[:-1], np.diff(edges)
+    rate = data.rate_hz
+
+    def mean(x):
+        return (np.add.reduceat(x[:edges[-1]], starts) / counts)
+
+    return {"f_hz": mean(data.f).tolist(), "measured": np.sqrt(mean(energy) / rate).tolist(),
+            "peak": np.sqrt(np.maximum.reduceat(energy[:edges[-1]], starts) / rate).tolist(), "model": np.sqrt(mean(level) / rate).tolist()}
+
+
+def card(outcome, place, taken):
+    """One effect of the model: its parameters with interval and limits, and what the likelihood loses without it."""
+    term, entry = outcome.model.terms[place], outcome.estimates[place]
+    effect = table.find(term.kind)
+    rows = [{"name": p.name, "unit": p.unit, "low_limit": p.low, "high_limit": p.high, "scale": p.scale, "size": p is effect.size and effect.sized,
+             "words": list(p.values), **values.estimates({p.name: entry[p.name]})[p.name]} for p in effect.parameters if p.name in entry]
+    return {"place": place, "kind": term.kind, "name": words.name(term.kind), "physics": effect.physics, "role": effect.role,
+            "parameters": rows, "loss": taken}
+
+
+def losses(outcome):
+    """Of the likelihood without each effect; None of what cannot be left out alone."""
+    found = []
+    for part in outcome.fitted.parts:
+        rest = [other for other in outcome.fitted.parts if other is not part]
+        noise = [other for other in rest if other.role == "spectrum"]
+        found.append(search.loss_without(outcome.fitted, rest, part) if noise and part.role != "events" else None)
+    return found
+
+
+def model(outcome, recording):
+    """A step as the page shows it."""
+    judgement = outcome.state.judgement
+    return {"cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
+            "deviation": deviation(outcome, recording), "map": failure_map(outcome.state), "spectrum": spectrum(outcome.state),
+            "error": judgement.error, "floor": judgement.floor, "p_value": judgement.p_value, **values.judgement(judgement),
+            "said": words.adequacy(judgement),
+            "observations": [one.plain() | {"said": words.observation(one)} for one in outcome.state.seen],
+            "notes": evidence.notes(recording, outcome.model)}
+
+
+def candidates(ranked):
+    """The ranking as a list to choose from."""
+    return [{"place": place, "kind": c.kind, "name": words.name(c.kind), "gain": c.gain, "log_p": c.log_p,
+             "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(search.FAMILY_WISE)),
+             "why": evidence.why(c, None), "confirm": table.find(c.kind).confirm} for place, c in enumerate(ranked)]
+
+
+def envelope(desk, start_s, stop_s, column):
+    time, low, high = desk.samples(start_s, stop_s, column, ENVELOPE)
+    return {"column": column, "time_s": time.tolist(), "low": low.tolist(), "high": high.tolist()}
+
+
+def stretch(desk, start_s, stop_s):
+    """What is in a stretch of the record: the gyro, the temperature, the spectrum."""
+    rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
+    part = gyro[int(start_s * rate):int(stop_s * rate)]
+    energy = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2 * 2 / (rate * 0.375 * len(part))
+    f = np.fft.rfftfreq(len(part), 1 / rate)
+    edges = np.unique(np.round(np.geomspace(1, len(f) - 1, LINES)).astype(int))
+    density = np.sqrt(np.add.reduceat(energy, edges[:-1])[:len(edges) - 1] / np.diff(edges))
+    columns = [desk.column] + [name for name in ("temp_degC",) if name in desk.recording.columns]
+    return {"start_s": start_s, "stop_s": stop_s, "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
+            "f_hz": f[edges[:-1]].tolist(), "density": density.tolist()}

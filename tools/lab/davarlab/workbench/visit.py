@@ -1,0 +1,301 @@
+"""A visit to the workbench: which recording lies on the desk, which step one stands on, and everything that a page may ask or do."""
+
+import contextlib
+import shlex
+from pathlib import Path
+
+from .. import files, model as models, simulate
+from ..data import guess, recording as recordings
+from ..effects import table
+from ..errors import BadInput
+from ..report import export, words
+from . import desk as desks, views
+from .steps import Steps
+
+ROOT = Path(__file__).resolve().parents[4]
+TUTORIAL = ROOT / "data/tutorial_sensor.toml"
+FOLDER = "davarlab-files"  # of what was dropped on the page, in the folder where it was opened
+MODEL = "model.toml"  # as the commands that would do the same call it
+
+
+class Visit:
+    """questions and actions: name -> function of plain values that returns plain values; actions change something."""
+
+    def __init__(self, folder):
+        self.folder, self.desk, self.steps, self.log = Path(folder), None, None, None
+        self.tell = lambda **event: None
+        self.questions = {"all": self.everything, "step": self.step, "candidates": self.candidates, "ghost": self.ghost,
+                          "stretch": self.stretch, "columns": self.columns, "effects": self.effects, "save": self.save}
+        self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "axis": self.axis, "add": self.add, "line": self.line, "set": self.set, "refit": self.refit,
+                        "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
+
+    def progress(self, text):
+        self.tell(progress=text)
+
+    def changed(self):
+        self.tell(changed=True)
+        return self.everything()
+
+    # what lies on the desk
+
+    def everything(self):
+        """Where the visit stands; `step` gives what a step looks like."""
+        if not self.desk:
+            return {"recording": None, "log": self.log and desks.preview(self.log) | {"path": str(self.log), "units": guess.UNITS},
+                    "folder": str(self.folder / FOLDER)}
+        recording = self.desk.recording
+        return {"recording": str(recording.name), "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
+                "duration_s": recording.samples / recording.rate_hz, "column": self.desk.column, "columns": list(recording.columns),
+                "gyros": desks.gyro_columns(recording), "current": self.steps.current, "session": str(self.steps.path),
+                "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor,
+                           "adequacy": s.adequacy, "fitted": s.fitted} for s in self.steps.steps],
+                "commands": [s.command for s in self.steps.way() if s.command]}
+
+    def open(self, path, model=None):
+        """A recording by its path. Columns that are not called as davarlab calls them are asked about first."""
+        steps = Steps.beside(path)
+        if steps.log is None and not model:
+            _, columns, _ = desks.tables.read(path, ";\t,")
+            found = guess.of(columns)
+            if any(one.column != one.name or one.factor != 1 for one in found) or not any(one.quantity == "gyro" for one in found):
+                self.desk, self.steps, self.log = None, None, Path(path)
+                return self.changed()
+        return self.begin(path, steps, model and models.read(model))
+
+    def begin(self, path, steps, given=None):
+        """Puts a recording on the desk and goes on where the last visit to it ended."""
+        log = steps.log or {}
+        recording = desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"))
+        gyros = desks.gyro_columns(recording)
+        if not gyros:
+            raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s")
+        self.look_at(recording, steps, given.column if given else steps.column or gyros[-1], given)
+        return self.changed()
+
+    def look_at(self, recording, steps, column, given=None):
+        """One gyro column of the recording, with a first step where there is none."""
+        desk = desks.Desk(recording, column)
+        self.desk, self.steps, self.log, steps.column = desk, steps, None, column
+        if given:
+            self.grow("the model as given", "", given, fitted=False)
+        elif not steps.steps:
+            self.grow("a first model: white noise and bias instability", "", desk.first_model())
+
+    def axis(self, column):
+        """Another gyro column of the same recording; each has steps of its own."""
+        self.here()
+        if column not in desks.gyro_columns(self.desk.recording):
+            raise BadInput(f"{column}: not a gyro column of this recording")
+        self.look_at(self.desk.recording, self.steps, column)
+        self.steps.save()
+        return self.changed()
+
+    def read(self, columns, rate_hz=None):
+        """The log as its columns were named by whoever looked at them: dicts of guess.Guess."""
+        if not self.log:
+            raise BadInput("no log waits to be read")
+        steps = Steps.beside(self.log)
+        plain = [{name: one[name] for name in ("name", "quantity", "axis", "unit", "factor")} for one in columns]
+        steps.log = {"columns": plain, "rate_hz": rate_hz}
+        return self.begin(self.log, steps)
+
+    def tutorial(self):
+        """The bundled sensor: made once, then opened like any recording."""
+        path = self.folder / FOLDER / "tutorial_sensor.csv"
+        if not path.exists():
+            self.progress("making the tutorial's recording: two hours of a simulated sensor")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            recordings.write(simulate.from_scenario(TUTORIAL, self.progress), path)
+        return self.open(str(path))
+
+    @contextlib.contextmanager
+    def receive(self, name):
+        """The file that a drop goes into, under its own name; there only when it came whole."""
+        if not name or name != Path(name).name or name.startswith(".") or not name.isprintable():
+            raise BadInput(f"{name!r}: not a name for a file")
+        path = self.folder / FOLDER / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = files.partial(path)
+        try:
+            with open(part, "xb") as file:
+                yield file
+            part.replace(path)
+        except OSError as why:
+            raise BadInput(f"{path}: cannot be written ({files.reason(why)})") from None
+        finally:
+            part.unlink(missing_ok=True)
+
+    def dropped(self, name):
+        return self.open(str(self.folder / FOLDER / name))
+
+    def close(self):
+        """Back to the first page; the session stays beside its recording."""
+        self.desk, self.steps, self.log = None, None, None
+        return self.changed()
+
+    # steps
+
+    def here(self, number=None):
+        if not self.desk:
+            raise BadInput("no recording is open")
+        return self.steps.here if number is None else self.steps.steps[self.known(number)]
+
+    def known(self, number):
+        number = int(number)
+        if not 0 <= number < len(self.steps.steps):
+            raise BadInput(f"there is no step {number}")
+        return number
+
+    def outcome(self, step):
+        return self.desk.of(step.text, step.fitted, self.progress)
+
+    def grow(self, did, command, model, outcome=None, fitted=True, off=()):
+        """A new step. Its model file is that of the fitted values, so that a terminal gives the same."""
+        outcome = outcome or self.desk.of(models.text_of(model), fitted, self.progress)
+        if fitted:
+            self.desk.keep(outcome)
+        judgement = outcome.state.judgement
+        self.steps.grow(did, command, outcome.model, fitted=fitted, off=list(off), error=judgement.error, floor=judgement.floor,
+                        adequacy=judgement.adequacy)
+
+    def command(self, name, *words_):
+        return shlex.join(["tools/davarlab", name, *words_])
+
+    @property
+    def fitting(self):
+        return self.command("fit", self.steps.recording, "-m", MODEL, "-o", MODEL)
+
+    def adding(self, term):
+        said = [f"{name}={value if isinstance(value, str) else format(value, '.6g')}" for name, value in term.parameters.items()]
+        return self.command("add", MODEL, term.kind, *said, "-o", MODEL) + "\n" + self.fitting
+
+    def step(self, number=None):
+        """A step as the page draws it."""
+        step = self.here(number)
+        outcome = self.outcome(step)
+        return {"number": step.number, "did": step.did, "fitted": step.fitted, "off": step.off,
+                **views.model(outcome, self.desk.recording), "text": models.text_of(outcome.model)}
+
+    def candidates(self, number=None):
+        step = self.here(number)
+        return {"number": step.number, "candidates": views.candidates(self.desk.ranked(step.text, self.progress))}
+
+    def candidate(self, step, place):
+        ranked = self.desk.ranked(step.text, self.progress)
+        if not 0 <= int(place) < len(ranked):
+            raise BadInput(f"there is no candidate {place}")
+        return ranked[int(place)]
+
+    def ghost(self, place, number=None):
+        """The curve and the error with a candidate, before it is added."""
+        step = self.here(number)
+        found = self.joined(step, self.candidate(step, place))
+        judgement = found.state.judgement
+        return {"place": int(place), "deviation": views.deviation(found, self.desk.recording), "error": judgement.error, "floor": judgement.floor,
+                "said": words.adequacy(judgement), "parameters": views.card(found, len(found.model.terms) - 1, None)["parameters"]}
+
+    def joined(self, step, candidate):
+        key = (step.text, candidate.kind, str(candidate.part.key))
+        return self.desk.remembered(key, lambda: self.desk.with_candidate(step.text, candidate, self.progress))
+
+    def add(self, place, number=None):
+        """A candidate joins the model."""
+        step = self.here(number)
+        return self.join(step, self.candidate(step, place))
+
+    def line(self, f_hz):
+        """A line where somebody saw a peak; the fit moves it by less than one over the record's length."""
+        step = self.here()
+        return self.join(step, self.desk.line_at(float(f_hz)))
+
+    def join(self, step, candidate):
+        found = self.joined(step, candidate)
+        self.steps.go(step.number)
+        self.grow(f"added {words.name(candidate.kind)}", self.adding(found.model.terms[-1]), None, found, off=step.off)
+        return self.changed()
+
+    def set(self, place, parameters):
+        """Values of an effect by hand; they are judged as they stand."""
+        step = self.here()
+        model = models.of_text(step.text, "model")
+        term = self.term(model, place)
+        entry = {"kind": term.kind, **term.parameters, **parameters}
+        model.terms[int(place)] = models.checked_term(entry, term.kind)
+        models.check_lines(model.terms, model.rate_hz, term.kind)
+        self.grow(f"set {words.name(term.kind)}", "", model, self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
+        return self.changed()
+
+    def best(self, step):
+        """The fit that a step came from."""
+        while not step.fitted:
+            step = self.steps.steps[step.parent]
+        return self.desk.of(step.text, True, self.progress)
+
+    def term(self, model, place):
+        if not 0 <= int(place) < len(model.terms):
+            raise BadInput(f"there is no effect {place}")
+        return model.terms[int(place)]
+
+    def refit(self):
+        """All values at their best, from where they stand."""
+        step = self.here()
+        self.grow("fitted", self.fitting, models.of_text(step.text, "model"),
+                  off=step.off)
+        return self.changed()
+
+    def remove(self, place):
+        """Switches an effect off: it stays in sight and can be switched on again."""
+        step = self.here()
+        model = models.of_text(step.text, "model")
+        term = self.term(model, place)
+        if len(model.terms) == 1:
+            raise BadInput("a model needs an effect: the last one stays")
+        del model.terms[int(place)]
+        self.grow(f"without {words.name(term.kind)}", "", model, off=[*step.off, {"kind": term.kind, **term.parameters}])
+        return self.changed()
+
+    def restore(self, place):
+        """Switches an effect on again."""
+        step = self.here()
+        if not 0 <= int(place) < len(step.off):
+            raise BadInput(f"no effect {place} is switched off")
+        model = models.of_text(step.text, "model")
+        term = models.checked_term(step.off[int(place)], "an effect that was switched off")
+        model.terms.append(term)
+        off = [one for index, one in enumerate(step.off) if index != int(place)]
+        self.grow(f"with {words.name(term.kind)} again", "", model, off=off)
+        return self.changed()
+
+    def go(self, number):
+        """To another step of the tree: undo, redo, a branch."""
+        self.here()
+        self.steps.go(self.known(number))
+        return self.changed()
+
+    # looking closer, taking home
+
+    def stretch(self, start_s, stop_s):
+        start, stop = float(start_s), float(stop_s)
+        self.here()
+        span = self.desk.recording.samples / self.desk.recording.rate_hz
+        if not 0 <= start < stop <= span * 1.001 or (stop - start) * self.desk.recording.rate_hz < 16:
+            raise BadInput(f"{start:g} to {stop:g} s: not a stretch of this recording")
+        return views.stretch(self.desk, start, min(stop, span))
+
+    def columns(self):
+        """Every column of the record, thinned."""
+        self.here()
+        span = self.desk.recording.samples / self.desk.recording.rate_hz
+        return {"columns": [views.envelope(self.desk, 0, span, name) for name in self.desk.recording.columns if name != "time_s"]}
+
+    def effects(self):
+        return {"effects": [{"kind": e.kind, "physics": e.physics, "confirm": e.confirm} for e in table.TABLE.values()]}
+
+    def save(self, what, number=None):
+        """The model to take home: toml, or the table for the device."""
+        step = self.here(number)
+        if what == "toml":
+            return step.text.encode()
+        if what == "h":
+            return export.text(export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h").encode()
+        raise BadInput(f"{what}: toml or h")
