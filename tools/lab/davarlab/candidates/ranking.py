@@ -285,8 +285,9 @@ def crowding_of(bench, parts, fit, blocks):
     return modulation.crowding(bench, modulation.white_share(bench, parts, fit), changes.fit(blocks, rows)[1])
 
 
-def ranked(bench, parts, fit, skip=(), more=()):
-    """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py)."""
+def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: None):
+    """All candidates, least likely by chance first; `more`: those that were found elsewhere (columns.py); `progress` hears which effect is next and
+    what was found so far, and may raise."""
     blocks = bench.blocks(parts, fit)
     kinds = [part.kind for part in parts]
     most = {**REPEATED, "warm_up": CONSTANTS}
@@ -296,6 +297,7 @@ def ranked(bench, parts, fit, skip=(), more=()):
     for effect in table.TABLE.values():
         if effect.kind in have or effect.kind in ("shocks", *SOUGHT_TOGETHER) or not available(effect, bench.recording):
             continue
+        progress(effect.kind, [*found, *more])
         if effect.kind == "sinusoid":
             found.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":

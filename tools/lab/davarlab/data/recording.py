@@ -26,7 +26,7 @@ class Recording:
     name: str = ""
     notes: dict = field(default_factory=dict)
     gaps: np.ndarray = field(default_factory=lambda: np.array([], int))
-    measured: dict = field(default_factory=dict)  # Allan deviations of its columns that were asked for before (compare.py)
+    measured: dict = field(default_factory=dict)  # what was worked out of it before: observations, Allan deviations
     known: object = None
     clock: object = None
     read_hz: float | None = None  # rate of the file, when the sensor measures less often and its repeats are left out

@@ -27,12 +27,12 @@ def shock_candidate(state):
     return Candidate("shocks", Part("shocks"), state.shocks.gain, state.shocks.log_p)
 
 
-def ranking(state, skip=(), only=None):
-    """Every effect that the model lacks, best first; `only`: of these kinds."""
+def ranking(state, skip=(), only=None, progress=lambda kind, found: None):
+    """Every effect that the model lacks, best first; `only`: of these kinds; `progress`: see ranked()."""
     skip = set(skip) | (set(table.TABLE) - set(only) if only else set())
     asked = set(columns_of.SOUGHT_TOGETHER) - skip
     more = [one for one in columns.tried(state.bench, state.parts, state.fit, state.bench.gyro) if one.kind in asked] if asked else []
-    found = candidates.ranked(state.bench, state.parts, state.fit, skip, more)
+    found = candidates.ranked(state.bench, state.parts, state.fit, skip, more, progress)
     if "shocks" not in state.model_kinds and "shocks" not in skip:
         found.append(shock_candidate(state))
     return sorted(found, key=lambda c: c.log_p)

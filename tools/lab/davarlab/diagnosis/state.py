@@ -44,7 +44,10 @@ class State:
 def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     progress("reading the spectrum")
-    seen = observations.find(recording, model.column)
+    key = ("observations", model.column)
+    if key not in recording.measured:
+        recording.measured[key] = observations.find(recording, model.column)
+    seen = recording.measured[key]
     unused = [one for one in seen if one.kind != "outliers" or doubts.was_moved(seen) and "shocks" not in model.kinds]
     known = observations.kept(recording, model.column, unused)
     y = recording.rate_dps(model.column)

@@ -1,7 +1,7 @@
 """One recording on the desk: models fitted on it and candidates beside them, by the same functions as the command line."""
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from .. import model as models
 from ..data import clock, guess, logs, recording as recordings, table as tables
 from ..candidates.candidate import Candidate
 from ..diagnosis import compare, improve, search, state as state_of
-from ..effects import table
+from ..effects import columns as columns_of, table
 from ..errors import BadInput
 from ..inference.parts import Part
 
@@ -56,10 +56,34 @@ def gyro_columns(recording):
     return [name for name in recording.columns if name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))]
 
 
+def seen(recording, sight):
+    """What a sight shows of the recording: a stretch alone, or all with some of it taken for missing."""
+    rate = recording.rate_hz
+    if sight.alone:
+        first, last = (int(edge * rate) for edge in sight.alone)
+        if last - first < recordings.MINIMUM_SAMPLES:
+            raise BadInput(f"a stretch of {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
+        known = None if recording.known is None else recording.known[first:last]
+        return recordings.Recording({name: column[first:last] for name, column in recording.columns.items()}, rate, recording.name, recording.notes,
+                                    recordings.gaps_of(known), known=known, read_hz=recording.read_hz)
+    if not sight.cut:
+        return recording
+    known = np.ones(recording.samples, bool) if recording.known is None else recording.known.copy()
+    for start, stop in sight.cut:
+        known[int(start * rate):int(stop * rate)] = False
+    if np.count_nonzero(known) < recordings.MINIMUM_SAMPLES:
+        raise BadInput(f"{np.count_nonzero(known)} samples would be left; at least {recordings.MINIMUM_SAMPLES} are needed")
+    return replace(recording, known=known, gaps=recordings.gaps_of(known), measured={})
+
+
 class Desk:
-    def __init__(self, recording, column):
-        recording.rate_dps(column)
-        self.recording, self.column, self.outcomes, self.rankings = recording, column, OrderedDict(), {}
+    """whole: the recording as it was read; recording: what is looked at of it."""
+
+    def __init__(self, whole, sight):
+        whole.rate_dps(sight.column)
+        self.whole, self.sight, self.column = whole, sight, sight.column
+        self.gyros = gyro_columns(whole)
+        self.recording, self.outcomes, self.rankings = seen(whole, sight), OrderedDict(), {}
 
     def first_model(self):
         """What one believes before anything was looked at: white noise and bias instability."""
@@ -97,12 +121,11 @@ class Desk:
             raise BadInput("these values cannot be compared: the effects of the fit are others")
         return Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model))
 
-    def ranked(self, text, progress):
-        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them."""
+    def ranked(self, text, progress, partly=lambda kind, found: None):
+        """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them; `partly` hears what was found so far, and may raise."""
         outcome = self.of(text, True, progress)
         if text not in self.rankings:
-            progress("trying every effect beside the model")
-            self.rankings[text] = search.ranking(outcome.fitted)
+            self.rankings[text] = search.ranking(outcome.fitted, progress=partly)
         return self.rankings[text]
 
     def line_at(self, f_hz):
@@ -124,3 +147,14 @@ class Desk:
         part = values[first:last]
         edges = np.unique(np.linspace(0, len(part), min(points, len(part)), endpoint=False).astype(int))
         return (first + edges) / rate, np.minimum.reduceat(part, edges), np.maximum.reduceat(part, edges)
+
+    def against(self, text, column, lag_s, points):
+        """What the model's courses leave of the gyro beside a column that is felt so late, in means of equal stretches: (column, gyro, does the
+        column rise)."""
+        outcome, rate = self.of(text, True), self.recording.rate_hz
+        left = outcome.fitted.bench.y - outcome.fitted.bench.y.mean() - outcome.fitted.bench.mean_course(outcome.fitted.parts, outcome.fitted.fit)
+        x = columns_of.lagged(self.recording.column(column), rate, lag_s)
+        starts = np.linspace(0, len(left), min(points, len(left) // 2), endpoint=False).astype(int)
+        counts = np.diff(np.append(starts, len(left)))
+        x, left = np.add.reduceat(x, starts) / counts, np.add.reduceat(left, starts) / counts
+        return x, left, np.gradient(x) > 0

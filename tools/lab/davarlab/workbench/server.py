@@ -34,12 +34,13 @@ def plotly():
 
 
 class Server:
-    """Answers one visit. Requests that compute go one after the other, each in the worker."""
+    """Answers one visit. What computes goes one after the other in the worker; what only looks does not wait for it."""
 
     def __init__(self, visit, token):
         self.visit, self.token, self.tabs = visit, token, set()
-        self.worker = ThreadPoolExecutor(1)
-        self.loop = None
+        self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
+        self.loop, self.waiting = None, 0  # waiting: actions that the worker has not begun
+        visit.tell, visit.hurried = self.tell, lambda: self.waiting > 0
 
     def app(self):
         routes = [Route("/", self.index), Route("/page/{name}", self.page), Route("/api/{what}", self.ask, methods=["GET"]),
@@ -70,7 +71,9 @@ class Server:
             "Cache-Control": "no-store" if path.parent == PAGE else "max-age=3600"})
 
     async def ask(self, request):
-        return await self.answer(request, self.visit.questions, dict(request.query_params))
+        what = request.path_params["what"]
+        table = self.visit.looks if what in self.visit.looks else self.visit.questions
+        return await self.answer(request, table, dict(request.query_params))
 
     async def do(self, request):
         if not self.allowed(request):
@@ -109,7 +112,7 @@ class Server:
         if what not in table:
             return JSONResponse({"error": f"nothing is called {what}"}, 404)
         try:
-            found = await self.loop.run_in_executor(self.worker, lambda: table[what](**given))
+            found = await self.loop.run_in_executor(self.reader if table is self.visit.looks else self.worker, self.begun(table, what, given))
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
         except (TypeError, ValueError, KeyError) as why:
@@ -121,6 +124,17 @@ class Server:
         if isinstance(found, bytes):
             return Response(found, media_type="application/octet-stream")
         return JSONResponse(values.plain(found))
+
+    def begun(self, table, what, given):
+        """The call, counted among those that wait until it begins, if it is an action."""
+        action = table not in (self.visit.questions, self.visit.looks)
+        self.waiting += action
+
+        def call():
+            self.waiting -= action
+            return table[what](**given)
+
+        return call
 
     def fault(self, why):
         """What nobody foresaw: said, and the visit goes on."""
@@ -160,7 +174,6 @@ def run(options):
     elif options.model:
         raise BadInput("-m needs a recording")
     server = Server(visit, token)
-    visit.tell = server.tell
     with socket.socket() as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -184,4 +197,5 @@ def run(options):
         except KeyboardInterrupt:
             pass
         server.worker.shutdown(wait=False, cancel_futures=True)
+        server.reader.shutdown(wait=False, cancel_futures=True)
     return 0

@@ -5,10 +5,14 @@ from scipy import stats
 
 from ..diagnosis import contributions, evidence, judge, search
 from ..effects import table
+from ..inference import allan
+from ..inference.parts import part_of, spectrum_of
 from ..report import values, words
 
 LINES = 400  # points of a spectrum
 ENVELOPE = 1200  # of a record
+CLOUD = 800  # of a column against another
+SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
 
 def whole_record(cells):
@@ -110,3 +114,27 @@ def stretch(desk, start_s, stop_s):
     columns = [desk.column] + [name for name in ("temp_degC",) if name in desk.recording.columns]
     return {"start_s": start_s, "stop_s": stop_s, "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
             "f_hz": f[edges[:-1]].tolist(), "density": density.tolist()}
+
+
+def against(desk, text, column, lag_s):
+    x, left, rising = desk.against(text, column, lag_s, CLOUD)
+    return {"column": column, "lag_s": lag_s, "x": x.tolist(), "left": left.tolist(), "rising": [bool(up) for up in rising]}
+
+
+def axes(desk):
+    """The Allan deviation of every gyro column of the recording, as it was read."""
+    found, window = [], desk.whole.samples // 2 * 2
+    taus = allan.octaves(window)
+    for name in desk.gyros:
+        measured = allan.windows(desk.whole.rate_dps(name), window, taus, desk.whole.known)[0][0]
+        found.append({"column": name, "tau_s": [m / desk.whole.rate_hz for m in taus], "measured": measured.tolist()})
+    return found
+
+
+def sheet(terms, rate_hz, samples):
+    """The Allan deviation that a data sheet's numbers give."""
+    parts = [part_of(term) for term in terms]
+    sizes = [part.effect.dps(term.parameters) ** 2 for part, term in zip(parts, terms)]
+    taus = allan.octaves(samples // 2 * 2)
+    variance = allan.expected(allan.on_grid(spectrum_of(parts, sizes, rate_hz), rate_hz), taus)
+    return {"tau_s": [m / rate_hz for m in taus], "deviation": np.sqrt(variance).tolist()}

@@ -10,7 +10,7 @@ from ..effects import table
 from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, views
-from .steps import Steps
+from .steps import Sight, Steps
 
 ROOT = Path(__file__).resolve().parents[4]
 TUTORIAL = ROOT / "data/tutorial_sensor.toml"
@@ -18,15 +18,22 @@ FOLDER = "davarlab-files"  # of what was dropped on the page, in the folder wher
 MODEL = "model.toml"  # as the commands that would do the same call it
 
 
+class Superseded(Exception):
+    """What was being computed is not wanted now."""
+
+
 class Visit:
-    """questions and actions: name -> function of plain values that returns plain values; actions change something."""
+    """questions, looks and actions: name -> function of plain values that returns plain values. Questions need the bench of a fit, looks only what is
+    there; actions change something."""
 
     def __init__(self, folder):
         self.folder, self.desk, self.steps, self.log = Path(folder), None, None, None
         self.tell = lambda **event: None
-        self.questions = {"all": self.everything, "step": self.step, "candidates": self.candidates, "ghost": self.ghost,
-                          "stretch": self.stretch, "columns": self.columns, "effects": self.effects, "save": self.save}
-        self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "axis": self.axis, "add": self.add, "line": self.line, "set": self.set, "refit": self.refit,
+        self.hurried = lambda: False  # is an action waiting for what is being computed
+        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against}
+        self.looks = {"all": self.everything, "stretch": self.stretch, "axes": self.axes, "sheet": self.sheet, "effects": self.effects,
+                      "save": self.save}
+        self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line, "set": self.set, "refit": self.refit,
                         "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
 
     def progress(self, text):
@@ -45,8 +52,10 @@ class Visit:
                     "folder": str(self.folder / FOLDER)}
         recording = self.desk.recording
         return {"recording": str(recording.name), "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
-                "duration_s": recording.samples / recording.rate_hz, "column": self.desk.column, "columns": list(recording.columns),
-                "gyros": desks.gyro_columns(recording), "current": self.steps.current, "session": str(self.steps.path),
+                "duration_s": recording.samples / recording.rate_hz, "column": self.desk.column,
+                "columns": [name for name in recording.columns if name not in ("time_s", self.desk.column)], "gyros": self.desk.gyros,
+                "sights": [{"text": text, "column": one.column, "alone": one.alone, "cut": one.cut, "here": one == self.desk.sight}
+                           for text, one in ((text, Sight.of_text(text)) for text in self.steps.trees)], "current": self.steps.current, "session": str(self.steps.path),
                 "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor,
                            "adequacy": s.adequacy, "fitted": s.fitted} for s in self.steps.steps],
                 "commands": [s.command for s in self.steps.way() if s.command]}
@@ -69,25 +78,37 @@ class Visit:
         gyros = desks.gyro_columns(recording)
         if not gyros:
             raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s")
-        self.look_at(recording, steps, given.column if given else steps.column or gyros[-1], given)
+        sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
+        self.look_at(recording, steps, sight, given)
         return self.changed()
 
-    def look_at(self, recording, steps, column, given=None):
-        """One gyro column of the recording, with a first step where there is none."""
-        desk = desks.Desk(recording, column)
-        self.desk, self.steps, self.log, steps.column = desk, steps, None, column
-        if given:
-            self.grow("the model as given", "", given, fitted=False)
-        elif not steps.steps:
-            self.grow("a first model: white noise and bias instability", "", desk.first_model())
+    def look_at(self, recording, steps, sight, given=None):
+        """A sight of the recording, with a first step where there is none."""
+        desk = desks.Desk(recording, sight)
+        before = self.desk, self.steps, self.log, steps.sight
+        self.desk, self.steps, self.log, steps.sight = desk, steps, None, sight
+        try:
+            if given:
+                self.grow("the model as given", "", given, fitted=False)
+            elif not steps.steps:
+                self.grow("a first model: white noise and bias instability", "", desk.first_model())
+            else:
+                steps.save()
+        except BaseException:
+            self.desk, self.steps, self.log, steps.sight = before
+            raise
 
-    def axis(self, column):
-        """Another gyro column of the same recording; each has steps of its own."""
+    def sight(self, column=None, alone=(), cut=()):
+        """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut out; each has steps of its own."""
         self.here()
-        if column not in desks.gyro_columns(self.desk.recording):
+        span, column = self.desk.whole.samples / self.desk.whole.rate_hz, column or self.desk.column
+        if column not in self.desk.gyros:
             raise BadInput(f"{column}: not a gyro column of this recording")
-        self.look_at(self.desk.recording, self.steps, column)
-        self.steps.save()
+        edges = [tuple(float(edge) for edge in pair) for pair in ([alone] if alone else []) + list(cut)]
+        for pair in edges:
+            if len(pair) != 2 or not 0 <= pair[0] < pair[1] <= span * 1.001:
+                raise BadInput(f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}")
+        self.look_at(self.desk.whole, self.steps, Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))))
         return self.changed()
 
     def read(self, columns, rate_hz=None):
@@ -177,8 +198,19 @@ class Visit:
                 **views.model(outcome, self.desk.recording), "text": models.text_of(outcome.model)}
 
     def candidates(self, number=None):
+        """The ranking beside a step; given up, and said so, when somebody does something meanwhile."""
         step = self.here(number)
-        return {"number": step.number, "candidates": views.candidates(self.desk.ranked(step.text, self.progress))}
+
+        def partly(kind, found):
+            if self.hurried():
+                raise Superseded
+            so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
+            self.tell(ranking=step.number, trying=words.name(kind), candidates=views.candidates(so_far))
+
+        try:
+            return {"number": step.number, "candidates": views.candidates(self.desk.ranked(step.text, self.progress, partly))}
+        except Superseded:
+            return {"number": step.number, "superseded": True}
 
     def candidate(self, step, place):
         ranked = self.desk.ranked(step.text, self.progress)
@@ -282,11 +314,31 @@ class Visit:
             raise BadInput(f"{start:g} to {stop:g} s: not a stretch of this recording")
         return views.stretch(self.desk, start, min(stop, span))
 
-    def columns(self):
-        """Every column of the record, thinned."""
+    def against(self, column, lag_s=0.0):
+        """What the model's courses leave of the gyro, beside another column."""
+        step = self.here()
+        if column not in self.desk.recording.columns:
+            raise BadInput(f"no column {column}")
+        if not 0 <= float(lag_s) <= self.desk.recording.samples / self.desk.recording.rate_hz:
+            raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
+        return views.against(self.desk, step.text, column, float(lag_s))
+
+    def axes(self):
         self.here()
-        span = self.desk.recording.samples / self.desk.recording.rate_hz
-        return {"columns": [views.envelope(self.desk, 0, span, name) for name in self.desk.recording.columns if name != "time_s"]}
+        return {"axes": views.axes(self.desk)}
+
+    def sheet(self, **given):
+        """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
+        self.here()
+        if not given or not set(given) <= set(views.SHEET):
+            raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
+        terms = []
+        for kind, value in given.items():
+            try:
+                terms.append(models.checked_term({"kind": kind, table.find(kind).size.name: float(value)}, kind))
+            except ValueError:
+                raise BadInput(f"{kind}: not a number: {value}") from None
+        return views.sheet(terms, self.desk.whole.rate_hz, self.desk.whole.samples)
 
     def effects(self):
         return {"effects": [{"kind": e.kind, "physics": e.physics, "confirm": e.confirm} for e in table.TABLE.values()]}

@@ -13,7 +13,7 @@ function axis(title, more = {}) {
 function layout(x, y, more = {}) {
   return { xaxis: x, yaxis: y, margin: { l: 64, r: 12, t: 26, b: 42 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
            font: { color: colour("ink"), size: 12 }, hoverlabel: { bgcolor: colour("soft"), font: { color: colour("ink") } },
-           legend: { orientation: "h", y: 1.12 }, uirevision: "kept", ...more };
+           legend: innerWidth < 600 ? { orientation: "h", y: -0.3, font: { size: 10 } } : { orientation: "h", y: 1.12 }, uirevision: "kept", ...more };
 }
 
 const settings = (name) => ({
@@ -91,16 +91,17 @@ export function spectrum(view, clicked) {
   ], layout(axis("frequency, Hz", { type: "log" }), axis("deg/s/√Hz", { type: "log" })), clicked);
 }
 
-// Rows are averaging times, columns windows; the short windows lie above the long ones of the same averaging time.
+// Rows are averaging times, columns windows; within a row the short windows lie above the long ones.
 export function map(view, clicked) {
   const cells = view.map;
   const taus = [...new Set(cells.map((c) => c.tau_s))].sort((a, b) => a - b);
-  const spans = [...new Set(cells.map((c) => Math.round(c.stop_s - c.start_s)))].sort((a, b) => b - a);
-  const shapes = [], step = Math.log10(2) / spans.length;
-  for (const cell of cells) {
-    const sub = spans.indexOf(Math.round(cell.stop_s - cell.start_s));
-    const low = Math.log10(cell.tau_s) - Math.log10(2) / 2 + sub * step;
-    shapes.push({ cell, low, high: low + step });
+  const span = (cell) => Math.round(cell.stop_s - cell.start_s), shapes = [];
+  for (const tau of taus) {
+    const row = cells.filter((c) => c.tau_s === tau), spans = [...new Set(row.map(span))].sort((a, b) => b - a), step = Math.log10(2) / spans.length;
+    for (const cell of row) {
+      const low = Math.log10(tau) - Math.log10(2) / 2 + spans.indexOf(span(cell)) * step;
+      shapes.push({ cell, low, high: low + step });
+    }
   }
   const traces = [{
     type: "scatter", mode: "markers", x: shapes.map((s) => (s.cell.start_s + s.cell.stop_s) / 2), y: shapes.map((s) => 10 ** ((s.low + s.high) / 2)),
@@ -142,4 +143,18 @@ export function falling(id, steps) {
     { ...line(steps.map((_, i) => i), steps.map((s) => s.error), "error", { color: colour("orange"), width: 2 }), mode: "lines+markers" },
     line(steps.map((_, i) => i), steps.map((s) => s.floor), "floor: a true model's", { color: colour("faint"), dash: "dash" }),
   ], layout(axis("", { tickvals: steps.map((_, i) => i), ticktext: steps.map((s) => s.did), automargin: true }), axis("error", { rangemode: "tozero" })));
+}
+
+// Blue: while the column rises; orange: while it falls. Two branches say hysteresis or a lag.
+export function against(one) {
+  const branch = (up, name, tint, symbol) => ({ x: one.x.filter((_, i) => one.rising[i] === up), y: one.left.filter((_, i) => one.rising[i] === up), name,
+    mode: "markers", marker: { size: 5, color: colour(tint), symbol }, hovertemplate: "%{x:.4g}: %{y:.3g} deg/s<extra></extra>" });
+  return draw("against", [branch(true, "rising", "blue", "triangle-up"), branch(false, "falling", "orange", "triangle-down")],
+    layout(axis(one.column), axis("left of the gyro, deg/s")));
+}
+
+export function axes(all, sheet) {
+  const traces = all.map((one, i) => ({ ...line(one.tau_s, one.measured, one.column, { color: COLOURS[i], width: 2 }), mode: "lines+markers" }));
+  if (sheet) traces.push(line(sheet.tau_s, sheet.deviation, "data sheet", { color: colour("ink"), dash: "dash", width: 2 }));
+  return draw("axes", traces, layout(axis("averaging time τ, s", { type: "log" }), axis("Allan deviation, deg/s", { type: "log" })));
 }

@@ -49,20 +49,50 @@ async function refresh() {
   const next = await ask("step", { number: all.current });
   if (turn !== drawn) return;
   view = next;
-  await show();
-  rank(turn);
+  await show(turn);
 }
 
-async function show() {
+// What a person waits for first; the other charts follow, and stop where another step is wanted.
+async function show(turn) {
   verdict();
   stack.draw(view, cards);
-  timeline();
   charts.stopMoving();
   await charts.deviation(view);
-  await charts.residual(view);
-  await charts.spectrum(view, peak);
-  await charts.map(view, look);
-  await record();
+  rank(turn);
+  rest(turn);
+}
+
+async function rest(turn) {
+  for (const draw of [timeline, sights, () => charts.residual(view), () => charts.map(view, look), () => charts.spectrum(view, peak), record, closer]) {
+    await new Promise((done) => setTimeout(done));
+    if (turn !== drawn) return;
+    await draw();
+  }
+}
+
+let sheet = null, axes = null;
+
+// What is left beside a column, and the axes of the sensor beside each other.
+async function closer() {
+  const chosen = at("against-column").value;
+  fill("against-column", ...all.columns.map((name) => element("option", { value: name, selected: name === (chosen || "temp_degC") }, name)));
+  await beside();
+  if (axes?.of !== all.recording) axes = { of: all.recording, all: (await ask("axes")).axes };
+  await charts.axes(axes.all, sheet);
+}
+
+// A lag from nothing to a tenth of the record, in equal ratios.
+const lag = () => (Number(at("lag").value) ? 0.1 * all.duration_s * 1000 ** (Number(at("lag").value) / 100 - 1) : 0);
+
+async function beside() {
+  at("lag-s").textContent = number(lag(), 2);
+  if (at("against-column").value) await charts.against(await ask("against", { column: at("against-column").value, lag_s: lag() }));
+}
+
+function sights() {
+  const said = (one) => one.column + (one.alone.length ? `, ${number(one.alone[0], 6)} to ${number(one.alone[1], 6)} s alone` : "")
+    + one.cut.map(([a, b]) => `, without ${number(a, 6)} to ${number(b, 6)} s`).join("");
+  fill("sights", ...all.sights.map((one) => element("option", { value: one.text, selected: one.here }, said(one))));
 }
 
 function peak(point) {
@@ -102,6 +132,7 @@ async function rank(turn) {
   try {
     const answer = await ask("candidates", { number: view.number });
     if (turn !== drawn) return;
+    if (answer.superseded) { setTimeout(() => turn === drawn && rank(turn), 500); return; }
     found = answer.candidates;
     fill("candidates", element("h2", {}, "What may be missing"),
       found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "Nothing beyond chance: of the effects in the table none is missing."),
@@ -111,6 +142,13 @@ async function rank(turn) {
     at("error").textContent = why.message;
     at("error").hidden = false;
   }
+}
+
+// What was found so far, while the rest is tried: to read, not yet to add.
+function partly(event) {
+  if (found || !view || event.ranking !== view.number) return;
+  fill("candidates", element("h2", {}, "What may be missing"), element("p", { class: "hint" }, `Trying ${event.trying} …`),
+    ...event.candidates.slice(0, 9).map((one) => element("div", { class: "candidate early" }, one.name, element("small", {}, one.why))));
 }
 
 function candidate(one) {
@@ -143,6 +181,7 @@ async function look(cell) {
     fill("cell", element("h2", {}, `${number(cell.start_s, 6)} to ${number(cell.stop_s, 6)} s, averaging time ${number(cell.tau_s)} s`),
       element("p", { id: "cell-said" }, `Measured ${number(cell.measured)} deg/s, model ${number(cell.model)} deg/s: ${number(cell.ratio)} times, `
         + `${number(cell.z, 2)} standard deviations${cell.proven ? ", proven" : ""}.`),
+      element("button", { onclick: () => change("looking at it alone", "sight", { alone: [cell.start_s, cell.stop_s] }) }, "Look at this stretch alone"),
       ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "chart strip" })), element("div", { id: "cell-spectrum", class: "chart" }));
     for (const [i, one] of stretch.envelopes.entries()) await charts.envelope(`samples-${i}`, one);
     await charts.density("cell-spectrum", stretch.f_hz, stretch.density);
@@ -179,15 +218,27 @@ document.addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
-at("axis").onchange = () => change(`looking at ${at("axis").value}`, "axis", { column: at("axis").value });
+at("axis").onchange = () => change(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
+at("against-column").onchange = () => doing("", beside);
+at("lag").oninput = () => doing("", beside);
+at("sheet").onsubmit = (event) => {
+  event.preventDefault();
+  const given = { angle_random_walk: at("sheet-arw").value, bias_instability: at("sheet-bi").value, rate_random_walk: at("sheet-rrw").value };
+  doing("", async () => { sheet = await ask("sheet", Object.fromEntries(Object.entries(given).filter(([, value]) => value))); await charts.axes(axes.all, sheet); });
+};
+const span = () => [Number(at("from").value), Number(at("to").value)];
+at("alone").onclick = () => change("looking at it alone", "sight", { alone: span() });
+at("cut").onclick = () => change("cutting it out", "sight", { cut: [...all.sights.find((one) => one.here).cut, span()] });
+at("sights").onchange = () => { const one = all.sights.find((s) => s.text === at("sights").value); change("looking there", "sight", { column: one.column, alone: one.alone, cut: one.cut }); };
 at("refit").onclick = () => change("fitting all values", "refit");
 at("save").onclick = () => doing("saving", () => download("toml", "model.toml"));
 at("save-h").onclick = () => doing("saving", () => download("h", "model.h"));
 at("close").onclick = () => change("", "close");
 at("help-button").onclick = () => at("help").showModal();
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view && show());
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => view && show(drawn));
 
 listen((event) => {
   if (event.progress) say(event.progress);
+  if (event.candidates) partly(event);
   if (event.changed && !document.body.hasAttribute("aria-busy")) doing("", refresh);
 }, () => say("the server has gone; nothing is lost, start it again with tools/davarlab open"));

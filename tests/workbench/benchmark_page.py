@@ -1,0 +1,88 @@
+"""How the workbench feels: a real browser on 360 000 samples (one call of tools/test --only workbench makes the environment):
+
+    build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]"""
+
+import statistics
+import sys
+import time
+import unittest
+from pathlib import Path
+
+from playwright.sync_api import expect
+from visiting import Visiting, ranked
+
+GOALS = {"first curve after the file is there, s": 3.0, "slider to curve, ms": 16.0, "value set by hand to verdict, ms": 300.0, "refit, ms": 300.0,
+         "first candidates, s": 1.0, "all candidates, s": 3.0, "a candidate added, s": 1.0, "cell to its samples, ms": 300.0}
+SLIDE = """async (input) => {
+  const frame = () => new Promise((done) => requestAnimationFrame(() => { const c = new MessageChannel(); c.port1.onmessage = done; c.port2.postMessage(0); }));
+  const spent = [];
+  for (let i = 0; i < 60; i++) {
+    await frame();
+    const begin = performance.now();
+    input.value = 5 * i;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+    spent.push(performance.now() - begin);
+  }
+  return spent;
+}"""
+
+
+def spent(work):
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
+def one_visit(case):
+    found, bench = {}, case.open()
+    page = case.page(bench)
+    page.click("#tutorial")
+    page.wait_for_selector("#error-value")
+    page.click("#close")
+    expect(page.locator("#tutorial")).to_be_visible()
+    Path(case.folder / "davarlab-files/tutorial_sensor.csv.davarlab.json").unlink()
+    found["first curve after the file is there, s"] = spent(lambda: (page.click("#tutorial"), page.wait_for_selector("#error-value")))
+    found["first candidates, s"] = spent(lambda: expect(page.locator(".candidate").first).to_be_visible())
+    found["all candidates, s"] = found["first candidates, s"] + spent(lambda: ranked(page))
+    slider = page.locator("[data-kind=angle_random_walk] input[type=range]")
+    found["slider to curve, ms"] = statistics.median(slider.evaluate(SLIDE))
+    box = page.locator("[data-kind=angle_random_walk] input[type=number]")
+
+    def by_hand():
+        box.fill("0.4")
+        box.blur()
+        expect(page.locator("#candidates")).to_contain_text("fit first")
+
+    found["value set by hand to verdict, ms"] = 1000 * spent(by_hand)
+    found["refit, ms"] = 1000 * spent(lambda: (page.click("#refit"), expect(page.locator("#candidates")).not_to_contain_text("fit first")))
+    ranked(page)
+    found["a candidate added, s"] = spent(lambda: (page.keyboard.press("1"), expect(page.locator(".card")).to_have_count(3)))
+    ranked(page)
+    found["cell to its samples, ms"] = 1000 * spent(lambda: (page.keyboard.press("w"), expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible()))
+    return found
+
+
+class Benchmark(Visiting):
+    def runTest(self):
+        self.rows = one_visit(self)
+
+
+def main(repeats):
+    Benchmark.setUpClass()
+    rows = []
+    for _ in range(repeats):
+        case = Benchmark()
+        result = unittest.TestResult()
+        case.run(result)
+        for _, why in result.errors + result.failures:
+            raise SystemExit(why)
+        rows.append(case.rows)
+    Benchmark.tearDownClass()
+    print("| what | median | worst | goal |\n|---|---|---|---|")
+    for name, goal in GOALS.items():
+        values = [row[name] for row in rows]
+        print(f"| {name} | {statistics.median(values):.3g} | {max(values):.3g} | {goal:g} |")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)

@@ -1,0 +1,132 @@
+"""A closer look: stretches alone or cut out against files that hold just that, a lag against the truth, data sheets against formulas, keys alone."""
+
+import json
+import math
+import unittest
+
+from playwright.sync_api import expect
+from visiting import FIRST, Visiting, error, ranked, run
+
+
+def made(folder, effects="", seconds=900, seed=8):
+    scenario, recording = folder / "scenario.toml", folder / "rec.csv"
+    scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + effects + f"[simulate]\nseed = {seed}\nduration_s = {seconds}\n")
+    done = run("simulate", scenario, "-o", recording)
+    assert done.returncode == 0, done.stderr
+    return recording
+
+
+def fit_of(path, folder):
+    """What `davarlab fit` says of a file: the values with their intervals, and the judge."""
+    model = folder / "first.toml"
+    model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
+    found = json.loads(run("fit", path, "-m", model, "--json").stdout)
+    return [list(one["parameters"].values())[0] for one in found["effects"]], found["adequacy"]
+
+
+class Sights(Visiting):
+    def assert_same(self, step, told):
+        values, adequacy = told
+        for card, one in zip(step["cards"], values, strict=True):
+            for name in ("value", "low", "high"):
+                self.assertAlmostEqual(card["parameters"][0][name] / one[name], 1, places=6)
+        self.assertEqual(step["adequacy"], adequacy)
+
+    def test_a_stretch_alone_is_a_file_of_its_own(self):
+        recording = made(self.folder)
+        header, *rows = [line for line in recording.read_text().splitlines() if not line.startswith("#")]
+        part = self.folder / "part.csv"
+        part.write_text("\n".join([header, *rows[10000:30000]]) + "\n")
+        bench = self.open(recording)
+        self.assertEqual(bench.act("sight", alone=[200.0, 600.0])[1]["samples"], 20000)
+        self.assert_same(bench.ask("step")[1], fit_of(part, self.folder))
+
+    def test_what_is_cut_out_is_as_if_it_had_been_lost(self):
+        recording = made(self.folder)
+        header, *rows = [line for line in recording.read_text().splitlines() if not line.startswith("#")]
+        less = self.folder / "less.csv"
+        less.write_text("\n".join([header, *rows[:10000], *rows[12500:]]) + "\n")
+        bench = self.open(recording)
+        self.assertEqual(bench.act("sight", cut=[[200.0, 250.0]])[1]["gaps"], 1)
+        self.assert_same(bench.ask("step")[1], fit_of(less, self.folder))
+
+    def test_sights_keep_their_steps_and_nonsense_is_refused(self):
+        recording = made(self.folder)
+        bench = self.open(recording)
+        before = bench.ask("step")[1]["error"]
+        bench.act("sight", alone=[100.0, 400.0])
+        for wrong in ({"alone": [5.0, 4.0]}, {"alone": [0.0, 5.0]}, {"alone": [0.0, 1e9]}, {"cut": [[-1.0, 5.0]]}, {"column": "temp_degC"}, {"cut": [[1.0]]},
+                      {"cut": [[0.0, 900.0]]}):
+            status, answer = bench.act("sight", **wrong)
+            self.assertEqual((status, "\n" in answer["error"]), (400, False), wrong)
+        everything = bench.ask("all")[1]
+        self.assertEqual([one["alone"] for one in everything["sights"] if one["here"]], [[100.0, 400.0]])
+        bench.stop()
+        again = self.open(recording)
+        self.assertEqual(again.ask("all")[1]["samples"], 15000)
+        again.act("sight")
+        self.assertEqual(again.ask("step")[1]["error"], before)
+
+
+class Looks(Visiting):
+    def test_a_lag_brings_the_branches_together_where_it_is_true(self):
+        recording = made(self.folder, '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\nlag_s = 60.0\n', 3600)
+        bench = self.open(recording)
+
+        def scatter(lag_s):
+            found = bench.ask("against", column="temp_degC", lag_s=lag_s)[1]
+            x, y = found["x"], found["left"]
+            mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+            slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+            return sum((b - mean_y - slope * (a - mean_x)) ** 2 for a, b in zip(x, y)) / len(x)
+
+        best = scatter(60.0)
+        self.assertGreater(scatter(0.0), 1.3 * best)
+        self.assertGreater(scatter(200.0), 1.3 * best)
+
+    def test_a_data_sheet_is_its_formula(self):
+        bench = self.open(made(self.folder))
+        found = bench.ask("sheet", angle_random_walk=0.6)[1]
+        for tau, value in zip(found["tau_s"], found["deviation"]):
+            self.assertAlmostEqual(value, 0.6 / 60 / math.sqrt(tau), delta=0.01 * value)
+        for given in ({}, {"shocks": 1}, {"angle_random_walk": "much"}, {"angle_random_walk": -1}):
+            self.assertEqual(bench.ask("sheet", **given)[0], 400, given)
+
+    def test_the_axes_are_those_of_the_library(self):
+        recording = made(self.folder)
+        bench = self.open(recording)
+        one, = bench.ask("axes")[1]["axes"]
+        rows = [line.split(",") for line in recording.read_text().splitlines() if not line.startswith("#")]
+        x = [float(row[rows[0].index("gyro_z_dps")]) for row in rows[1:]]
+        total = [0.0]
+        for value in x:
+            total.append(total[-1] + value)
+        m = 16
+        square = [(total[i + 2 * m] - 2 * total[i + m] + total[i]) ** 2 for i in range(len(x) - 2 * m + 1)]
+        self.assertAlmostEqual(one["measured"][4], math.sqrt(sum(square) / len(square) / 2) / m, delta=1e-6)
+
+    def test_everything_can_be_done_with_keys(self):
+        bench = self.open(made(self.folder, '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.02\nfrequency_hz = 3.0\n'))
+        page = self.page(bench)
+        ranked(page)
+        page.keyboard.press("1")
+        expect(page.locator(".card")).to_have_count(3)
+        after = error(page)
+        page.keyboard.press("u")
+        expect(page.locator(".card")).to_have_count(2)
+        page.keyboard.press("r")
+        expect(page.locator(".card")).to_have_count(3)
+        self.assertEqual(error(page), after)
+        page.keyboard.press("?")
+        expect(page.locator("#help")).to_be_visible()
+        page.keyboard.press("Escape")
+        reached = set()
+        for _ in range(80):
+            page.keyboard.press("Tab")
+            reached.add(page.evaluate("document.activeElement.id || document.activeElement.type || document.activeElement.className"))
+        self.assertLessEqual({"undo", "refit", "save", "axis", "range", "number", "checkbox", "alone", "cut", "against-column", "lag"}, reached)
+        self.assert_quiet()
+
+
+if __name__ == "__main__":
+    unittest.main()
