@@ -92,6 +92,27 @@ class Looks(Visiting):
         for given in ({}, {"shocks": 1}, {"angle_random_walk": "much"}, {"angle_random_walk": -1}):
             self.assertEqual(bench.ask("sheet", **given)[0], 400, given)
 
+    def test_a_slider_that_is_held_shows_what_it_will_be(self):
+        recording, model = made(self.folder), self.folder / "model.toml"
+        model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.01\ncorrelation_time_s = 5.0\n')
+        bench = self.open(recording, "-m", model)
+        moved = {"place": 2, "name": "correlation_time_s", "value": 40.0}
+        held = bench.ask("preview", **moved)[1]
+        self.assertEqual(bench.act("set", place=2, parameters={moved["name"]: moved["value"]})[0], 200)
+        shown = bench.ask("step")[1]["deviation"]
+        for name in ("tau_s", "model"):
+            self.assertEqual(len(held[name]), len(shown[name]))
+            for one, other in zip(held[name], shown[name]):
+                self.assertAlmostEqual(one / other, 1, places=9)
+
+    def test_the_spectrum_over_time_shows_a_line(self):
+        bench = self.open(made(self.folder, '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.05\nfrequency_hz = 3.0\n'))
+        for column in ("time_s", "temp_degC"):
+            found = bench.ask("spectrogram", column=column)[1]
+            loudest = max(range(len(found["f_hz"])), key=lambda row: sum(found["density"][row]))
+            self.assertAlmostEqual(math.log(found["f_hz"][loudest] / 3.0), 0, delta=0.15)
+            self.assertEqual(found["x"], sorted(found["x"]))
+
     def test_the_axes_are_those_of_the_library(self):
         recording = made(self.folder)
         bench = self.open(recording)

@@ -14,6 +14,7 @@ from ..errors import BadInput
 from ..inference.parts import Part
 
 KEPT = 6  # outcomes in memory
+SET = "as set"  # of an outcome whose values stand as somebody set them
 ROWS = 5  # of a log, to look at
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # of a first model; the fit moves them
 
@@ -104,8 +105,10 @@ class Desk:
         model = models.of_text(text, "model")
         if not model.terms:
             raise BadInput("a model needs an effect")
+        if not fitted and (text, SET) in self.outcomes:
+            return self.outcomes[text, SET]
         best = self.remembered(text, lambda: self.fit(model, progress))
-        return best if fitted else self.remembered((text, "as set"), lambda: self.as_set(best, model))
+        return best if fitted else self.as_set(best, model)
 
     def fit(self, model, progress):
         state, fitted, entries = improve.fit(self.recording, model, progress)
@@ -119,7 +122,8 @@ class Desk:
         """The values as they stand, judged as `davarlab compare` judges them."""
         if [part.kind for part in best.fitted.parts] != model.kinds:
             raise BadInput("these values cannot be compared: the effects of the fit are others")
-        return Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model))
+        return self.remembered((models.text_of(model), SET),
+                               lambda: Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)))
 
     def ranked(self, text, progress, partly=lambda kind, found: None):
         """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them; `partly` hears what was found so far, and may raise."""

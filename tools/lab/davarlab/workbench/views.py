@@ -1,9 +1,9 @@
 """What the page draws, as plain values: the numbers of the terminal, thinned for a screen."""
 
 import numpy as np
-from scipy import stats
+from scipy import signal, stats
 
-from ..diagnosis import contributions, evidence, judge, search
+from ..diagnosis import cells, contributions, evidence, judge, search
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
@@ -11,27 +11,39 @@ from ..report import values, words
 
 LINES = 400  # points of a spectrum
 ENVELOPE = 1200  # of a record
+PIECES, ROWS = 64, 60  # of a spectrogram
 CLOUD = 800  # of a column against another
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
 
-def whole_record(cells):
+def whole_record(found):
     """The cells of the longest window."""
-    stop = max(cell.stop_s - cell.start_s for cell in cells)
-    return [cell for cell in cells if cell.stop_s - cell.start_s == stop]
+    stop = max(cell.stop_s - cell.start_s for cell in found)
+    return [cell for cell in found if cell.stop_s - cell.start_s == stop]
 
 
 def deviation(outcome, recording):
     """The curve: measured, model, its 95 % band, and each effect's own where it has one (8.1)."""
-    cells = whole_record(outcome.state.cells)
-    freedom = np.array([cell.freedom for cell in cells])
-    model = np.array([cell.model_dps for cell in cells])
+    row = whole_record(outcome.state.cells)
+    freedom = np.array([cell.freedom for cell in row])
+    model = np.array([cell.model_dps for cell in row])
     low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
     parts = list(contributions.of_state(outcome.state, recording, outcome.model)) if outcome.state.fit.sizes.size else []
-    taus = [cell.tau_s for cell in cells]
-    return {"tau_s": taus, "measured": [cell.measured_dps for cell in cells], "model": model.tolist(), "low": low.tolist(),
-            "high": high.tolist(), "z": [cell.z for cell in cells],
+    taus = [cell.tau_s for cell in row]
+    return {"tau_s": taus, "measured": [cell.measured_dps for cell in row], "model": model.tolist(), "low": low.tolist(),
+            "high": high.tolist(), "z": [cell.z for cell in row],
             "effects": [{"kind": kind, "deviation": at(taus, own_taus, values_)} for kind, own_taus, values_ in parts]}
+
+
+def preview(state):
+    """The model's curve alone, as fast as a slider moves: no cells, no record."""
+    bench = state.bench
+    window = len(bench.y) // 2 * 2
+    taus = allan.octaves(window)
+    noise, _, _, steady = cells.Expectation(state).of(window, taus)
+    course = bench.mean_course(state.parts, state.fit)
+    known = allan.windows(course, window, taus)[0][0] ** 2 if np.any(course) else 0.0
+    return {"tau_s": [m / bench.data.rate_hz for m in taus], "model": np.sqrt(noise + steady + known).tolist()}
 
 
 def at(taus, own_taus, deviations):
@@ -110,7 +122,7 @@ def stretch(desk, start_s, stop_s):
     energy = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2 * 2 / (rate * 0.375 * len(part))
     f = np.fft.rfftfreq(len(part), 1 / rate)
     edges = np.unique(np.round(np.geomspace(1, len(f) - 1, LINES)).astype(int))
-    density = np.sqrt(np.add.reduceat(energy, edges[:-1])[:len(edges) - 1] / np.diff(edges))
+    density = np.sqrt(np.add.reduceat(energy[:edges[-1]], edges[:-1]) / np.diff(edges))
     columns = [desk.column] + [name for name in ("temp_degC",) if name in desk.recording.columns]
     return {"start_s": start_s, "stop_s": stop_s, "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
             "f_hz": f[edges[:-1]].tolist(), "density": density.tolist()}
@@ -138,3 +150,20 @@ def sheet(terms, rate_hz, samples):
     taus = allan.octaves(samples // 2 * 2)
     variance = allan.expected(allan.on_grid(spectrum_of(parts, sizes, rate_hz), rate_hz), taus)
     return {"tau_s": [m / rate_hz for m in taus], "deviation": np.sqrt(variance).tolist()}
+
+
+def spectrogram(desk, column):
+    """Density of the gyro over time or over the value of another column: (places, frequencies, deg/s/sqrt(Hz)). Pieces of a sixty-fourth of the
+    record with their trend taken off, in the order of the column."""
+    rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
+    length = len(gyro) // PIECES
+    pieces = signal.detrend(gyro[:length * PIECES].reshape(PIECES, length)) * np.hanning(length)
+    energy = np.abs(np.fft.rfft(pieces)) ** 2 * 2 / (rate * 0.375 * length)
+    f = np.fft.rfftfreq(length, 1 / rate)
+    edges = np.unique(np.round(np.geomspace(2, len(f) - 1, ROWS)).astype(int))
+    density = np.add.reduceat(energy[:, :edges[-1]], edges[:-1], axis=1) / np.diff(edges)
+    place = (np.arange(PIECES) + 0.5) * length / rate
+    if column != "time_s":
+        place = desk.recording.column(column)[:length * PIECES].reshape(PIECES, length).mean(axis=1)
+    order = np.argsort(place, kind="stable")
+    return {"column": column, "x": place[order].tolist(), "f_hz": f[edges[:-1]].tolist(), "density": np.sqrt(density[order]).T.tolist()}

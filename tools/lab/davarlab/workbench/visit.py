@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .. import files, model as models, simulate
 from ..data import guess, recording as recordings
+from ..diagnosis import compare
 from ..effects import table
 from ..errors import BadInput
 from ..report import export, words
@@ -30,8 +31,8 @@ class Visit:
         self.folder, self.desk, self.steps, self.log = Path(folder), None, None, None
         self.tell = lambda **event: None
         self.hurried = lambda: False  # is an action waiting for what is being computed
-        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against}
-        self.looks = {"all": self.everything, "stretch": self.stretch, "axes": self.axes, "sheet": self.sheet, "effects": self.effects,
+        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview}
+        self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet, "effects": self.effects,
                       "save": self.save}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line, "set": self.set, "refit": self.refit,
                         "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
@@ -226,6 +227,20 @@ class Visit:
         return {"place": int(place), "deviation": views.deviation(found, self.desk.recording), "error": judgement.error, "floor": judgement.floor,
                 "said": words.adequacy(judgement), "parameters": views.card(found, len(found.model.terms) - 1, None)["parameters"]}
 
+    def preview(self, place, name, value):
+        """The curve with one value moved, while a slider is held."""
+        step = self.here()
+        model = self.moved(step, place, {name: float(value)})
+        return views.preview(compare.as_given(self.best(step).fitted, model))
+
+    def moved(self, step, place, parameters):
+        """The model of a step with some values of an effect set by hand."""
+        model = models.of_text(step.text, "model")
+        term = self.term(model, place)
+        model.terms[int(place)] = models.checked_term({"kind": term.kind, **term.parameters, **parameters}, term.kind)
+        models.check_lines(model.terms, model.rate_hz, term.kind)
+        return model
+
     def joined(self, step, candidate):
         key = (step.text, candidate.kind, str(candidate.part.key))
         return self.desk.remembered(key, lambda: self.desk.with_candidate(step.text, candidate, self.progress))
@@ -249,17 +264,13 @@ class Visit:
     def set(self, place, parameters):
         """Values of an effect by hand; they are judged as they stand."""
         step = self.here()
-        model = models.of_text(step.text, "model")
-        term = self.term(model, place)
-        entry = {"kind": term.kind, **term.parameters, **parameters}
-        model.terms[int(place)] = models.checked_term(entry, term.kind)
-        models.check_lines(model.terms, model.rate_hz, term.kind)
-        self.grow(f"set {words.name(term.kind)}", "", model, self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
+        model = self.moved(step, place, parameters)
+        self.grow(f"set {words.name(model.kinds[int(place)])}", "", model, self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
         return self.changed()
 
     def best(self, step):
-        """The fit that a step came from."""
-        while not step.fitted:
+        """The fit that a step came from; of a model as given, the fit of its effects."""
+        while not step.fitted and step.parent is not None:
             step = self.steps.steps[step.parent]
         return self.desk.of(step.text, True, self.progress)
 
@@ -322,6 +333,13 @@ class Visit:
         if not 0 <= float(lag_s) <= self.desk.recording.samples / self.desk.recording.rate_hz:
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
         return views.against(self.desk, step.text, column, float(lag_s))
+
+    def spectrogram(self, column="time_s"):
+        """The spectrum over the time, or over the value of a column."""
+        self.here()
+        if column not in self.desk.recording.columns and column != "time_s":
+            raise BadInput(f"no column {column}")
+        return views.spectrogram(self.desk, column)
 
     def axes(self):
         self.here()

@@ -49,7 +49,7 @@ export function deviation(view, ghost) {
 }
 
 // The model's curve while a slider is held: one path above the chart, moved without a redraw.
-export function moving(view, model) {
+export function moving(taus, model) {
   const plot = document.getElementById("deviation");
   const { xaxis, yaxis } = plot._fullLayout;
   let path = plot.querySelector("path.moving");
@@ -61,7 +61,7 @@ export function moving(view, model) {
   }
   path.setAttribute("stroke", colour("green"));
   path.setAttribute("stroke-width", "3");
-  const points = view.deviation.tau_s.map((tau, i) =>
+  const points = taus.map((tau, i) =>
     `${(xaxis._offset + xaxis.l2p(Math.log10(tau))).toFixed(1)},${(yaxis._offset + yaxis.l2p(Math.log10(model[i]))).toFixed(1)}`);
   path.setAttribute("d", `M${points.join("L")}`);
 }
@@ -157,4 +157,11 @@ export function axes(all, sheet) {
   const traces = all.map((one, i) => ({ ...line(one.tau_s, one.measured, one.column, { color: COLOURS[i], width: 2 }), mode: "lines+markers" }));
   if (sheet) traces.push(line(sheet.tau_s, sheet.deviation, "data sheet", { color: colour("ink"), dash: "dash", width: 2 }));
   return draw("axes", traces, layout(axis("averaging time τ, s", { type: "log" }), axis("Allan deviation, deg/s", { type: "log" })));
+}
+
+export function spectrogram(one) {
+  return draw("spectrogram", [{
+    type: "heatmap", x: one.x, y: one.f_hz, z: one.density.map((row) => row.map((value) => Math.log10(Math.max(value, 1e-12)))), colorscale: "Cividis",
+    colorbar: { title: { text: "log₁₀ deg/s/√Hz", side: "right" }, thickness: 12 }, hovertemplate: "%{x:.4g}, %{y:.3g} Hz: 10^%{z:.2f}<extra></extra>",
+  }], layout(axis(one.column), axis("frequency, Hz", { type: "log" })));
 }

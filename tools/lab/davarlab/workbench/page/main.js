@@ -77,6 +77,8 @@ async function closer() {
   const chosen = at("against-column").value;
   fill("against-column", ...all.columns.map((name) => element("option", { value: name, selected: name === (chosen || "temp_degC") }, name)));
   await beside();
+  fill("over", ...["time_s", ...all.columns].map((name) => element("option", { value: name, selected: name === at("over").dataset.chosen }, name)));
+  await charts.spectrogram(await ask("spectrogram", { column: at("over").value }));
   if (axes?.of !== all.recording) axes = { of: all.recording, all: (await ask("axes")).axes };
   await charts.axes(axes.all, sheet);
 }
@@ -114,8 +116,29 @@ function verdict() {
   place.className = view.adequacy;
 }
 
+let following = false, asked = null;
+
+// A shape has no sum to add: the server says the curve, one request at a time, the newest value next.
+async function follow(card, parameter, value) {
+  asked = { place: card.place, name: parameter.name, value };
+  if (following) return;
+  following = true;
+  while (asked) {
+    const given = asked;
+    asked = null;
+    try {
+      const answer = await ask("preview", given);
+      if (document.activeElement?.type === "range") charts.moving(answer.tau_s, answer.model);
+    } catch { break; }
+  }
+  following = false;
+}
+
 const cards = {
-  moved: (card, parameter, value) => { const model = stack.withSize(view, card, parameter, value); if (model) charts.moving(view, model); },
+  moved: (card, parameter, value) => {
+    const model = stack.withSize(view, card, parameter, value);
+    if (model) charts.moving(view.deviation.tau_s, model); else follow(card, parameter, value);
+  },
   released: (card, parameter, value) => change(`judging ${parameter.name} = ${value}`, "set", { place: card.place, parameters: { [parameter.name]: value } }),
   off: (card) => change(`fitting without ${card.name}`, "remove", { place: card.place }),
   on: (place) => change("fitting with it again", "restore", { place }),
@@ -152,9 +175,9 @@ function partly(event) {
 }
 
 function candidate(one) {
-  const note = element("small", {}, one.why);
+  const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`) : null;
   const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
-    onclick: () => add(one) }, `${one.place + 1}. ${one.name}`, note);
+    onclick: () => add(one) }, `${one.place + 1}. ${one.name}`, note, confirm);
   let wanted = null;
   button.addEventListener("pointerenter", () => { wanted = setTimeout(() => ghost(one, note), 300); });
   button.addEventListener("pointerleave", () => { clearTimeout(wanted); if (view) charts.deviation(view); });
@@ -191,6 +214,16 @@ async function look(cell) {
 
 const worst = () => look(view.map.reduce((a, b) => (Math.abs(b.z) > Math.abs(a.z) ? b : a)));
 
+// The curve of another step beside this one's.
+async function other(step) {
+  const turn = drawn;
+  if (step.number === all.current) { charts.deviation(view); return; }
+  try {
+    const one = await ask("step", { number: step.number });
+    if (turn === drawn) await charts.deviation(view, { name: `step ${step.number + 1}`, deviation: one.deviation });
+  } catch { /* a picture less */ }
+}
+
 function timeline() {
   const here = all.steps[all.current], child = all.steps.filter((s) => s.parent === here.number).at(-1);
   at("undo").disabled = here.parent === null;
@@ -200,7 +233,7 @@ function timeline() {
   const way = [];
   for (let step = here; step; step = step.parent === null ? null : all.steps[step.parent]) way.unshift(step);
   fill("timeline", element("h2", {}, "Steps"), element("ol", { class: "steps" }, ...all.steps.map((step) => element("li", {},
-    element("button", { "aria-current": step.number === all.current ? "step" : null, onclick: () => change("going there", "go", { number: step.number }) },
+    element("button", { "aria-current": step.number === all.current ? "step" : null, onpointerenter: () => other(step), onclick: () => change("going there", "go", { number: step.number }) },
       `${step.number + 1}${step.parent === null || step.parent === step.number - 1 ? "" : ` (from ${step.parent + 1})`}. ${step.did}: ${number(step.error)}`)))),
     element("div", { id: "falling", class: "chart" }),
     all.commands.length ? element("details", {}, element("summary", {}, "The same in a terminal"), element("pre", {}, all.commands.join("\n"))) : null,
@@ -220,6 +253,10 @@ document.addEventListener("keydown", (event) => {
 });
 at("axis").onchange = () => change(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
 at("against-column").onchange = () => doing("", beside);
+at("over").onchange = () => {
+  at("over").dataset.chosen = at("over").value;
+  doing("", async () => charts.spectrogram(await ask("spectrogram", { column: at("over").value })));
+};
 at("lag").oninput = () => doing("", beside);
 at("sheet").onsubmit = (event) => {
   event.preventDefault();
