@@ -61,7 +61,11 @@ class Sights(Visiting):
             self.assertEqual((status, "\n" in answer["error"]), (400, False), wrong)
         everything = bench.ask("all")[1]
         self.assertEqual([one["alone"] for one in everything["sights"] if one["here"]], [[100.0, 400.0]])
-        bench.stop()
+        elsewhere = self.open(recording)
+        self.assertEqual(elsewhere.act("sight")[0], 200)
+        self.assertIn("somebody else", bench.act("refit")[1]["error"])
+        self.assertEqual(elsewhere.act("sight", alone=[100.0, 400.0])[0], 200)
+        bench.stop(), elsewhere.stop()
         again = self.open(recording)
         self.assertEqual(again.ask("all")[1]["samples"], 15000)
         again.act("sight")

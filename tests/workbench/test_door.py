@@ -55,7 +55,7 @@ class Logs(Visiting):
     def test_what_is_no_recording_is_refused_in_one_line(self):
         bench = self.open()
         page = self.page(bench)
-        for name, data in (("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"), ("empty.csv", b""), ("short.csv", b"gyro_z_dps\n1\n2\n"),
+        for name, data in (("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"), ("empty.csv", b""), ("short.csv", b"time_s,gyro_z_dps\n0,1\n0.02,2\n0.04,1\n"),
                            ("words.csv", b"time_s,gyro_z_dps\n0,fast\n"), ("cut.csv.gz", gzip.compress(b"a,b\n1,2\n" * 1000)[:40])):
             page.set_input_files("#file", {"name": name, "mimeType": "text/csv", "buffer": data})
             expect(page.locator("#error")).to_contain_text(name)
@@ -74,6 +74,12 @@ class Door(Visiting):
             self.assertEqual(bench.request(path, headers={**own, "Host": "evil.example"})[0], 400, path)
         self.assertEqual(bench.request("/api/open", b'{"path": "/etc/passwd"}', {"Content-Type": "application/json"})[0], 403)
         self.assertEqual(bench.request("/api/all", headers={**own, "Origin": bench.origin})[0], 200)
+        page = self.browser.new_page()
+        self.addCleanup(page.close)
+        for address, heard in ((bench.address.replace("http", "ws").replace("/?", "/events?"), False), (f"ws{bench.origin[4:]}/events", False)):
+            page.goto("data:text/html,<p>elsewhere")  # another origin, with and without the token
+            self.assertEqual(page.evaluate("""(address) => new Promise((done) => { const s = new WebSocket(address);
+                s.onopen = () => done(true); s.onerror = () => done(false); })""", address), heard)
 
     def test_nothing_but_the_page_is_served(self):
         bench = self.open()
@@ -85,8 +91,27 @@ class Door(Visiting):
         for name in ("../away.csv", "/tmp/away.csv", "a/b.csv", "..", ".hidden", "", "new\nline.csv"):
             status, text = bench.request("/api/drop?" + "name=" + name.replace("/", "%2F").replace("\n", "%0A"), b"a,b\n1,2\n")
             self.assertEqual(status, 400, name)
-            self.assertIn("not a name for a file", json.loads(text)["error"])
-        self.assertEqual(list(self.folder.iterdir()), [])
+            self.assertIn("not a name for a recording", json.loads(text)["error"])
+        self.assertEqual([path.name for path in self.folder.rglob("*") if path.is_file()], [])
+
+    def test_another_file_of_the_same_name_takes_nothing_from_the_first(self):
+        first, second = self.folder / "one.csv", self.folder / "two.csv"
+        for path, loud in ((first, 1), (second, 20)):
+            rng = random.Random(loud)
+            path.write_text("time_s,gyro_z_dps\n" + "".join(f"{i / 50:.2f},{rng.gauss(0, 0.1 * loud):.6f}\n" for i in range(3000)))
+        bench = self.open()
+        names = []
+        for path in (first, second, first):
+            status, text = bench.request("/api/drop?name=rec.csv", path.read_bytes())
+            self.assertEqual(status, 200, text)
+            names.append((json.loads(text)["recording"].split("/")[-1], round(json.loads(text)["steps"][0]["error"], 6)))
+        self.assertEqual([name for name, _ in names], ["rec.csv", "rec-2.csv", "rec.csv"])
+        self.assertEqual(names[0], names[2])
+        first.write_bytes(second.read_bytes())
+        (self.folder / "davarlab-files/rec.csv").write_bytes(second.read_bytes())
+        done = run("open", "--no-browser", self.folder / "davarlab-files/rec.csv")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)
+        self.assertIn("another recording", done.stderr)
 
     def test_what_is_asked_wrongly_is_refused_in_one_line(self):
         bench = self.open()
@@ -106,7 +131,9 @@ class Door(Visiting):
     def test_a_session_that_is_none_is_named_and_left_alone(self):
         log(self.folder / "rec.csv", ("time_s", "gyro_z_dps", *NAMES[2:]))
         session = self.folder / "rec.csv.davarlab.json"
-        for text in ("{", "[]", '{"version": 7}', '{"version": 1, "log": null, "column": "x", "trees": {"x": {"steps": [], "current": 0}}}'):
+        step = {"number": 0, "parent": None, "did": "", "text": '[sensor]\ncolumn = "x"\n'}
+        for text in ("{", "[]", '{"version": 7}', *(json.dumps({"version": 1, "log": None, "sha256": "", "sight": sight, "trees": {sight: {"steps": steps, "current": 0}}})
+                       for sight, steps in (('["x", [], []]', []), ('["x", [], []]', [dict(step, text='[[effect]]\nkind = "mine"')]), ('["x", [], []]', [step]), ("7", [step])))):
             session.write_text(text)
             done = run("open", "--no-browser", self.folder / "rec.csv")
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)

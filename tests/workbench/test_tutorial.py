@@ -78,6 +78,14 @@ class Tutorial(Visiting):
         self.assertEqual([(one["kind"], one["gain"]) for one in shown[:3]], [(one["kind"], one["gain"]) for one in told[:3]])
         self.assertEqual(bench.ask("ghost", place=0)[1]["error"], told[0]["error_after"])
 
+        # nothing can be compared with a model without noise; what was refused leaves no step behind
+        steps = len(bench.ask("all")[1]["steps"])
+        self.assertEqual(bench.act("remove", place=1)[0], 200)
+        self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": 0.0})[0], 400)
+        self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": 0.5}, number=0)[0], 400)
+        self.assertEqual(bench.act("go", number=0)[0], 200)
+        self.assertEqual(len(bench.ask("all")[1]["steps"]), steps + 1)
+
         # values by hand are judged as `compare` judges them
         given = tomllib.loads(step["text"])["effect"][0]["coefficient_deg_per_sqrt_h"] * 1.2
         self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": given})[0], 200)

@@ -27,33 +27,19 @@ def emit(options, data, text):
 def load(options):
     model = models.read(options.model)
     recording = recordings.read(options.recording, options.rate)
-    check_fits(model, recording, options)
-    noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
-    if options.command != "fit" and noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
-        raise BadInput(f"{options.model}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
+    models.check_fits(model, recording, options.model)
+    if options.command != "fit":
+        models.check_noise(model, options.model)
     if len(recording.gaps):
         progress(f"{len(recording.gaps)} gaps: {(~recording.known).sum()} samples of the even grid are missing")
     return recording, model
-
-
-def check_fits(model, recording, options):
-    """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
-    rates = [recording.rate_hz, recording.read_hz or recording.rate_hz]
-    if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
-        raise BadInput(f"{options.model}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz")
-    models.check_lines(model.terms, recording.rate_hz, options.model)
-    recording.rate_dps(model.column)
-    for kind in model.kinds:
-        for need in table.find(kind).needs:
-            if not any(name.startswith(need) for name in recording.columns):
-                raise BadInput(f"{recording.name}: {kind} needs a column {need}...")
 
 
 def load_held_out(options, model):
     if not options.held_out:
         return None
     held_out = recordings.read(options.held_out, options.rate)
-    check_fits(model, held_out, options)
+    models.check_fits(model, held_out, options.model)
     return held_out
 
 

@@ -1,6 +1,7 @@
 """Files that are written whole or not at all."""
 
 import contextlib
+import hashlib
 import os
 import secrets
 import signal
@@ -24,6 +25,15 @@ def unbroken():
             signal.signal(number, handler)
         for number in came[:1]:
             signal.raise_signal(number)
+
+
+def sha256(path):
+    """Of a file's bytes. Raises BadInput."""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as why:
+        raise BadInput(f"{path}: {reason(why)}") from None
 
 
 def partial(path):

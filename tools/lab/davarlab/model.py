@@ -95,6 +95,26 @@ def check_lines(terms, rate_hz, where):
                            f"{rate_hz:g} Hz")
 
 
+def check_fits(model, recording, where):
+    """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
+    rates = [recording.rate_hz, recording.read_hz or recording.rate_hz]
+    if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
+        raise BadInput(f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz")
+    check_lines(model.terms, recording.rate_hz, where)
+    recording.rate_dps(model.column)
+    for kind in model.kinds:
+        for need in table.find(kind).needs:
+            if not any(name.startswith(need) for name in recording.columns):
+                raise BadInput(f"{recording.name}: {kind} needs a column {need}...")
+
+
+def check_noise(model, where):
+    """Raises BadInput where all noise of a model has the size 0."""
+    noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
+    if noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
+        raise BadInput(f"{where}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
+
+
 def terms_of(data, path):
     entries = data.get("effect", [])
     if not isinstance(entries, list):

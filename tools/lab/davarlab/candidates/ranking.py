@@ -269,20 +269,12 @@ def second_warm_up(bench, parts, fit):
     return found
 
 
-def scatter_of(bench, parts, fit, blocks):
-    """Of the energies per bin, when the model lets the white level change; None: chi-square."""
+def scatter_of(bench, parts, fit, blocks, of=modulation.dispersion):
+    """Of the energies per bin, when the model lets the white level change; None: chi-square. `of`: dispersion, or crowding."""
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     if modulation.constant(rows):
         return None
-    return modulation.dispersion(bench, modulation.white_share(bench, parts, fit), blocks, changes.fit(blocks, rows)[1])
-
-
-def crowding_of(bench, parts, fit, blocks):
-    """Of a few neighbouring ordinates, likewise."""
-    rows = modulation.variance_shapes(parts, bench.recording, blocks)
-    if modulation.constant(rows):
-        return None
-    return modulation.crowding(bench, modulation.white_share(bench, parts, fit), changes.fit(blocks, rows)[1])
+    return of(bench, modulation.white_share(bench, parts, fit), changes.fit(blocks, rows)[1])
 
 
 def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: None):
@@ -301,7 +293,7 @@ def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: Non
         if effect.kind == "sinusoid":
             found.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":
-            found.append(lines.wide(bench, parts, fit, lambda fine, full: crowding_of(fine, parts, full, blocks)))
+            found.append(lines.wide(bench, parts, fit, lambda fine, full: scatter_of(fine, parts, full, blocks, modulation.crowding)))
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             found.append(Candidate(effect.kind, *one) if one else None)

@@ -100,15 +100,16 @@ def of_column(name, values):
 def of(columns):
     """Guesses for the columns of a file (name -> numbers), in their order: one time, one temperature, one of each axis; the norm of the
     accelerometer says its unit where its name does not."""
-    found, taken = [], set()
-    for name, values in columns.items():
-        guess = of_column(name, np.asarray(values, float))
+    found, taken = {}, set()
+    guesses = [of_column(name, np.asarray(values, float)) for name, values in columns.items()]
+    for guess in sorted(guesses, key=lambda guess: guess.column != guess.name):  # who bears a name already keeps it
         if guess.quantity != "other" and guess.column in taken:
-            guess = Guess(name, "other")
+            guess = Guess(guess.name, "other")
         taken.add(guess.column)
-        found.append(guess)
-    weighed(found, columns)
-    return found
+        found[guess.name] = guess
+    ordered = [found[name] for name in columns]
+    weighed(ordered, columns)
+    return ordered
 
 
 def weighed(found, columns):

@@ -101,7 +101,7 @@ def levelled(c, variance, share):
     return out
 
 
-def dispersion(bench, share, blocks, variance):
+def dispersion(bench, share, variance):
     """How much more than chi-square the energy of each bin scatters: mean of the squared local variance over its squared mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
     relative = variance / variance.mean()
@@ -116,7 +116,7 @@ def crowding(bench, share, variance):
     """How much more than chi-square a few neighbouring ordinates have together, at most: they go with each other where the noise is loud for a
     while, by its level there over its mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
-    loudest = max(np.mean(piece) for piece in np.array_split(variance / variance.mean(), CROWDED))
+    loudest = max(np.mean(piece) for piece in np.array_split(variance / variance.mean(), min(CROWDED, len(variance))))
     return local(loudest, share, mean)
 
 

@@ -1,1 +1,1 @@
-"""The workbench in a browser: compare, see where it fails, add what is missing (DESIGN 13)."""
+"""The workbench in a browser: compare, see where it fails, add what is missing (DESIGN 16)."""

@@ -14,6 +14,7 @@ from ..errors import BadInput
 from ..inference.parts import Part
 
 KEPT = 6  # outcomes in memory
+SEPARATORS = ";\t,"
 SET = "as set"  # of an outcome whose values stand as somebody set them
 ROWS = 5  # of a log, to look at
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # of a first model; the fit moves them
@@ -29,14 +30,22 @@ class Outcome:
 
 
 def preview(path):
-    """A log before it is read as a recording: guesses for its columns, its first rows, how many."""
-    _, columns, line = tables.read(path, ";\t,")
-    found = guess.of(columns)
+    """A log before it is read as a recording: (guesses for its columns, what a page shows of it)."""
+    _, columns, line = tables.read(path, SEPARATORS)
+    found, rows = guess.of(columns), len(next(iter(columns.values())))
+    ticks = clock_of(columns, found, path, line)
+    missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
+    return found, {"path": str(path), "columns": [vars(one) for one in found], "rows": rows, "rate_hz": ticks and ticks.rate_hz, "missing": missing,
+                   "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))], "units": guess.UNITS}
+
+
+def clock_of(columns, found, path, line):
+    """The clock that is guessed; None where no column is the time, or none that runs."""
     time = next((one for one in found if one.quantity == "time"), None)
-    ticks = clock.of(columns[time.name] * time.factor, None, path, line) if time else None
-    return {"columns": [vars(one) | {"column": one.column} for one in found], "rows": len(next(iter(columns.values()))),
-            "rate_hz": ticks and ticks.rate_hz, "missing": 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places),
-            "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, len(next(iter(columns.values())))))]}
+    try:
+        return clock.of(columns[time.name] * time.factor, None, path, line) if time else None
+    except BadInput:
+        return None
 
 
 def pairs(guesses):
@@ -47,10 +56,7 @@ def pairs(guesses):
 
 def read(path, guesses=None, rate_hz=None):
     """The recording; guesses: where its columns are not called as davarlab calls them."""
-    renames, scales = pairs(guesses or [])
-    if not renames and not scales:
-        return recordings.read(path, rate_hz)
-    return recordings.at_own_rate(logs.imported(path, rate_hz, renames, scales))
+    return recordings.at_own_rate(logs.imported(path, rate_hz, *pairs(guesses or [])))
 
 
 def gyro_columns(recording):
@@ -118,10 +124,19 @@ class Desk:
         """Remembers an outcome that was reached by another way than a fit from its file."""
         return self.remembered(models.text_of(outcome.model), lambda: outcome)
 
-    def as_set(self, best, model):
-        """The values as they stand, judged as `davarlab compare` judges them."""
+    def same_effects(self, best, model):
         if [part.kind for part in best.fitted.parts] != model.kinds:
             raise BadInput("these values cannot be compared: the effects of the fit are others")
+        models.check_noise(model, "these values")
+
+    def given(self, best, model):
+        """The fit's state with the values of a model of the same effects."""
+        self.same_effects(best, model)
+        return compare.as_given(best.fitted, model)
+
+    def as_set(self, best, model):
+        """The values as they stand, judged as `davarlab compare` judges them."""
+        self.same_effects(best, model)
         return self.remembered((models.text_of(model), SET),
                                lambda: Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)))
 

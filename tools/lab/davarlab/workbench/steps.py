@@ -14,11 +14,10 @@ VERSION = 1
 @dataclass
 class Step:
     """A model that was reached. text: the model file; off: effects that are switched off, as in a model file; fitted: are the values those of
-    a fit; did: what led here, in words; command: what would do the same in a terminal."""
+    a fit; did: what led here, in words."""
     number: int
     parent: int | None
     did: str
-    command: str
     text: str
     fitted: bool = True
     off: list = field(default_factory=list)
@@ -52,6 +51,7 @@ class Steps:
     def __init__(self, recording_path):
         self.path, self.recording = Path(str(recording_path) + ENDING), str(recording_path)
         self.log = None  # how the columns are to be read, None: as they are called
+        self.sha256, self.written = files.sha256(recording_path), None
         self.trees, self.sight = {}, None  # Sight.text -> {"steps", "current"}; the one looked at
 
     @classmethod
@@ -60,9 +60,14 @@ class Steps:
         found = cls(recording_path)
         if found.path.exists():
             try:
-                found.take(json.loads(found.path.read_text(encoding="utf-8")))
-            except (OSError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as why:
+                found.written = found.path.read_bytes()
+                data = json.loads(found.written)
+                other = data["sha256"] != found.sha256
+                found.take(data)
+            except (BadInput, OSError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as why:
                 raise BadInput(f"{found.path}: not a session of davarlab ({why}); move it away to begin anew") from None
+            if other:
+                raise BadInput(f"{found.path}: the session of another recording of this name; move it away to begin anew")
         return found
 
     def take(self, data):
@@ -74,7 +79,7 @@ class Steps:
             Sight.of_text(sight)
             steps = [Step(**one) for one in tree["steps"]]
             for place, step in enumerate(steps):
-                if step.number != place or not (step.parent is None if place == 0 else 0 <= step.parent < place):
+                if step.number != place or not (step.parent is None or 0 <= step.parent < place):
                     raise ValueError(f"step {place}")
                 models.of_text(step.text, f"step {place}")
             if not 0 <= tree["current"] < len(steps):
@@ -83,10 +88,16 @@ class Steps:
         if self.sight.text not in self.trees:
             raise ValueError("sight")
 
-    def save(self):
-        trees = {sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]} for sight, tree in self.trees.items()}
-        data = {"version": VERSION, "recording": self.recording, "log": self.log, "sight": self.sight.text, "trees": trees}
-        files.write_whole(self.path, (json.dumps(data, indent=1, allow_nan=False) + "\n").encode())
+    def save(self, trees=None):
+        """Writes the session with these trees, which are the session's from then on; raises BadInput and changes nothing where it cannot."""
+        trees = self.trees if trees is None else trees
+        kept = {sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]} for sight, tree in trees.items()}
+        data = {"version": VERSION, "recording": self.recording, "sha256": self.sha256, "log": self.log, "sight": self.sight.text, "trees": kept}
+        text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+        if (self.path.read_bytes() if self.path.exists() else None) != self.written:
+            raise BadInput(f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again")
+        files.write_whole(self.path, text)
+        self.trees, self.written = trees, text
 
     @property
     def steps(self):
@@ -94,30 +105,25 @@ class Steps:
 
     @property
     def current(self):
-        return self.trees[self.sight.text]["current"]
+        return self.trees[self.sight.text]["current"] if self.steps else None
 
-    def grow(self, did, command, model, **more):
-        """A step behind the current one, which becomes the current one; the same step again is gone to, not made."""
-        tree = self.trees.setdefault(self.sight.text, {"steps": [], "current": None})
-        step = Step(len(tree["steps"]), tree["current"], did, command, models.text_of(model), **more)
-        same = next((one for one in tree["steps"] if (one.parent, one.text, one.fitted, one.off) == (step.parent, step.text, step.fitted, step.off)), None)
-        if not same:
-            tree["steps"].append(step)
-        tree["current"] = (same or step).number
-        self.save()
+    def grow(self, did, model, root=False, **more):
+        """A step behind the current one, or one that begins a tree of its own; it becomes the current one. The same step again is gone to, not made."""
+        step = Step(len(self.steps), None if root else self.current, did, models.text_of(model), **more)
+        here = None if root or self.current is None else self.here
+        alike = [here] if here else []
+        alike += [one for one in self.steps if one.parent == step.parent]
+        same = next((one for one in alike if (one.text, one.fitted, one.off) == (step.text, step.fitted, step.off)), None)
+        steps = self.steps if same else [*self.steps, step]
+        self.save({**self.trees, self.sight.text: {"steps": steps, "current": (same or step).number}})
 
     def go(self, number):
-        self.trees[self.sight.text]["current"] = number
-        self.save()
+        self.save({**self.trees, self.sight.text: {"steps": self.steps, "current": number}})
+
+    @property
+    def sights(self):
+        return [Sight.of_text(text) for text in self.trees]
 
     @property
     def here(self):
         return self.steps[self.current]
-
-    def way(self, number=None):
-        """The steps from the first to this one."""
-        step, found = self.steps[self.current if number is None else number], []
-        while step:
-            found.append(step)
-            step = None if step.parent is None else self.steps[step.parent]
-        return found[::-1]

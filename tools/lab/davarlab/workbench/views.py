@@ -31,7 +31,7 @@ def deviation(outcome, recording):
     parts = list(contributions.of_state(outcome.state, recording, outcome.model)) if outcome.state.fit.sizes.size else []
     taus = [cell.tau_s for cell in row]
     return {"tau_s": taus, "measured": [cell.measured_dps for cell in row], "model": model.tolist(), "low": low.tolist(),
-            "high": high.tolist(), "z": [cell.z for cell in row],
+            "high": high.tolist(),
             "effects": [{"kind": kind, "deviation": at(taus, own_taus, values_)} for kind, own_taus, values_ in parts]}
 
 
@@ -76,9 +76,9 @@ def card(outcome, place, taken):
     """One effect of the model: its parameters with interval and limits, and what the likelihood loses without it."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     effect = table.find(term.kind)
-    rows = [{"name": p.name, "unit": p.unit, "low_limit": p.low, "high_limit": p.high, "scale": p.scale, "size": p is effect.size and effect.sized,
-             "words": list(p.values), **values.estimates({p.name: entry[p.name]})[p.name]} for p in effect.parameters if p.name in entry]
-    return {"place": place, "kind": term.kind, "name": words.name(term.kind), "physics": effect.physics, "role": effect.role,
+    rows = [{"name": p.name, "unit": p.unit, "low_limit": p.low, "high_limit": p.high, "size": p is effect.size and effect.sized,
+             **values.estimates({p.name: entry[p.name]})[p.name]} for p in effect.parameters if p.name in entry]
+    return {"place": place, "kind": term.kind, "name": words.name(term.kind), "physics": effect.physics,
             "parameters": rows, "loss": taken}
 
 
@@ -119,7 +119,7 @@ def stretch(desk, start_s, stop_s):
     """What is in a stretch of the record: the gyro, the temperature, the spectrum."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     part = gyro[int(start_s * rate):int(stop_s * rate)]
-    energy = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2 * 2 / (rate * 0.375 * len(part))
+    energy = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2 / (rate * 0.375 * len(part))
     f = np.fft.rfftfreq(len(part), 1 / rate)
     edges = np.unique(np.round(np.geomspace(1, len(f) - 1, LINES)).astype(int))
     density = np.sqrt(np.add.reduceat(energy[:edges[-1]], edges[:-1]) / np.diff(edges))
@@ -158,7 +158,7 @@ def spectrogram(desk, column):
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     length = len(gyro) // PIECES
     pieces = signal.detrend(gyro[:length * PIECES].reshape(PIECES, length)) * np.hanning(length)
-    energy = np.abs(np.fft.rfft(pieces)) ** 2 * 2 / (rate * 0.375 * length)
+    energy = np.abs(np.fft.rfft(pieces)) ** 2 / (rate * 0.375 * length)
     f = np.fft.rfftfreq(length, 1 / rate)
     edges = np.unique(np.round(np.geomspace(2, len(f) - 1, ROWS)).astype(int))
     density = np.add.reduceat(energy[:, :edges[-1]], edges[:-1], axis=1) / np.diff(edges)

@@ -1,22 +1,60 @@
 """A visit to the workbench: which recording lies on the desk, which step one stands on, and everything that a page may ask or do."""
 
 import contextlib
+import math
 import shlex
 from pathlib import Path
 
 from .. import files, model as models, simulate
 from ..data import guess, recording as recordings
-from ..diagnosis import compare
 from ..effects import table
 from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, views
-from .steps import Sight, Steps
+from .steps import ENDING, Sight, Steps
 
 ROOT = Path(__file__).resolve().parents[4]
 TUTORIAL = ROOT / "data/tutorial_sensor.toml"
 FOLDER = "davarlab-files"  # of what was dropped on the page, in the folder where it was opened
-MODEL = "model.toml"  # as the commands that would do the same call it
+TUTORIAL_NAME = "tutorial_sensor.csv"
+
+
+def whole(value, what):
+    """A whole number that a page sent."""
+    try:
+        return int(value)
+    except (TypeError, ValueError):
+        raise BadInput(f"{what}: a whole number expected, found {value!r}") from None
+
+
+def real(value, what):
+    """A finite number that a page sent."""
+    with contextlib.suppress(TypeError, ValueError):
+        if math.isfinite(float(value)):
+            return float(value)
+    raise BadInput(f"{what}: a number expected, found {value!r}")
+
+
+def free_name(path, sha256):
+    """The path, or the first of path-2, path-3 ... that no other file has."""
+    first, count = path, 1
+    while path.exists() and files.sha256(path) != sha256:
+        count += 1
+        path = first.with_name(f"{first.stem}-{count}{first.suffix}")
+    return path
+
+
+def commands(steps, sight):
+    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch nothing does."""
+    if sight.alone or sight.cut:
+        return []
+    renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
+    given = [word for flag, values in (("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
+    rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
+    rows = [["import", steps.recording, "-o", "rec.csv", *rate, *given]] if given else []
+    recording = "rec.csv" if given else steps.recording
+    rows += [[command, recording, "-m", "model.toml", *([] if given else rate)] for command in ("compare", "fit", "diagnose")]
+    return [shlex.join(["tools/davarlab", *row]) for row in rows]
 
 
 class Superseded(Exception):
@@ -28,11 +66,12 @@ class Visit:
     there; actions change something."""
 
     def __init__(self, folder):
-        self.folder, self.desk, self.steps, self.log = Path(folder), None, None, None
+        self.folder, self.desk, self.steps = Path(folder), None, None
+        self.log = self.arrived = None  # log: one that waits to be read: its path, guesses, what a page shows; arrived: the file of the last drop
         self.tell = lambda **event: None
         self.hurried = lambda: False  # is an action waiting for what is being computed
         self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview}
-        self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet, "effects": self.effects,
+        self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet,
                       "save": self.save}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line, "set": self.set, "refit": self.refit,
                         "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
@@ -48,56 +87,57 @@ class Visit:
 
     def everything(self):
         """Where the visit stands; `step` gives what a step looks like."""
-        if not self.desk:
-            return {"recording": None, "log": self.log and desks.preview(self.log) | {"path": str(self.log), "units": guess.UNITS},
-                    "folder": str(self.folder / FOLDER)}
-        recording = self.desk.recording
+        desk, steps, log = self.desk, self.steps, self.log
+        if not desk:
+            return {"recording": None, "log": log and log[2], "folder": str(self.folder / FOLDER)}
+        recording = desk.recording
         return {"recording": str(recording.name), "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
-                "duration_s": recording.samples / recording.rate_hz, "column": self.desk.column,
-                "columns": [name for name in recording.columns if name not in ("time_s", self.desk.column)], "gyros": self.desk.gyros,
-                "sights": [{"text": text, "column": one.column, "alone": one.alone, "cut": one.cut, "here": one == self.desk.sight}
-                           for text, one in ((text, Sight.of_text(text)) for text in self.steps.trees)], "current": self.steps.current, "session": str(self.steps.path),
-                "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor,
-                           "adequacy": s.adequacy, "fitted": s.fitted} for s in self.steps.steps],
-                "commands": [s.command for s in self.steps.way() if s.command]}
+                "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
+                "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
+                "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
+                "current": steps.current, "session": str(steps.path), "commands": commands(steps, desk.sight),
+                "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor} for s in steps.steps]}
 
     def open(self, path, model=None):
         """A recording by its path. Columns that are not called as davarlab calls them are asked about first."""
         steps = Steps.beside(path)
         if steps.log is None and not model:
-            _, columns, _ = desks.tables.read(path, ";\t,")
-            found = guess.of(columns)
-            if any(one.column != one.name or one.factor != 1 for one in found) or not any(one.quantity == "gyro" for one in found):
-                self.desk, self.steps, self.log = None, None, Path(path)
+            found, preview = desks.preview(path)
+            if any(one.column != one.name or one.factor != 1 for one in found) or not {"gyro", "time"} <= {one.quantity for one in found}:
+                self.desk, self.steps, self.log = None, None, (Path(path), found, preview)
                 return self.changed()
-        return self.begin(path, steps, model and models.read(model))
+        return self.begin(path, steps, model)
 
-    def begin(self, path, steps, given=None):
-        """Puts a recording on the desk and goes on where the last visit to it ended."""
+    def begin(self, path, steps, model=None):
+        """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
         log = steps.log or {}
         recording = desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"))
         gyros = desks.gyro_columns(recording)
         if not gyros:
             raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s")
-        sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
-        self.look_at(recording, steps, sight, given)
+        given = model and models.read(model)
+        if given:
+            models.check_fits(given, recording, model)
+            models.check_noise(given, model)
+        self.look_at(recording, steps, Sight(given.column) if given else steps.sight or Sight(gyros[-1]), given)
         return self.changed()
 
     def look_at(self, recording, steps, sight, given=None):
-        """A sight of the recording, with a first step where there is none."""
-        desk = desks.Desk(recording, sight)
-        before = self.desk, self.steps, self.log, steps.sight
-        self.desk, self.steps, self.log, steps.sight = desk, steps, None, sight
+        """A sight of the recording, with a first step where there is none. It is on the desk when all of it is there."""
+        desk, before = desks.Desk(recording, sight), steps.sight
+        steps.sight = sight
         try:
-            if given:
-                self.grow("the model as given", "", given, fitted=False)
-            elif not steps.steps:
-                self.grow("a first model: white noise and bias instability", "", desk.first_model())
+            if given or not steps.steps:
+                model = given or desk.first_model()
+                outcome = desk.of(models.text_of(model), given is None, self.progress)
+                took = "the model as given" if given else "a first model: white noise and bias instability"
+                self.grown(steps, desk, took, outcome, fitted=given is None, root=True)
             else:
                 steps.save()
         except BaseException:
-            self.desk, self.steps, self.log, steps.sight = before
+            steps.sight = before
             raise
+        self.desk, self.steps, self.log = desk, steps, None
 
     def sight(self, column=None, alone=(), cut=()):
         """Another sight of the same recording: a gyro column, a stretch alone, all but what was cut out; each has steps of its own."""
@@ -105,7 +145,7 @@ class Visit:
         span, column = self.desk.whole.samples / self.desk.whole.rate_hz, column or self.desk.column
         if column not in self.desk.gyros:
             raise BadInput(f"{column}: not a gyro column of this recording")
-        edges = [tuple(float(edge) for edge in pair) for pair in ([alone] if alone else []) + list(cut)]
+        edges = [tuple(real(edge, "an edge") for edge in pair) for pair in ([alone] if alone else []) + list(cut)]
         for pair in edges:
             if len(pair) != 2 or not 0 <= pair[0] < pair[1] <= span * 1.001:
                 raise BadInput(f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}")
@@ -116,39 +156,50 @@ class Visit:
         """The log as its columns were named by whoever looked at them: dicts of guess.Guess."""
         if not self.log:
             raise BadInput("no log waits to be read")
-        steps = Steps.beside(self.log)
-        plain = [{name: one[name] for name in ("name", "quantity", "axis", "unit", "factor")} for one in columns]
-        steps.log = {"columns": plain, "rate_hz": rate_hz}
-        return self.begin(self.log, steps)
+        path, guesses, _ = self.log
+        if not isinstance(columns, list) or [one.get("name") for one in columns if isinstance(one, dict)] != [one.name for one in guesses]:
+            raise BadInput(f"{path}: each of its {len(guesses)} columns must be named, in their order")
+        steps = Steps.beside(path)
+        steps.log = {"columns": [{name: str(one.get(name, "")) for name in ("name", "quantity", "axis", "unit")}
+                                 | {"factor": real(one.get("factor"), "a factor")} for one in columns],
+                     "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second")}
+        return self.begin(path, steps)
+
+    def own_folder(self):
+        path = self.folder / FOLDER
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as why:
+            raise BadInput(f"{path}: cannot be made ({files.reason(why)})") from None
+        return path
 
     def tutorial(self):
         """The bundled sensor: made once, then opened like any recording."""
-        path = self.folder / FOLDER / "tutorial_sensor.csv"
+        path = self.own_folder() / TUTORIAL_NAME
         if not path.exists():
             self.progress("making the tutorial's recording: two hours of a simulated sensor")
-            path.parent.mkdir(parents=True, exist_ok=True)
             recordings.write(simulate.from_scenario(TUTORIAL, self.progress), path)
         return self.open(str(path))
 
     @contextlib.contextmanager
     def receive(self, name):
-        """The file that a drop goes into, under its own name; there only when it came whole."""
-        if not name or name != Path(name).name or name.startswith(".") or not name.isprintable():
-            raise BadInput(f"{name!r}: not a name for a file")
-        path = self.folder / FOLDER / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = files.partial(path)
+        """The file that a drop goes into; there only when it came whole. It bears its own name, or a numbered one where another file has that."""
+        if not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING) or name == TUTORIAL_NAME:
+            raise BadInput(f"{name!r}: not a name for a recording")
+        part = files.partial(self.own_folder() / "drop")
         try:
             with open(part, "xb") as file:
                 yield file
-            part.replace(path)
+            self.arrived = free_name(self.own_folder() / name, files.sha256(part))
+            part.replace(self.arrived)
         except OSError as why:
-            raise BadInput(f"{path}: cannot be written ({files.reason(why)})") from None
+            raise BadInput(f"{name}: cannot be written ({files.reason(why)})") from None
         finally:
-            part.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
 
-    def dropped(self, name):
-        return self.open(str(self.folder / FOLDER / name))
+    def dropped(self):
+        return self.open(str(self.arrived))
 
     def close(self):
         """Back to the first page; the session stays beside its recording."""
@@ -158,12 +209,20 @@ class Visit:
     # steps
 
     def here(self, number=None):
+        """The current step; `number`: that step."""
         if not self.desk:
             raise BadInput("no recording is open")
         return self.steps.here if number is None else self.steps.steps[self.known(number)]
 
+    def current(self, number):
+        """The current step, if it is the one that the page showed."""
+        step = self.here()
+        if number is not None and whole(number, "a step") != step.number:
+            raise BadInput("another step is current now, of another tab perhaps: look at it first")
+        return step
+
     def known(self, number):
-        number = int(number)
+        number = whole(number, "a step")
         if not 0 <= number < len(self.steps.steps):
             raise BadInput(f"there is no step {number}")
         return number
@@ -171,25 +230,19 @@ class Visit:
     def outcome(self, step):
         return self.desk.of(step.text, step.fitted, self.progress)
 
-    def grow(self, did, command, model, outcome=None, fitted=True, off=()):
+    def grown(self, steps, desk, did, outcome, fitted=True, **more):
         """A new step. Its model file is that of the fitted values, so that a terminal gives the same."""
-        outcome = outcome or self.desk.of(models.text_of(model), fitted, self.progress)
         if fitted:
-            self.desk.keep(outcome)
+            desk.keep(outcome)
         judgement = outcome.state.judgement
-        self.steps.grow(did, command, outcome.model, fitted=fitted, off=list(off), error=judgement.error, floor=judgement.floor,
-                        adequacy=judgement.adequacy)
+        steps.grow(did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, adequacy=judgement.adequacy, **more)
 
-    def command(self, name, *words_):
-        return shlex.join(["tools/davarlab", name, *words_])
+    def grow(self, did, outcome, **more):
+        self.grown(self.steps, self.desk, did, outcome, **more)
+        return self.changed()
 
-    @property
-    def fitting(self):
-        return self.command("fit", self.steps.recording, "-m", MODEL, "-o", MODEL)
-
-    def adding(self, term):
-        said = [f"{name}={value if isinstance(value, str) else format(value, '.6g')}" for name, value in term.parameters.items()]
-        return self.command("add", MODEL, term.kind, *said, "-o", MODEL) + "\n" + self.fitting
+    def fit(self, model):
+        return self.desk.of(models.text_of(model), True, self.progress)
 
     def step(self, number=None):
         """A step as the page draws it."""
@@ -215,7 +268,7 @@ class Visit:
 
     def candidate(self, step, place):
         ranked = self.desk.ranked(step.text, self.progress)
-        if not 0 <= int(place) < len(ranked):
+        if not 0 <= whole(place, "a candidate") < len(ranked):
             raise BadInput(f"there is no candidate {place}")
         return ranked[int(place)]
 
@@ -224,19 +277,20 @@ class Visit:
         step = self.here(number)
         found = self.joined(step, self.candidate(step, place))
         judgement = found.state.judgement
-        return {"place": int(place), "deviation": views.deviation(found, self.desk.recording), "error": judgement.error, "floor": judgement.floor,
-                "said": words.adequacy(judgement), "parameters": views.card(found, len(found.model.terms) - 1, None)["parameters"]}
+        return {"deviation": views.deviation(found, self.desk.recording), "error": judgement.error, "floor": judgement.floor}
 
     def preview(self, place, name, value):
         """The curve with one value moved, while a slider is held."""
         step = self.here()
-        model = self.moved(step, place, {name: float(value)})
-        return views.preview(compare.as_given(self.best(step).fitted, model))
+        model = self.moved(step, place, {name: real(value, name)})
+        return views.preview(self.desk.given(self.best(step), model))
 
     def moved(self, step, place, parameters):
         """The model of a step with some values of an effect set by hand."""
         model = models.of_text(step.text, "model")
         term = self.term(model, place)
+        if not isinstance(parameters, dict):
+            raise BadInput("parameters: name and value expected")
         model.terms[int(place)] = models.checked_term({"kind": term.kind, **term.parameters, **parameters}, term.kind)
         models.check_lines(model.terms, model.rate_hz, term.kind)
         return model
@@ -250,23 +304,20 @@ class Visit:
         step = self.here(number)
         return self.join(step, self.candidate(step, place))
 
-    def line(self, f_hz):
+    def line(self, f_hz, number=None):
         """A line where somebody saw a peak; the fit moves it by less than one over the record's length."""
-        step = self.here()
-        return self.join(step, self.desk.line_at(float(f_hz)))
+        return self.join(self.current(number), self.desk.line_at(real(f_hz, "a frequency")))
 
     def join(self, step, candidate):
         found = self.joined(step, candidate)
         self.steps.go(step.number)
-        self.grow(f"added {words.name(candidate.kind)}", self.adding(found.model.terms[-1]), None, found, off=step.off)
-        return self.changed()
+        return self.grow(f"added {words.name(candidate.kind)}", found, off=step.off)
 
-    def set(self, place, parameters):
+    def set(self, place, parameters, number=None):
         """Values of an effect by hand; they are judged as they stand."""
-        step = self.here()
+        step = self.current(number)
         model = self.moved(step, place, parameters)
-        self.grow(f"set {words.name(model.kinds[int(place)])}", "", model, self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
-        return self.changed()
+        return self.grow(f"set {words.name(model.kinds[int(place)])}", self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
 
     def best(self, step):
         """The fit that a step came from; of a model as given, the fit of its effects."""
@@ -275,39 +326,35 @@ class Visit:
         return self.desk.of(step.text, True, self.progress)
 
     def term(self, model, place):
-        if not 0 <= int(place) < len(model.terms):
+        if not 0 <= whole(place, "an effect") < len(model.terms):
             raise BadInput(f"there is no effect {place}")
         return model.terms[int(place)]
 
-    def refit(self):
+    def refit(self, number=None):
         """All values at their best, from where they stand."""
-        step = self.here()
-        self.grow("fitted", self.fitting, models.of_text(step.text, "model"),
-                  off=step.off)
-        return self.changed()
+        step = self.current(number)
+        return self.grow("fitted", self.fit(models.of_text(step.text, "model")), off=step.off)
 
-    def remove(self, place):
+    def remove(self, place, number=None):
         """Switches an effect off: it stays in sight and can be switched on again."""
-        step = self.here()
+        step = self.current(number)
         model = models.of_text(step.text, "model")
         term = self.term(model, place)
         if len(model.terms) == 1:
             raise BadInput("a model needs an effect: the last one stays")
         del model.terms[int(place)]
-        self.grow(f"without {words.name(term.kind)}", "", model, off=[*step.off, {"kind": term.kind, **term.parameters}])
-        return self.changed()
+        return self.grow(f"without {words.name(term.kind)}", self.fit(model), off=[*step.off, {"kind": term.kind, **term.parameters}])
 
-    def restore(self, place):
+    def restore(self, place, number=None):
         """Switches an effect on again."""
-        step = self.here()
-        if not 0 <= int(place) < len(step.off):
+        step = self.current(number)
+        if not 0 <= whole(place, "an effect") < len(step.off):
             raise BadInput(f"no effect {place} is switched off")
         model = models.of_text(step.text, "model")
         term = models.checked_term(step.off[int(place)], "an effect that was switched off")
         model.terms.append(term)
         off = [one for index, one in enumerate(step.off) if index != int(place)]
-        self.grow(f"with {words.name(term.kind)} again", "", model, off=off)
-        return self.changed()
+        return self.grow(f"with {words.name(term.kind)} again", self.fit(model), off=off)
 
     def go(self, number):
         """To another step of the tree: undo, redo, a branch."""
@@ -318,48 +365,45 @@ class Visit:
     # looking closer, taking home
 
     def stretch(self, start_s, stop_s):
-        start, stop = float(start_s), float(stop_s)
-        self.here()
-        span = self.desk.recording.samples / self.desk.recording.rate_hz
-        if not 0 <= start < stop <= span * 1.001 or (stop - start) * self.desk.recording.rate_hz < 16:
+        start, stop, desk = real(start_s, "start_s"), real(stop_s, "stop_s"), self.there()
+        span = desk.recording.samples / desk.recording.rate_hz
+        if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
             raise BadInput(f"{start:g} to {stop:g} s: not a stretch of this recording")
-        return views.stretch(self.desk, start, min(stop, span))
+        return views.stretch(desk, start, min(stop, span))
+
+    def there(self):
+        """The desk, for what only looks: it may be cleared meanwhile."""
+        desk = self.desk
+        if not desk:
+            raise BadInput("no recording is open")
+        return desk
 
     def against(self, column, lag_s=0.0):
         """What the model's courses leave of the gyro, beside another column."""
         step = self.here()
         if column not in self.desk.recording.columns:
             raise BadInput(f"no column {column}")
-        if not 0 <= float(lag_s) <= self.desk.recording.samples / self.desk.recording.rate_hz:
+        if not 0 <= real(lag_s, "a lag") <= self.desk.recording.samples / self.desk.recording.rate_hz:
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
         return views.against(self.desk, step.text, column, float(lag_s))
 
     def spectrogram(self, column="time_s"):
         """The spectrum over the time, or over the value of a column."""
-        self.here()
-        if column not in self.desk.recording.columns and column != "time_s":
+        desk = self.there()
+        if column not in desk.recording.columns and column != "time_s":
             raise BadInput(f"no column {column}")
-        return views.spectrogram(self.desk, column)
+        return views.spectrogram(desk, column)
 
     def axes(self):
-        self.here()
-        return {"axes": views.axes(self.desk)}
+        return {"axes": views.axes(self.there())}
 
     def sheet(self, **given):
         """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
-        self.here()
+        desk = self.there()
         if not given or not set(given) <= set(views.SHEET):
             raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
-        terms = []
-        for kind, value in given.items():
-            try:
-                terms.append(models.checked_term({"kind": kind, table.find(kind).size.name: float(value)}, kind))
-            except ValueError:
-                raise BadInput(f"{kind}: not a number: {value}") from None
-        return views.sheet(terms, self.desk.whole.rate_hz, self.desk.whole.samples)
-
-    def effects(self):
-        return {"effects": [{"kind": e.kind, "physics": e.physics, "confirm": e.confirm} for e in table.TABLE.values()]}
+        terms = [models.checked_term({"kind": kind, table.find(kind).size.name: real(value, kind)}, kind) for kind, value in given.items()]
+        return views.sheet(terms, desk.whole.rate_hz, desk.whole.samples)
 
     def save(self, what, number=None):
         """The model to take home: toml, or the table for the device."""

@@ -1,12 +1,14 @@
 // The charts: Plotly where a picture stands still or is zoomed, one path of our own where it follows a slider within a frame.
 import { number } from "/page/words.js";
 
+// Plotly takes <b> and %{..} in names for markup of its own.
+const literal = (text) => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll("%{", "% {");
 const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const COLOURS = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#999999", "#d55e00", "#0072b2"];
 
 function axis(title, more = {}) {
-  return { title: { text: title, standoff: 6 }, gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("faint"),
+  return { title: { text: literal(title), standoff: 6 }, gridcolor: colour("line"), zerolinecolor: colour("line"), linecolor: colour("faint"),
            exponentformat: "power", ...more };
 }
 
@@ -30,7 +32,7 @@ async function draw(id, traces, place, clicked) {
   return plot;
 }
 
-const line = (x, y, name, style = {}) => ({ x, y, name, mode: "lines", line: style, hovertemplate: `%{y:.3g}<extra>${name}</extra>` });
+const line = (x, y, name, style = {}) => ({ x, y, name: literal(name), mode: "lines", line: style, hovertemplate: `%{y:.3g}<extra>${literal(name)}</extra>` });
 
 export function deviation(view, ghost) {
   const d = view.deviation;

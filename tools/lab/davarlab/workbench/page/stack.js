@@ -13,7 +13,7 @@ function slider(card, parameter, moved, released) {
   const input = element("input", { type: "range", min: -STEPS, max: STEPS, value: 0, "aria-label": `${card.name}: ${parameter.name}` });
   input.addEventListener("input", () => { const value = limited(to(Number(input.value))); box.value = Number(value.toPrecision(5)); moved(value); });
   input.addEventListener("change", () => released(Number(box.value)));
-  box.addEventListener("change", () => released(Number(box.value)));
+  box.addEventListener("change", () => box.value.trim() && Number.isFinite(Number(box.value)) && released(Number(box.value)));
   const bar = element("div", { class: "interval" });
   if (parameter.low > 0 && parameter.high > 0 && parameter.value > 0) {
     const at = (value) => 50 + 50 * Math.max(-1, Math.min(1, Math.log10(value / centre) / DECADES));
