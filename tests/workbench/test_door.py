@@ -47,6 +47,8 @@ class Logs(Visiting):
         page.select_option("#axis", "gyro_x_dps")
         expect(arw).not_to_have_value(before)
         self.assertAlmostEqual(float(arw.input_value()), math.degrees(0.0017) / math.sqrt(200) * 60, delta=0.03)
+        page.select_option("#against-column", "<b>vbat</b>")
+        expect(page.locator("#against .xtitle")).to_have_text("<b>vbat</b>")
         page.reload()
         page.wait_for_selector("#error-value")
         self.assertEqual(page.locator("#axis").input_value(), "gyro_x_dps")
@@ -131,9 +133,11 @@ class Door(Visiting):
     def test_a_session_that_is_none_is_named_and_left_alone(self):
         log(self.folder / "rec.csv", ("time_s", "gyro_z_dps", *NAMES[2:]))
         session = self.folder / "rec.csv.davarlab.json"
-        step = {"number": 0, "parent": None, "did": "", "text": '[sensor]\ncolumn = "x"\n'}
-        for text in ("{", "[]", '{"version": 7}', *(json.dumps({"version": 1, "log": None, "sha256": "", "sight": sight, "trees": {sight: {"steps": steps, "current": 0}}})
-                       for sight, steps in (('["x", [], []]', []), ('["x", [], []]', [dict(step, text='[[effect]]\nkind = "mine"')]), ('["x", [], []]', [step]), ("7", [step])))):
+        step, sight = {"number": 0, "parent": None, "did": "", "text": '[sensor]\ncolumn = "x"\n'}, '["x", [], []]'
+        foreign = dict(step, text='[sensor]\ncolumn = "x"\n[[effect]]\nkind = "mine"\n')
+        trees = ((sight, []), (sight, [foreign]), (sight, [dict(step, parent=0)]), (sight, [step]), ("7", [step]))
+        kept = [json.dumps({"version": 1, "log": None, "sha256": "", "sight": at, "trees": {at: {"steps": steps, "current": 0}}}) for at, steps in trees]
+        for text in ("{", "[]", '{"version": 7}', *kept):
             session.write_text(text)
             done = run("open", "--no-browser", self.folder / "rec.csv")
             self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1), done.stderr)

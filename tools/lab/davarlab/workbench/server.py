@@ -45,7 +45,7 @@ class Server:
     def __init__(self, visit, token):
         self.visit, self.token, self.tabs = visit, token, set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
-        self.loop, self.waiting = None, 0  # waiting: actions that the worker has not begun
+        self.loop, self.waiting = None, 0  # waiting: what a person waits for and the worker has not begun
         visit.tell, visit.hurried = self.tell, lambda: self.waiting > 0
 
     def app(self):
@@ -131,12 +131,12 @@ class Server:
         return JSONResponse(values.plain(found))
 
     def begun(self, table, what, given):
-        """The call, counted among those that wait until it begins, if it is an action."""
-        action = table not in (self.visit.questions, self.visit.looks)
-        self.waiting += action
+        """The call; one that a person is waiting for is counted until it begins, for a ranking gives way to it."""
+        urgent = what == "preview" or table not in (self.visit.questions, self.visit.looks)
+        self.waiting += urgent
 
         def call():
-            self.waiting -= action
+            self.waiting -= urgent
             return table[what](**given)
 
         return call

@@ -23,7 +23,6 @@ class Step:
     off: list = field(default_factory=list)
     error: float | None = None
     floor: float | None = None
-    adequacy: str = ""
 
 
 @dataclass(frozen=True)

@@ -69,12 +69,12 @@ class Visit:
         self.folder, self.desk, self.steps = Path(folder), None, None
         self.log = self.arrived = None  # log: one that waits to be read: its path, guesses, what a page shows; arrived: the file of the last drop
         self.tell = lambda **event: None
-        self.hurried = lambda: False  # is an action waiting for what is being computed
+        self.hurried = lambda: False  # is somebody waiting for what is being computed
         self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview}
         self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet,
                       "save": self.save}
-        self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line, "set": self.set, "refit": self.refit,
-                        "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
+        self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
+                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
 
     def progress(self, text):
         self.tell(progress=text)
@@ -235,7 +235,7 @@ class Visit:
         if fitted:
             desk.keep(outcome)
         judgement = outcome.state.judgement
-        steps.grow(did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, adequacy=judgement.adequacy, **more)
+        steps.grow(did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, **more)
 
     def grow(self, did, outcome, **more):
         self.grown(self.steps, self.desk, did, outcome, **more)
@@ -252,7 +252,7 @@ class Visit:
                 **views.model(outcome, self.desk.recording), "text": models.text_of(outcome.model)}
 
     def candidates(self, number=None):
-        """The ranking beside a step; given up, and said so, when somebody does something meanwhile."""
+        """The ranking beside a step; given up, and said so, when somebody does something or holds a slider."""
         step = self.here(number)
 
         def partly(kind, found):

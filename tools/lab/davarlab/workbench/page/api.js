@@ -24,8 +24,8 @@ export async function drop(file) {
   return answered(await fetch(`/api/drop?${new URLSearchParams({ name: file.name })}`, { method: "POST", headers, body: file }));
 }
 
-export async function download(what, name) {
-  const response = await fetch(`/api/save?${new URLSearchParams({ what })}`, { headers });
+export async function download(what, number, name) {
+  const response = await fetch(`/api/save?${new URLSearchParams({ what, number })}`, { headers });
   if (!response.ok) return answered(response);
   const link = document.createElement("a");
   link.href = URL.createObjectURL(await response.blob());

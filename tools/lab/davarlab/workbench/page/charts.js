@@ -5,6 +5,7 @@ import { number } from "/page/words.js";
 const literal = (text) => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;").replaceAll("%{", "% {");
 const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const band = () => (dark() ? "rgba(86,180,233,.25)" : "rgba(0,114,178,.18)");
 const COLOURS = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#999999", "#d55e00", "#0072b2"];
 
 function axis(title, more = {}) {
@@ -38,7 +39,7 @@ export function deviation(view, ghost) {
   const d = view.deviation;
   const traces = [
     { ...line(d.tau_s, d.low, "band"), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
-    { ...line(d.tau_s, d.high, "95 % of a true model"), line: { width: 0 }, fill: "tonexty", fillcolor: dark() ? "rgba(86,180,233,.25)" : "rgba(0,114,178,.18)", hoverinfo: "skip" },
+    { ...line(d.tau_s, d.high, "95 % of a true model"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
     { x: d.tau_s, y: d.measured, name: "measured", mode: "markers", marker: { color: colour("orange"), size: 8, symbol: "circle-open", line: { width: 2 } },
       hovertemplate: "τ %{x:.4g} s: %{y:.4g} deg/s<extra>measured</extra>" },
     ...d.effects.map((one, i) => line(d.tau_s, one.deviation, one.kind.replaceAll("_", " "), { width: 1.5, dash: "dot", color: COLOURS[i % COLOURS.length] })),
@@ -78,7 +79,7 @@ export function residual(view) {
   const reach = (bound) => d[bound].map((value, i) => 100 * (value / d.model[i] - 1));
   return draw("residual", [
     { ...line(d.tau_s, reach("low"), ""), line: { width: 0 }, hoverinfo: "skip" },
-    { ...line(d.tau_s, reach("high"), ""), line: { width: 0 }, fill: "tonexty", fillcolor: dark() ? "rgba(86,180,233,.25)" : "rgba(0,114,178,.18)", hoverinfo: "skip" },
+    { ...line(d.tau_s, reach("high"), ""), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
     { x: d.tau_s, y: off, mode: "markers+lines", marker: { color: colour("orange"), size: 7 }, line: { width: 1, color: colour("orange") },
       hovertemplate: "τ %{x:.4g} s: %{y:+.1f} %<extra></extra>" },
   ], layout(axis("", { type: "log" }), axis("off, %"), { showlegend: false, margin: { l: 64, r: 12, t: 6, b: 26 } }));
@@ -87,7 +88,8 @@ export function residual(view) {
 export function spectrum(view, clicked) {
   const s = view.spectrum;
   return draw("spectrum", [
-    { ...line(s.f_hz, s.peak, "largest", { width: 0 }), mode: "markers", marker: { size: 3, color: colour("faint") }, hovertemplate: "%{x:.4g} Hz<extra>click: a line there?</extra>" },
+    { ...line(s.f_hz, s.peak, "largest", { width: 0 }), mode: "markers", marker: { size: 3, color: colour("faint") },
+      hovertemplate: "%{x:.4g} Hz<extra>click: a line there?</extra>" },
     line(s.f_hz, s.measured, "measured", { color: colour("orange"), width: 1.2 }),
     line(s.f_hz, s.model, "model", { color: colour("blue"), width: 2 }),
   ], layout(axis("frequency, Hz", { type: "log" }), axis("deg/s/√Hz", { type: "log" })), clicked);
@@ -128,7 +130,8 @@ function shade(z) {
 }
 
 export function envelope(id, one, marks = []) {
-  const shapes = marks.map((m) => ({ type: "rect", yref: "paper", y0: 0, y1: 1, x0: m.start_s, x1: m.stop_s, fillcolor: colour("yellow"), opacity: .25, line: { width: 0 } }));
+  const shapes = marks.map((m) => ({ type: "rect", yref: "paper", y0: 0, y1: 1, x0: m.start_s, x1: m.stop_s, fillcolor: colour("yellow"), opacity: .25,
+    line: { width: 0 } }));
   return draw(id, [
     { ...line(one.time_s, one.low, ""), line: { width: 0.5, color: colour("blue") }, hoverinfo: "skip" },
     { ...line(one.time_s, one.high, one.column), line: { width: 0.5, color: colour("blue") }, fill: "tonexty" },

@@ -32,7 +32,9 @@ function row(one, index, all) {
 
 export function columns(all, actions) {
   const guesses = all.log.columns.map((one) => ({ ...one }));
-  const table = element("table", {}, element("thead", {}, element("tr", {}, ...["column", "is", "axis", "unit", "factor", "", "first rows"].map((t, i) => element("th", i === 6 ? { colspan: all.log.head.length } : {}, t)))),
+  const titles = ["column", "is", "axis", "unit", "factor", "", "first rows"];
+  const heads = titles.map((title, i) => element("th", i === titles.length - 1 ? { colspan: all.log.head.length } : {}, title));
+  const table = element("table", {}, element("thead", {}, element("tr", {}, ...heads)),
     element("tbody", {}, ...guesses.map((one, index) => row(one, index, all))));
   table.addEventListener("change", (event) => {
     const { index, key } = event.target.dataset, one = guesses[index];
@@ -43,7 +45,8 @@ export function columns(all, actions) {
     table.tBodies[0].rows[index].replaceWith(row(one, Number(index), all));
   });
   const rate = element("input", { type: "number", step: "any", min: 0, id: "rate", placeholder: "from the time" });
-  fill("landing", element("h2", {}, "What the columns are"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${all.log.rate_hz ? `${number(all.log.rate_hz, 6)} Hz, ${all.log.missing} samples missing` : "no time"}. `
+  const clock = all.log.rate_hz ? `${number(all.log.rate_hz, 6)} Hz, ${all.log.missing} samples missing` : "no time";
+  fill("landing", element("h2", {}, "What the columns are"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${clock}. `
       + "Guesses can be changed."),
     element("div", { class: "scroll" }, table),
     element("p", { class: "hint" }, "A factor turns the file's numbers into s, deg/s, g or degC; of counts only a data sheet knows it."),

@@ -1,0 +1,64 @@
+// What may be missing: the candidates beside the model, their curves before they are added.
+import { ask } from "/page/api.js";
+import * as charts from "/page/charts.js";
+import { change, newest, now, refused, say } from "/page/now.js";
+import { element, fill, number } from "/page/words.js";
+
+const SHOWN = 9; // as many as there are keys
+const list = (...rows) => fill("candidates", element("h2", {}, "What may be missing"), ...rows);
+const hint = (text) => element("p", { class: "hint" }, text);
+
+// The candidates beside the fitted model; asked once a step is drawn, so that the curve is there first.
+export async function rank(turn) {
+  now.found = null;
+  if (!now.view.fitted) {
+    list(hint("Values were set by hand: fit first."));
+    return;
+  }
+  list(hint("Trying every effect …"));
+  try {
+    const answer = await ask("candidates", { number: now.view.number });
+    if (turn !== now.turn) return;
+    if (answer.superseded) { setTimeout(() => turn === now.turn && rank(turn), 500); return; }
+    now.found = answer.candidates;
+    list(now.found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "Nothing beyond chance: of the effects in the table none is missing."),
+      ...now.found.slice(0, SHOWN).map(candidate));
+    say("");
+  } catch (why) {
+    refused(why);
+  }
+}
+
+// What was found so far, while the rest is tried: to read, not yet to add.
+export function partly(event) {
+  if (now.found || !now.view || event.ranking !== now.view.number) return;
+  list(hint(`Trying ${event.trying} …`),
+    ...event.candidates.slice(0, SHOWN).map((one) => element("div", { class: "candidate early" }, one.name, element("small", {}, one.why))));
+}
+
+function candidate(one) {
+  const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`) : null;
+  const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
+    onclick: () => add(one.place) }, `${one.place + 1}. ${one.name}`, note, confirm);
+  let wanted = null;
+  const enter = () => { clearTimeout(wanted); wanted = setTimeout(() => ghost({ one, note }), 300); };
+  const leave = () => { clearTimeout(wanted); ghost({}); };
+  for (const name of ["pointerenter", "focus"]) button.addEventListener(name, enter);
+  for (const name of ["pointerleave", "blur"]) button.addEventListener(name, leave);
+  return button;
+}
+
+// The candidate of a place joins the model; nothing where none is.
+export function add(place) {
+  const one = now.found?.[place];
+  return one ? change(`adding ${one.name}`, "add", { place, number: now.view.number }) : null;
+}
+
+// The curve with a candidate, or of another step, beside the model's; of nothing: the model's alone.
+export const ghost = newest(async ({ one, note, step }, still) => {
+  const turn = now.turn;
+  const answer = one ? await ask("ghost", { place: one.place, number: now.view.number }) : step ? await ask("step", { number: step.number }) : null;
+  if (turn !== now.turn || !now.view) return;
+  if (note) note.textContent = `${one.why}. With it the error would be ${number(answer.error)} (floor ${number(answer.floor)}).`;
+  if (still()) await charts.deviation(now.view, answer && { name: one ? one.name : `step ${step.number + 1}`, deviation: answer.deviation });
+});

@@ -1,0 +1,81 @@
+// Looking closer: stretches and cells, what is left beside a column, spectra over time, the axes and a data sheet.
+import { ask } from "/page/api.js";
+import * as charts from "/page/charts.js";
+import { at, change, doing, newest, now } from "/page/now.js";
+import { element, fill, number } from "/page/words.js";
+
+let sheet = null, axes = null;
+
+// What is left beside a column, and the axes of the sensor beside each other.
+export async function closer() {
+  const chosen = at("against-column").value;
+  fill("against-column", ...now.all.columns.map((name) => element("option", { value: name, selected: name === (chosen || "temp_degC") }, name)));
+  await beside({});
+  fill("over", ...["time_s", ...now.all.columns].map((name) => element("option", { value: name, selected: name === at("over").dataset.chosen }, name)));
+  await charts.spectrogram(await ask("spectrogram", { column: at("over").value }));
+  if (axes?.of !== now.all.recording) axes = { of: now.all.recording, all: (await ask("axes")).axes };
+  await charts.axes(axes.all, sheet);
+}
+
+// A lag from nothing to a tenth of the record, in equal ratios.
+const lag = () => (Number(at("lag").value) ? 0.1 * now.all.duration_s * 1000 ** (Number(at("lag").value) / 100 - 1) : 0);
+
+const beside = newest(async () => {
+  at("lag-s").textContent = number(lag(), 2);
+  if (at("against-column").value) await charts.against(await ask("against", { column: at("against-column").value, lag_s: lag() }));
+});
+
+// Seconds of what is shown as seconds of the whole recording.
+const whole = (edges) => edges.map((edge) => edge + (now.all.alone[0] || 0));
+
+export function sights() {
+  const said = (one) => one.column + (one.alone.length ? `, ${number(one.alone[0], 6)} to ${number(one.alone[1], 6)} s alone` : "")
+    + one.cut.map(([a, b]) => `, without ${number(a, 6)} to ${number(b, 6)} s`).join("");
+  fill("sights", ...now.all.sights.map((one, place) => element("option", { value: place, selected: one.here }, said(one))));
+  at("cut").disabled = now.all.alone.length > 0;
+}
+
+function peak(point) {
+  if (confirm(`Add a line at ${number(point.x, 6)} Hz?`)) acting(`adding a line at ${number(point.x, 6)} Hz`, "line", { f_hz: point.x });
+}
+
+export async function record() {
+  const stretch = await ask("stretch", { start_s: 0, stop_s: now.all.duration_s });
+  const marks = now.view.observations.flatMap((one) => (one.stretches || []).map(([start_s, stop_s]) => ({ start_s, stop_s })));
+  await charts.envelope("record", stretch.envelopes[0], marks);
+}
+
+export async function look(cell) {
+  await doing("looking closer", async () => {
+    const stretch = await ask("stretch", { start_s: cell.start_s, stop_s: cell.stop_s });
+    fill("cell", element("h2", {}, `${number(cell.start_s, 6)} to ${number(cell.stop_s, 6)} s, averaging time ${number(cell.tau_s)} s`),
+      element("p", { id: "cell-said" }, `Measured ${number(cell.measured)} deg/s, model ${number(cell.model)} deg/s: ${number(cell.ratio)} times, `
+        + `${number(cell.z, 2)} standard deviations${cell.proven ? ", proven" : ""}.`),
+      element("button", { onclick: () => change("looking at it alone", "sight", { alone: whole([cell.start_s, cell.stop_s]) }) }, "Look at this stretch alone"),
+      ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "chart strip" })), element("div", { id: "cell-spectrum", class: "chart" }));
+    for (const [i, one] of stretch.envelopes.entries()) await charts.envelope(`samples-${i}`, one);
+    await charts.density("cell-spectrum", stretch.f_hz, stretch.density);
+    at("cell").scrollIntoView({ block: "nearest" });
+  });
+}
+
+export const worst = () => look(now.view.map.reduce((a, b) => (Math.abs(b.z) > Math.abs(a.z) ? b : a)));
+
+at("against-column").onchange = () => beside({});
+at("over").onchange = () => {
+  at("over").dataset.chosen = at("over").value;
+  doing("", async () => charts.spectrogram(await ask("spectrogram", { column: at("over").value })));
+};
+at("lag").oninput = () => beside({});
+at("sheet").onsubmit = (event) => {
+  event.preventDefault();
+  const given = { angle_random_walk: at("sheet-arw").value, bias_instability: at("sheet-bi").value, rate_random_walk: at("sheet-rrw").value };
+  doing("", async () => { sheet = await ask("sheet", Object.fromEntries(Object.entries(given).filter(([, value]) => value))); await charts.axes(axes.all, sheet); });
+};
+const span = () => whole([Number(at("from").value), Number(at("to").value)]);
+at("alone").onclick = () => change("looking at it alone", "sight", { alone: span() });
+at("cut").onclick = () => change("cutting it out", "sight", { cut: [...now.all.cut, span()] });
+at("sights").onchange = () => {
+  const { column, alone, cut } = now.all.sights[Number(at("sights").value)];
+  change("looking there", "sight", { column, alone, cut });
+};

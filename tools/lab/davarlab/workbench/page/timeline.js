@@ -1,0 +1,29 @@
+// The steps: where one stands in the tree, back and forth, and how the error fell.
+import * as charts from "/page/charts.js";
+import { ghost } from "/page/candidates.js";
+import { at, change, now } from "/page/now.js";
+import { element, fill, number } from "/page/words.js";
+
+const undone = {}; // step -> the one that was left for it
+
+export function timeline() {
+  const here = now.all.steps[now.all.current], children = now.all.steps.filter((step) => step.parent === here.number);
+  const child = children.find((step) => step.number === undone[here.number]) || children.at(-1);
+  at("undo").disabled = here.parent === null;
+  at("redo").disabled = !child;
+  at("undo").onclick = () => { undone[here.parent] = here.number; change("going back", "go", { number: here.parent }); };
+  at("redo").onclick = () => child && change("going on", "go", { number: child.number });
+  fill("timeline", element("h2", {}, "Steps"), element("ol", { class: "steps" }, ...now.all.steps.map((step) => element("li", {},
+    element("button", { "aria-current": step.number === now.all.current ? "step" : null, onclick: () => change("going there", "go", { number: step.number }),
+      onpointerenter: () => ghost(step.number === now.all.current ? {} : { step }), onpointerleave: () => ghost({}) },
+      `${step.number + 1}${step.parent === null || step.parent === step.number - 1 ? "" : ` (from ${step.parent + 1})`}. ${step.did}: ${number(step.error)}`)))),
+    element("div", { id: "falling", class: "chart" }),
+    now.all.commands.length ? element("details", {}, element("summary", {}, "The same in a terminal"), element("pre", {}, now.all.commands.join("\n"))) : null,
+    element("p", { class: "hint" }, `Kept in ${now.all.session}.`));
+}
+
+export function falling() {
+  const way = [];
+  for (let step = now.all.steps[now.all.current]; step; step = step.parent === null ? null : now.all.steps[step.parent]) way.unshift(step);
+  return charts.falling("falling", way);
+}
