@@ -117,6 +117,15 @@ class Looks(Visiting):
             self.assertAlmostEqual(math.log(found["f_hz"][loudest] / 3.0), 0, delta=0.15)
             self.assertEqual(found["x"], sorted(found["x"]))
 
+    def test_every_density_is_that_of_the_noise(self):
+        bench = self.open(made(self.folder))  # 0.3 deg/sqrt(h) of white noise: 0.005 deg/s/sqrt(Hz) on both sides of 0
+        step, near, over = bench.ask("step")[1]["spectrum"], bench.ask("stretch", start_s=100.0, stop_s=700.0)[1], bench.ask("spectrogram")[1]
+        for f, values in ((step["f_hz"], step["measured"]), (step["f_hz"], step["model"]), (near["f_hz"], near["density"]),
+                          (over["f_hz"], [math.sqrt(sum(x * x for x in row) / len(row)) for row in over["density"]])):
+            white = [value for place, value in zip(f, values) if place > 5.0]
+            self.assertGreater(len(white), 8)
+            self.assertAlmostEqual(math.sqrt(sum(x * x for x in white) / len(white)) / 0.005, 1, delta=0.05)
+
     def test_the_axes_are_those_of_the_library(self):
         recording = made(self.folder)
         bench = self.open(recording)

@@ -76,12 +76,19 @@ class Door(Visiting):
             self.assertEqual(bench.request(path, headers={**own, "Host": "evil.example"})[0], 400, path)
         self.assertEqual(bench.request("/api/open", b'{"path": "/etc/passwd"}', {"Content-Type": "application/json"})[0], 403)
         self.assertEqual(bench.request("/api/all", headers={**own, "Origin": bench.origin})[0], 200)
+
+    def test_only_the_page_with_the_token_from_this_origin_hears_events(self):
+        bench = self.open()
         page = self.browser.new_page()
         self.addCleanup(page.close)
-        for address, heard in ((bench.address.replace("http", "ws").replace("/?", "/events?"), False), (f"ws{bench.origin[4:]}/events", False)):
-            page.goto("data:text/html,<p>elsewhere")  # another origin, with and without the token
-            self.assertEqual(page.evaluate("""(address) => new Promise((done) => { const s = new WebSocket(address);
-                s.onopen = () => done(true); s.onerror = () => done(false); })""", address), heard)
+        events = f"ws{bench.origin[4:]}/events"
+        for shown, address, heard in ((bench.address, f"{events}?token={bench.token}", True), (bench.address, events, False),
+                                      (bench.address, f"{events}?token={'x' * 22}", False),
+                                      ("data:text/html,<p>elsewhere", f"{events}?token={bench.token}", False)):
+            page.goto(shown)
+            opened = page.evaluate("""(address) => new Promise((done) => { const s = new WebSocket(address);
+                s.onopen = () => done(true); s.onerror = () => done(false); })""", address)
+            self.assertEqual(opened, heard, (shown, address))
 
     def test_nothing_but_the_page_is_served(self):
         bench = self.open()

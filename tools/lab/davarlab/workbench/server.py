@@ -3,13 +3,11 @@
 import asyncio
 import importlib.util
 import inspect
-import os
 import secrets
 import socket
 import sys
 import tempfile
 import threading
-import time
 import webbrowser
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -18,6 +16,7 @@ import uvicorn
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.requests import ClientDisconnect
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocketDisconnect
@@ -29,7 +28,6 @@ from .visit import Visit
 PAGE = Path(__file__).resolve().parent / "page"
 HOST = "127.0.0.1"
 LARGEST_DROP = 1 << 31
-FOUND_S = 30  # that a browser has to read the file that sends it here
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-ancestors 'none'"
 
@@ -45,8 +43,8 @@ class Server:
     def __init__(self, visit, token):
         self.visit, self.token, self.tabs = visit, token, set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
-        self.loop, self.waiting = None, 0  # waiting: what a person waits for and the worker has not begun
-        visit.tell, visit.hurried = self.tell, lambda: self.waiting > 0
+        self.loop, self.waiting = None, set()  # waiting: calls that a person waits for and the worker has not begun
+        visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
 
     def app(self):
         routes = [Route("/", self.index), Route("/page/{name}", self.page), Route("/api/{what}", self.ask, methods=["GET"]),
@@ -107,6 +105,8 @@ class Server:
                     file.write(block)
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
+        except ClientDisconnect:
+            return JSONResponse({"error": f"{name}: did not come whole"}, 400)
         return await self.answer(request, {"drop": self.visit.dropped}, {})
 
     async def answer(self, request, table, given):
@@ -131,14 +131,13 @@ class Server:
         return JSONResponse(values.plain(found))
 
     def begun(self, table, what, given):
-        """The call; one that a person is waiting for is counted until it begins, for a ranking gives way to it."""
-        urgent = what == "preview" or table not in (self.visit.questions, self.visit.looks)
-        self.waiting += urgent
-
+        """The call; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
         def call():
-            self.waiting -= urgent
+            self.waiting.discard(call)
             return table[what](**given)
 
+        if what == "preview" or table not in (self.visit.questions, self.visit.looks):
+            self.waiting.add(call)
         return call
 
     def fault(self, why):
@@ -170,13 +169,11 @@ class Server:
             self.tabs.discard(tab)
 
 
-def show(address):
-    """Opens the address in the user's browser, by way of a file that nobody else can read: command lines are seen by all."""
-    with tempfile.NamedTemporaryFile("w", suffix=".html", delete=False) as page:  # made with mode 0600
-        page.write(f'<!doctype html><meta http-equiv="refresh" content="0;url={address}">')
-    webbrowser.open(f"file://{page.name}")
-    time.sleep(FOUND_S)
-    os.unlink(page.name)
+def show(address, folder):
+    """Opens the address in the user's browser, by way of a file in a folder that nobody else can read: command lines are seen by all."""
+    page = Path(folder) / "open.html"
+    page.write_text(f'<!doctype html><meta http-equiv="refresh" content="0;url={address}">', encoding="ascii")
+    threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()
 
 
 def run(options):
@@ -188,7 +185,7 @@ def run(options):
     elif options.model:
         raise BadInput("-m needs a recording")
     server = Server(visit, token)
-    with socket.socket() as listener:
+    with socket.socket() as listener, tempfile.TemporaryDirectory() as folder:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((HOST, options.port))
@@ -203,7 +200,7 @@ def run(options):
             print(address, flush=True)
             print("davarlab: the workbench is open at this address, on this machine only; Ctrl-C ends it, nothing is lost", file=sys.stderr, flush=True)
             if not options.no_browser:
-                threading.Thread(target=show, args=(address,), daemon=True).start()
+                show(address, folder)
             await web.serve(sockets=[listener])
 
         try:

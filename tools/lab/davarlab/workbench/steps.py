@@ -91,7 +91,7 @@ class Steps:
         """Writes the session with these trees, which are the session's from then on; raises BadInput and changes nothing where it cannot."""
         trees = self.trees if trees is None else trees
         kept = {sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]} for sight, tree in trees.items()}
-        data = {"version": VERSION, "recording": self.recording, "sha256": self.sha256, "log": self.log, "sight": self.sight.text, "trees": kept}
+        data = {"version": VERSION, "sha256": self.sha256, "log": self.log, "sight": self.sight.text, "trees": kept}
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
         if (self.path.read_bytes() if self.path.exists() else None) != self.written:
             raise BadInput(f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again")

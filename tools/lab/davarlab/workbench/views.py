@@ -12,6 +12,7 @@ from ..report import values, words
 LINES = 400  # points of a spectrum
 ENVELOPE = 1200  # of a record
 PIECES, ROWS = 64, 60  # of a spectrogram
+HANN = 0.375  # mean square of its window
 CLOUD = 800  # of a column against another
 SHEET = ("angle_random_walk", "bias_instability", "rate_random_walk")  # what a data sheet gives
 
@@ -28,10 +29,9 @@ def deviation(outcome, recording):
     freedom = np.array([cell.freedom for cell in row])
     model = np.array([cell.model_dps for cell in row])
     low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
-    parts = list(contributions.of_state(outcome.state, recording, outcome.model)) if outcome.state.fit.sizes.size else []
+    parts = contributions.of_state(outcome.state, recording, outcome.model)
     taus = [cell.tau_s for cell in row]
-    return {"tau_s": taus, "measured": [cell.measured_dps for cell in row], "model": model.tolist(), "low": low.tolist(),
-            "high": high.tolist(),
+    return {"tau_s": taus, "measured": [cell.measured_dps for cell in row], "model": model.tolist(), "low": low.tolist(), "high": high.tolist(),
             "effects": [{"kind": kind, "deviation": at(taus, own_taus, values_)} for kind, own_taus, values_ in parts]}
 
 
@@ -66,7 +66,7 @@ def spectrum(state):
     rate = data.rate_hz
 
     def mean(x):
-        return (np.add.reduceat(x[:edges[-1]], starts) / counts)
+        return np.add.reduceat(x[:edges[-1]], starts) / counts
 
     return {"f_hz": mean(data.f).tolist(), "measured": np.sqrt(mean(energy) / rate).tolist(),
             "peak": np.sqrt(np.maximum.reduceat(energy[:edges[-1]], starts) / rate).tolist(), "model": np.sqrt(mean(level) / rate).tolist()}
@@ -115,17 +115,23 @@ def envelope(desk, start_s, stop_s, column):
     return {"column": column, "time_s": time.tolist(), "low": low.tolist(), "high": high.tolist()}
 
 
+def densities(pieces, rate_hz, lowest, groups):
+    """(frequencies, densities in deg/s/sqrt(Hz), a row per piece) of pieces of a record, two-sided as the spectrum of the whole; the trend of each is
+    taken off, the first `lowest` ordinates are left out, the others in groups of equal ratios."""
+    length = pieces.shape[1]
+    energy = np.abs(np.fft.rfft(signal.detrend(pieces) * np.hanning(length))) ** 2 / (rate_hz * HANN * length)
+    f = np.fft.rfftfreq(length, 1 / rate_hz)
+    edges = np.unique(np.round(np.geomspace(lowest, len(f) - 1, groups)).astype(int))
+    return f[edges[:-1]].tolist(), np.sqrt(np.add.reduceat(energy[:, :edges[-1]], edges[:-1], axis=1) / np.diff(edges))
+
+
 def stretch(desk, start_s, stop_s):
     """What is in a stretch of the record: the gyro, the temperature, the spectrum."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
-    part = gyro[int(start_s * rate):int(stop_s * rate)]
-    energy = np.abs(np.fft.rfft((part - part.mean()) * np.hanning(len(part)))) ** 2 / (rate * 0.375 * len(part))
-    f = np.fft.rfftfreq(len(part), 1 / rate)
-    edges = np.unique(np.round(np.geomspace(1, len(f) - 1, LINES)).astype(int))
-    density = np.sqrt(np.add.reduceat(energy[:edges[-1]], edges[:-1]) / np.diff(edges))
+    f, density = densities(gyro[None, int(start_s * rate):int(stop_s * rate)], rate, 1, LINES)
     columns = [desk.column] + [name for name in ("temp_degC",) if name in desk.recording.columns]
     return {"start_s": start_s, "stop_s": stop_s, "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
-            "f_hz": f[edges[:-1]].tolist(), "density": density.tolist()}
+            "f_hz": f, "density": density[0].tolist()}
 
 
 def against(desk, text, column, lag_s):
@@ -153,17 +159,12 @@ def sheet(terms, rate_hz, samples):
 
 
 def spectrogram(desk, column):
-    """Density of the gyro over time or over the value of another column: (places, frequencies, deg/s/sqrt(Hz)). Pieces of a sixty-fourth of the
-    record with their trend taken off, in the order of the column."""
+    """Densities of the gyro over time or over the value of another column: of sixty-fourths of the record, in the order of the column."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     length = len(gyro) // PIECES
-    pieces = signal.detrend(gyro[:length * PIECES].reshape(PIECES, length)) * np.hanning(length)
-    energy = np.abs(np.fft.rfft(pieces)) ** 2 / (rate * 0.375 * length)
-    f = np.fft.rfftfreq(length, 1 / rate)
-    edges = np.unique(np.round(np.geomspace(2, len(f) - 1, ROWS)).astype(int))
-    density = np.add.reduceat(energy[:, :edges[-1]], edges[:-1], axis=1) / np.diff(edges)
+    f, density = densities(gyro[:length * PIECES].reshape(PIECES, length), rate, 2, ROWS)
     place = (np.arange(PIECES) + 0.5) * length / rate
     if column != "time_s":
         place = desk.recording.column(column)[:length * PIECES].reshape(PIECES, length).mean(axis=1)
     order = np.argsort(place, kind="stable")
-    return {"column": column, "x": place[order].tolist(), "f_hz": f[edges[:-1]].tolist(), "density": np.sqrt(density[order]).T.tolist()}
+    return {"column": column, "x": place[order].tolist(), "f_hz": f, "density": density[order].T.tolist()}
