@@ -2,6 +2,7 @@
 
 import math
 import re
+import subprocess
 import textwrap
 import unittest
 
@@ -55,6 +56,14 @@ class BadInput(Folder):
         for command, words in REFUSED.items():
             with self.subTest(command):
                 self.refused(words, *command.format(rec=self.recording, model=self.model, out=self.out).split())
+
+    def test_results_are_no_recording(self):
+        results = self.work / "results.csv"
+        with open(results, "w") as file:
+            subprocess.run([ROOT / "tools/davar-sim", self.recording], stdout=file, stderr=subprocess.PIPE, check=True)
+        for command in ("compare", "diagnose"):
+            self.refused(f"{results}:1: results of davar-sim or davarlab live", command, results, "-m", self.model)
+        self.refused("results of davar-sim", "import", results, "-o", self.out)
 
     def test_own_effects(self):
         for number, (text, words) in enumerate(OWN.items()):

@@ -60,9 +60,15 @@ class Scan:
     def without(self, c):
         return c - self.basis.T @ (self.basis @ c)
 
+    def ordinates(self, part):
+        """Of the course of a part, worked out once: they know nothing of the level."""
+        if part.key not in self.small.measured:
+            x = part.effect.variants.get(part.form, part.effect.regressor)(self.small, part.shape)
+            self.small.measured[part.key] = signals.transform(x - x.mean())[1:self.used + 1]
+        return self.small.measured[part.key]
+
     def gain(self, part):
-        x = part.effect.variants.get(part.form, part.effect.regressor)(self.small, part.shape)
-        whole = signals.transform(x - x.mean())[1:self.used + 1] * self.weight
+        whole = self.ordinates(part) * self.weight
         c = self.without(whole)
         power = c @ c
         return float((c @ self.rest) ** 2 / power / 2) if power > 1e-9 * (whole @ whole) else 0.0

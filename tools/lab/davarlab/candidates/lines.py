@@ -1,6 +1,7 @@
 """Lines, sharp and with a width: where the whitened residual stands above its surroundings (DESIGN 4)."""
 
 import numpy as np
+from scipy import fft
 
 from ..inference import modulation, refine
 from ..inference.parts import Part
@@ -18,13 +19,14 @@ def sharp(bench, parts, fit):
     """The strongest line of the whitened residual, twice oversampled. Not beside one that the model has: what is left there is that line,
     drifting."""
     w = bench.residual(parts, fit)
-    power = np.abs(np.fft.rfft(w, 2 * len(w))) ** 2 / len(w)
+    power = np.abs(fft.rfft(w.astype(np.float32), 2 * len(w))) ** 2 / len(w)
     power[:6] = 0
     power[-4:] = 0
-    frequency = np.arange(len(power)) * bench.recording.rate_hz / (2 * len(w))
+    spacing = bench.recording.rate_hz / (2 * len(w))
     for known in [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]:
-        power[np.abs(frequency - known) < APART * known + APART_BINS * frequency[1]] = 0
-    part, peak = Part("sinusoid", {"frequency_hz": float(frequency[np.argmax(power)])}), float(power.max())
+        reach = APART * known + APART_BINS * spacing
+        power[max(0, int(np.ceil((known - reach) / spacing))):int((known + reach) / spacing) + 1] = 0
+    part, peak = Part("sinusoid", {"frequency_hz": float(np.argmax(power) * spacing)}), float(power.max())
     if peak < np.log(len(w)):  # chance, as nearly every time
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
     part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
@@ -60,7 +62,7 @@ def places(energy):
 def wide(bench, parts, fit, scatter_of):
     """The line with a width that gains most; None where nothing stands out. scatter_of: (bench, fit) -> of neighbouring ordinates,
     where the white level changes."""
-    energy = bench.data.whitened(fit.level, fit.coefficients, bench.all_keys(parts)) ** 2
+    energy = bench.whitened(parts, fit) ** 2
     energy[:LOWEST] = 1.0
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None
     for centre, half_width, crude in places(energy):

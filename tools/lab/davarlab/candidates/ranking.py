@@ -240,7 +240,7 @@ def slow_noise(bench, parts, fit):
     data = bench.data
     c = data.without(fit.coefficients, bench.all_keys(parts))
     share = modulation.white_share(bench, parts, fit)
-    return signals.inverse(np.concatenate([[0.0], c * (1 - data.at_ordinates(share))]))
+    return signals.in_time(c * (1 - data.at_ordinates(share)))
 
 
 def simplest_first(found):

@@ -37,13 +37,15 @@ class Recording:
 
     @property
     def time_s(self):
-        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples."""
-        if self.clock and self.clock.kind == "uneven" and self.clock.places is not None:
-            return self.columns["time_s"] - self.columns["time_s"][0]
-        time = np.arange(self.samples) / self.rate_hz
-        for place, seconds in self.clock.cut if self.clock else ():
-            time[place:] += seconds
-        return time
+        """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples. Not to be written to."""
+        if "time" not in self.measured:
+            uneven = self.clock and self.clock.kind == "uneven" and self.clock.places is not None
+            time = self.columns["time_s"] - self.columns["time_s"][0] if uneven else np.arange(self.samples) / self.rate_hz
+            for place, seconds in self.clock.cut if self.clock and not uneven else ():
+                time[place:] += seconds
+            time.setflags(write=False)
+            self.measured["time"] = time
+        return self.measured["time"]
 
     def column(self, name):
         if name not in self.columns:
@@ -115,7 +117,7 @@ def at_own_rate(made):
     if not own:
         return made
     columns, known = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
-    return replace(made, columns=columns, rate_hz=own.rate_hz, gaps=gaps_of(known), known=known, clock=own, read_hz=made.rate_hz)
+    return replace(made, columns=columns, rate_hz=own.rate_hz, gaps=gaps_of(known), known=known, clock=own, read_hz=made.rate_hz, measured={})
 
 
 def read(path, rate_hz=None):

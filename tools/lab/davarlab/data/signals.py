@@ -31,6 +31,11 @@ def inverse(c):
     return fft.idct(c, type=2, norm="ortho", axis=0)
 
 
+def in_time(ordinates):
+    """The record of mean zero with these ordinates 1 .. n - 1."""
+    return inverse(np.concatenate([[0.0], ordinates]))
+
+
 def frequencies(samples, rate_hz):
     """Of the ordinates 1 .. samples - 1 of the transform."""
     return np.arange(1, samples) * rate_hz / (2 * samples)

@@ -10,7 +10,8 @@ from ..errors import BadInput
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
-NARROW_FROM = 2_000_000  # rows from which columns other than time_s are kept in single precision
+RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
+NARROW_FROM = 2_000_000  # rows from which columns other than time_s and those of the gyro in a fit are kept in single precision
 
 
 @contextlib.contextmanager
@@ -47,7 +48,9 @@ def header(stream, path):
 
 
 def check_names(names, where):
-    """Every column has a name of its own."""
+    """Every column has a name of its own, and they are those of samples."""
+    if set(names) >= RESULTS:
+        raise BadInput(f"{where}: results of davar-sim or davarlab live, one row per epoch; the samples that they were made from are needed")
     for name in names:
         if not name:
             raise BadInput(f"{where}: a column without a name")

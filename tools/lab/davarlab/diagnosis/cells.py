@@ -80,7 +80,7 @@ def short_cells(state, y, relative=None):
 def cells_in(state, y, relative, windows, most):
     """Cells of so many windows, of the `most` shortest averaging times."""
     bench = state.bench
-    course, expectation, found = bench.mean_course(state.parts, state.fit), Expectation(state), []
+    expectation, found = Expectation(state), []
     for count in windows:
         window = len(y) // count // 2 * 2
         taus = allan.octaves(window)[:most]
@@ -92,18 +92,28 @@ def cells_in(state, y, relative, windows, most):
             measured = remembered(bench.recording.measured, y, window, taus, None)[0]
             valid = np.full_like(measured, state.known.mean())
         measured = measured ** 2
-        course_there = allan.windows(course, window, taus, state.known)[0] ** 2 if np.any(course) else np.zeros_like(measured)
+        course = of_course(state, window, taus)
         for row in range(len(measured)):
             level = 1.0 if relative is None else float(relative[row * window:(row + 1) * window].mean())
             local = noise * (1 + share * (level - 1))
-            rows = row_cells(row, window, taus, measured[row], local, course_there[row] + steady, freedom * valid[row], bench.data.rate_hz)
+            rows = row_cells(row, window, taus, measured[row], local, course[row] + steady, freedom * valid[row], bench.data.rate_hz)
             found += [cell for cell, part in zip(rows, valid[row]) if part > VALID and (state.known is None or cell.freedom > 1)]
     return found
 
 
+def of_course(state, window, taus):
+    """Allan variances of the course of the fit in windows, measured once."""
+    memory = state.fit.measured
+    if (window, len(taus)) not in memory:
+        course = state.bench.mean_course(state.parts, state.fit)
+        memory[window, len(taus)] = allan.windows(course, window, taus, state.known)[0] ** 2 if np.any(course) else np.zeros(
+            (len(course) // window, len(taus)))
+    return memory[window, len(taus)]
+
+
 def remembered(memory, y, window, taus, known):
     """Allan deviations of y in windows and the share of valid differences, measured once however many models are compared with them."""
-    key = (hash(y.tobytes()), known is not None and hash(known.tobytes()), window)
+    key = (float(y.sum()), float(y @ y), None if known is None else hash(known.tobytes()), window)
     if key not in memory:
         memory[key] = allan.windows(y, window, taus, known)
     return memory[key]

@@ -36,7 +36,7 @@ class Comparison:
 
 def residual_spectrum(state):
     data = state.bench.data
-    c = data.whitened(state.fit.level, state.fit.coefficients, state.bench.all_keys(state.parts))
+    c = state.bench.whitened(state.parts, state.fit)
     edges = np.unique(np.round(np.geomspace(1, len(c), 90)).astype(int)) - 1
     counts = np.diff(edges)
     return (np.add.reduceat(data.f, edges[:-1])[:len(counts)] / np.maximum(counts, 1),
@@ -51,7 +51,7 @@ def correlations(state, column):
     for name, values in bench.recording.columns.items():
         if name in ("time_s", column) or name.startswith("gyro_") or np.ptp(values) == 0:
             continue
-        x = signals.inverse(np.concatenate([[0.0], signals.transform(values)[1:] / level]))
+        x = signals.in_time(signals.transform(values)[1:] / level)
         r = float(np.sum(w * x) / np.sqrt(np.sum(w ** 2) * np.sum(x ** 2)))
         found[name] = (r, float(2 * stats.norm.sf(abs(r) * np.sqrt(len(w)))))
     return found

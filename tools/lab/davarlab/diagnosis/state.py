@@ -63,7 +63,7 @@ def start(recording, model, progress=lambda text: None):
 
 
 def spectrum_p(state):
-    c = state.bench.data.whitened(state.fit.level, state.fit.coefficients, state.bench.all_keys(state.parts))
+    c = state.bench.whitened(state.parts, state.fit)
     return adequacy.spectrum_score(c, len(state.fit.sizes) + len(state.fit.coefficients))
 
 
@@ -148,7 +148,7 @@ def judged(state, quick=False):
     """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a step on the way."""
     variance, state.blocks = relative_variance(state)
     data = state.bench.data
-    c = data.whitened(state.fit.level, state.fit.coefficients, state.bench.all_keys(state.parts))
+    c = state.bench.whitened(state.parts, state.fit)
     free = len(state.fit.sizes) + len(state.fit.coefficients)
     extra = {}
     if "shocks" not in state.model_kinds:
@@ -159,7 +159,7 @@ def judged(state, quick=False):
     noise = as_spectra(state.parts)
     if noise:
         fit = state.bench.fit(noise)
-        other = data.whitened(fit.level, fit.coefficients, state.bench.all_keys(noise))
+        other = state.bench.whitened(noise, fit)
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
     state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
     state.cells, short = cells_of(state, variance)

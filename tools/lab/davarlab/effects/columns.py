@@ -24,7 +24,7 @@ def still(recording, name):
     """A column without the white noise of its own sensor; worked out once."""
     key = ("still", name)
     if key not in recording.measured:
-        recording.measured[key] = signals.denoised(recording.column(name))
+        recording.measured[key] = signals.denoised(recording.column(name)).astype(recording.columns[name].dtype, copy=False)
     return recording.measured[key]
 
 

@@ -96,7 +96,7 @@ def levelled(c, variance, share):
     groups = np.minimum((share * GROUPS).astype(int), GROUPS - 1)
     for group in np.unique(groups):
         chosen = groups == group
-        x = signals.inverse(np.concatenate([[0.0], np.where(chosen, c, 0.0)]))
+        x = signals.in_time(np.where(chosen, c, 0.0))
         out += signals.transform(x / np.sqrt(local(variance, share[chosen].mean(), mean)))[1:]
     return out
 

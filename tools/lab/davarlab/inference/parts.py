@@ -11,6 +11,7 @@ from .whittle import Data, maximise
 
 
 SLOW_S, SLOW_LEAST = 0.5, 10000  # a slow course: what moves in half a second, and at least so many means
+SLOW_TURN = 0.01  # of a turn in that time: a line as slow as that is a slow course
 
 
 @dataclass(frozen=True)
@@ -101,11 +102,12 @@ class Bench:
         self.logged = y if logged is None else logged
         self.data = data or Data(y, recording.rate_hz)
         self.decoded, self.squares = {}, {}  # courses of states and their mean squares
+        self.latest = {}  # what was last worked out of a fit, and of which: as long as the record each
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
         other = Bench(self.recording, y, self.counts, self.data.with_gyro(y), self.gyro, self.logged)
-        other.decoded, other.squares = dict(self.decoded), dict(self.squares)
+        other.decoded, other.squares, other.latest = dict(self.decoded), dict(self.squares), self.latest
         return other
 
     def resolving(self, parts):
@@ -114,7 +116,7 @@ class Bench:
         if self.data.resolves(bands):
             return self
         other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro, self.logged)
-        other.decoded, other.squares = self.decoded, self.squares
+        other.decoded, other.squares, other.latest = self.decoded, self.squares, self.latest
         return other
 
     def courses(self, part):
@@ -130,9 +132,8 @@ class Bench:
         count = 2 if part.turning else 1
         keys = [f"{part.key}:{i}" for i in range(count)]
         if keys[0] not in self.data.columns:
-            together = self.together if part.effect.slow and part.form != "decoded" else 1
             for key, course in zip(keys, self.courses(part)):
-                self.data.add(key, course, together)
+                self.data.add(key, course, self.together(part))
         return keys
 
     def forget(self, part):
@@ -141,6 +142,8 @@ class Bench:
             key = f"{part.key}:{i}"
             self.data.columns.pop(key, None)
             self.data.products = {pair: value for pair, value in self.data.products.items() if key not in pair}
+        if part.form == "decoded":  # another course may have the same shape
+            self.data.fits = {asked: fit for asked, fit in self.data.fits.items() if part.key not in asked[0]}
 
     def row(self, part, gain):
         shape = self.data.binned(part.key, lambda f: unit_spectrum(part, f, self.data.rate_hz, self.counts))
@@ -183,22 +186,37 @@ class Bench:
         return np.array([found[key] for key in keys])
 
     def fit(self, parts, restricted=False, near=None):
-        """`near`: level of a similar fit to start from."""
-        return maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed(parts))
+        """The maximum of the likelihood, sought once. `near`: level of a similar fit to start from."""
+        asked = tuple(part.key for part in parts), restricted
+        if asked not in self.data.fits:
+            self.data.fits[asked] = maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed(parts))
+        return self.data.fits[asked]
+
+    def remembered(self, what, fit, make):
+        """What is worked out of a fit, once as long as nothing else is asked; not to be written to."""
+        if what not in self.latest or self.latest[what][0] is not fit:
+            self.latest[what] = fit, make()
+            self.latest[what][1].setflags(write=False)
+        return self.latest[what][1]
 
     def mean_course(self, parts, fit):
         """The sum of the mean parts, deg/s."""
         if not len(fit.coefficients):
             return np.zeros(len(self.y))
-        gyro = self.data.columns["gyro"][0]
-        return signals.inverse(np.concatenate([[0.0], gyro - self.data.without(fit.coefficients, self.all_keys(parts))]))
+        return self.remembered("course", fit, lambda: signals.in_time(
+            self.data.columns["gyro"][0] - self.data.without(fit.coefficients, self.all_keys(parts))))
 
-    @property
-    def together(self):
-        """Samples of which a slow course need only know the mean."""
+    def together(self, part):
+        """Samples of which the course of a part need only know the mean (1.4)."""
+        turn = part.shape["frequency_hz"] * SLOW_S if part.kind == "sinusoid" else np.inf
+        if part.form == "decoded" or not (part.effect.slow or turn < SLOW_TURN):
+            return 1
         return max(1, min(int(SLOW_S * self.data.rate_hz), self.data.samples // SLOW_LEAST))
 
+    def whitened(self, parts, fit):
+        """Ordinates of the residual, unit variance when the model is true."""
+        return self.remembered("whitened", fit, lambda: self.data.whitened(fit.level, fit.coefficients, self.all_keys(parts)))
+
     def residual(self, parts, fit):
-        """Whitened residual in time, unit variance when the model is true."""
-        c = self.data.whitened(fit.level, fit.coefficients, self.all_keys(parts))
-        return signals.inverse(np.concatenate([[0.0], c]))
+        """The whitened residual in time, unit variance when the model is true."""
+        return self.remembered("residual", fit, lambda: signals.in_time(self.whitened(parts, fit)))

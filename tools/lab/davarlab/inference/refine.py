@@ -47,7 +47,7 @@ def line_frequency(bench, parts, index):
     part, fit = parts[index], bench.fit(parts)
     keys, coefficients = bench.all_keys(parts), fit.coefficients.copy()
     coefficients[[keys.index(key) for key in bench.keys(part)]] = 0.0
-    w = signals.inverse(np.concatenate([[0.0], bench.data.whitened(fit.level, coefficients, keys)]))
+    w = signals.in_time(bench.data.whitened(fit.level, coefficients, keys))
     time = bench.recording.time_s
     starts = np.linspace(0, len(w), PIECES, endpoint=False).astype(int)
     turned = np.add.reduceat(w * np.exp(-2j * np.pi * part.shape["frequency_hz"] * time), starts)

@@ -1,26 +1,28 @@
 """The likelihood of a recording in the cosine domain, and its maximum (DESIGN 1 to 3)."""
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import linalg, optimize
 
-from ..data import signals
+from ..data import signals, table
 
 ITERATIONS = 60
 HALVINGS = 12
+SCORED, FLAT = 2, 0.3  # steps of Fisher scoring before those of Newton; least curvature of a bin then, over the expected one
 WELL_POSED = 1e-5  # least pivot of a Cholesky factor of rows with unit norm
 
 
 @dataclass
 class Fit:
-    """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin."""
+    """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin; `measured`: Allan variances of the columns' course."""
     sizes: np.ndarray
     coefficients: np.ndarray
     log_likelihood: float
     level: np.ndarray
     covariance: np.ndarray
+    measured: dict = field(default_factory=dict)
 
 
 class Data:
@@ -37,13 +39,13 @@ class Data:
         """Takes these bins: what was summed per bin is forgotten."""
         self.edges, self.starts, self.counts = edges, edges[:-1], np.diff(edges).astype(float)
         self.f_bin = np.add.reduceat(self.f, self.starts) / self.counts
-        self.products, self.spectra = {}, {}
+        self.products, self.spectra, self.fits = {}, {}, {}
 
     def with_gyro(self, y):
         """The same columns and bins with another gyro record."""
         other = copy.copy(self)
         other.columns = dict(self.columns)
-        other.products = {pair: value for pair, value in self.products.items() if "gyro" not in pair}
+        other.products, other.fits = {pair: value for pair, value in self.products.items() if "gyro" not in pair}, {}
         other.add("gyro", y)
         return other
 
@@ -65,7 +67,8 @@ class Data:
         c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
         norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
         ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
-        self.columns[key] = (c / norm if ok else c * 0, norm if ok else 0.0)
+        kind = np.float32 if self.samples >= table.NARROW_FROM and key != "gyro" else np.float64
+        self.columns[key] = ((c / norm if ok else c * 0).astype(kind, copy=False), norm if ok else 0.0)
 
     def scale(self, key):
         return self.columns[key][1]
@@ -77,7 +80,7 @@ class Data:
             length = min(len(x), len(y))
             starts = self.starts[:np.searchsorted(self.starts, length)]
             self.products[key] = np.zeros(len(self.starts))
-            self.products[key][:len(starts)] = np.add.reduceat(x[:length] * y[:length], starts)
+            self.products[key][:len(starts)] = np.add.reduceat(x[:length] * y[:length], starts, dtype=np.float64)
         return self.products[key]
 
     def without(self, coefficients, keys):
@@ -105,30 +108,47 @@ class Data:
         return np.interp(self.logarithms, np.log(self.f_bin), level)
 
 
+@dataclass
+class Sums:
+    """What a fit needs of the record and of some columns: energies of the gyro, its products with the columns (k rows), theirs with each other, all
+    per bin."""
+    energy: np.ndarray
+    cross: np.ndarray
+    gram: np.ndarray
+
+    def at(self, level):
+        """(coefficients of the columns at this level, their covariance, energy of the residual per bin, leverage per bin)."""
+        if not len(self.cross):
+            return np.zeros(0), np.zeros((0, 0)), self.energy, np.zeros_like(self.energy)
+        weight = 1 / level
+        inverse = inverse_of(self.gram @ weight)
+        beta = inverse @ (self.cross @ weight)
+        residual = self.energy - 2 * beta @ self.cross + np.einsum("i,ijb,j->b", beta, self.gram, beta)
+        leverage = np.einsum("ij,jib->b", inverse, self.gram) * weight
+        return beta, inverse, np.maximum(residual, 0), leverage
+
+
+def sums(data, keys):
+    bins = len(data.counts)
+    return Sums(data.product("gyro", "gyro"), np.array([data.product(key, "gyro") for key in keys]).reshape(len(keys), bins),
+                np.array([[data.product(a, b) for b in keys] for a in keys]).reshape(len(keys), len(keys), bins))
+
+
 def generalised_least_squares(data, keys, level):
-    """Coefficients of the columns, their covariance, and the energy of the residual per bin."""
-    energy = data.product("gyro", "gyro")
-    if not keys:
-        return np.zeros(0), np.zeros((0, 0)), energy, np.zeros_like(energy)
-    cross = np.array([data.product(key, "gyro") for key in keys])
-    gram = np.array([[data.product(a, b) for b in keys] for a in keys])
-    inverse = inverse_of((gram / level).sum(axis=2))
-    beta = inverse @ (cross / level).sum(axis=1)
-    residual = energy - 2 * beta @ cross + np.einsum("i,ijb,j->b", beta, gram, beta)
-    leverage = np.einsum("ij,jib->b", inverse, gram) / level
-    return beta, inverse, np.maximum(residual, 0), leverage
+    """Coefficients of the columns, their covariance, the energy of the residual and the leverage per bin."""
+    return sums(data, keys).at(level)
 
 
 def log_likelihood(data, energy, level):
     return -0.5 * float(np.sum(data.counts * np.log(level) + energy / level))
 
 
-def non_negative_step(shapes, energy, counts, level):
-    """One step of Fisher scoring: weighted least squares of energy/counts on the shapes, sizes >= 0."""
-    weight = np.sqrt(counts / 2) / level
+def non_negative_step(shapes, wanted, weight):
+    """The sizes >= 0 with which the shapes come nearest to what is wanted per bin, by least squares."""
+    weight = np.sqrt(weight)
     design = shapes * weight
     norm = np.sqrt(np.einsum("ij,ij->i", design, design))
-    design, wanted = design / norm[:, None], energy / counts * weight
+    design, wanted = design / norm[:, None], wanted * weight
     free = solved(design @ design.T, design @ wanted)
     if free is None or free.min() < 0:
         free = optimize.nnls(design.T, wanted)[0]
@@ -179,30 +199,32 @@ def score_of_column(data, keys, level, key):
 def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
     """Fits sizes of `shapes` (rows) and coefficients of the columns `keys`; `near`: a level to start from; `fixed`: variance that is there
     besides. With `restricted`, leverages of the columns are taken off the degrees of freedom (REML, DESIGN 3)."""
-    counts = data.counts
-    energy = data.product("gyro", "gyro")
-    least = 1e-12 * energy.sum() / counts.sum()
-    level = near if near is not None else np.maximum(energy / counts, 1e-30)
+    counts, known = data.counts, sums(data, keys)
+    least = 1e-12 * known.energy.sum() / counts.sum()
+    level = near if near is not None else np.maximum(known.energy / counts, 1e-30)
     if near is None and keys:
-        first = non_negative_step(shapes, energy, counts, level.mean() + 0 * level)
-        level = np.maximum(shapes.T @ first + fixed, 1e-12 * level.max())
+        level = np.maximum(shapes.T @ non_negative_step(shapes, known.energy / counts, counts) + fixed, 1e-12 * level.max())
     sizes, before = None, -np.inf
-    for _ in range(ITERATIONS):
-        beta, covariance, residual, leverage = generalised_least_squares(data, keys, level)
+    for turn in range(ITERATIONS):
+        beta, covariance, residual, leverage = known.at(level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
-        seen = residual * counts / free
-        step = non_negative_step(shapes, seen - counts * fixed, counts, level)
-        before_step = log_likelihood(data, seen, level) if sizes is not None else -np.inf
+        seen, weight = residual / free, counts / (2 * level ** 2)
+        if turn < SCORED:
+            step = non_negative_step(shapes, seen - fixed, weight)
+        else:  # (3.1)
+            curved = np.maximum(2 * seen / level - 1, FLAT)
+            step = non_negative_step(shapes, shapes.T @ sizes + (seen - level) / curved, weight * curved)
+        before_step = log_likelihood(data, seen * counts, level) if turn else -np.inf
         for _ in range(HALVINGS):  # where one ordinate holds nearly all the energy, whole steps go to and fro
             level = np.maximum(shapes.T @ step + fixed, least)
-            if log_likelihood(data, seen, level) >= before_step - 1e-9 * abs(before_step):
+            if log_likelihood(data, seen * counts, level) >= before_step - 1e-9 * abs(before_step):
                 break
             step = 0.5 * (sizes + step)
         sizes, now = step, log_likelihood(data, residual, level)
         if abs(now - before) < 1e-6 * (1 + abs(now) * 1e-6):
             break
         before = now
-    beta, covariance, residual, leverage = generalised_least_squares(data, keys, level)
+    beta, covariance, residual, leverage = known.at(level)
     return Fit(sizes, beta, log_likelihood(data, residual, level), level, covariance)
 
 
