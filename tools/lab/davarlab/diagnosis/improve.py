@@ -7,7 +7,7 @@ import numpy as np
 from ..inference import estimate
 from ..inference.parts import as_spectra
 from ..model import Model, Term
-from . import compare, diagnose, evidence, judge, state as state_of
+from . import compare, diagnose, evidence, judge, search, state as state_of
 
 
 @dataclass
@@ -168,10 +168,16 @@ def beside_the_file(last, given, model, added):
     return (state, whole, as_it_is(model) + entries[count:]) if better else None
 
 
+def risen(last, given):
+    """Is the error above the given model's; where the record contradicts that one and not the last, by more than chance."""
+    slack = search.SLACK * last.floor if last.adequacy == "statistical" != given.adequacy else 0.0
+    return last.error > given.error + slack
+
+
 def final_of(last, given, model, added):
     """(state, model, estimates) of the last model, or of what is left of it where its error is above the given one's; the state is None where
     nothing is."""
-    if not last.judgement.error > given.judgement.error:
+    if not risen(last.judgement, given.judgement):
         return last, *fitted_model(last, model)
     return beside_the_file(last, given, model, added) or (None, model, as_it_is(model))
 

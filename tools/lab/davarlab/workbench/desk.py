@@ -91,6 +91,7 @@ class Desk:
         self.whole, self.sight, self.column = whole, sight, sight.column
         self.gyros = gyro_columns(whole)
         self.recording, self.outcomes, self.rankings = seen(whole, sight), OrderedDict(), {}
+        self.judged_elsewhere = {}  # (model file, name of a recording) -> its error there, and the floor
 
     def first_model(self):
         """What one believes before anything was looked at: white noise and bias instability."""
@@ -158,6 +159,20 @@ class Desk:
         state = state_of.judged(state_of.joined(self.of(text, True, progress).fitted, candidate.part, candidate.replaces))
         model, entries = improve.fitted_model(state, models.Model(self.recording.rate_hz, self.column))
         return Outcome(model, state, state, entries)
+
+    def held_out(self, text, model, held):
+        """(error, floor) of a model on another recording of the sensor, as `--held-out` says them; (None, None) without one."""
+        key = text, held and held.name
+        if key not in self.judged_elsewhere:
+            self.judged_elsewhere[key] = improve.held_out_errors(held, model)
+        return self.judged_elsewhere[key]
+
+    def report(self, outcome, path, progress):
+        """The page that `davarlab compare --report` writes of a model, which is saved as model.toml."""
+        from ..report import contents, page  # the pictures take a second to load
+        found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
+        run = contents.Run(["open", path], self.recording, outcome.model, {"recording": path}, saved="model.toml")
+        return page.html(contents.of_comparison(run, found, outcome.fitted)).encode()
 
     def samples(self, start_s, stop_s, column, points):
         """A stretch of a column, thinned so that no extreme is lost: (times, lowest, highest)."""

@@ -96,7 +96,7 @@ class Server:
         """A file that was dropped on the page, as it comes."""
         name = request.query_params.get("name", "")
         try:
-            with self.visit.receive(name) as file:
+            with self.visit.arrivals.receive(name) as file:
                 size = 0
                 async for block in request.stream():
                     size += len(block)
@@ -107,7 +107,7 @@ class Server:
             return JSONResponse({"error": str(why)}, 400)
         except ClientDisconnect:
             return JSONResponse({"error": f"{name}: did not come whole"}, 400)
-        return await self.answer(request, {"drop": self.visit.dropped}, {})
+        return await self.answer(request, {"drop": self.visit.hold_out if request.query_params.get("as") == "held-out" else self.visit.dropped}, {})
 
     async def answer(self, request, table, given):
         """Runs one of the functions of a table in the worker."""

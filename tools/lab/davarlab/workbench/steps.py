@@ -50,6 +50,7 @@ class Steps:
     def __init__(self, recording_path):
         self.path, self.recording = Path(str(recording_path) + ENDING), str(recording_path)
         self.log = None  # how the columns are to be read, None: as they are called
+        self.held_out = None  # path of a second recording, on which every step is judged
         self.sha256, self.written = files.sha256(recording_path), None
         self.trees, self.sight = {}, None  # Sight.text -> {"steps", "current"}; the one looked at
 
@@ -73,7 +74,9 @@ class Steps:
         """What save() wrote. Raises ValueError and the like for anything else."""
         if data["version"] != VERSION:
             raise ValueError(f"version {data['version']}, this program reads {VERSION}")
-        self.log, self.sight = data["log"], Sight.of_text(data["sight"])
+        self.log, self.sight, self.held_out = data["log"], Sight.of_text(data["sight"]), data.get("held_out")
+        if not isinstance(self.held_out, (str, type(None))):
+            raise ValueError("held_out")
         for sight, tree in data["trees"].items():
             Sight.of_text(sight)
             steps = [Step(**one) for one in tree["steps"]]
@@ -91,7 +94,8 @@ class Steps:
         """Writes the session with these trees, which are the session's from then on; raises BadInput and changes nothing where it cannot."""
         trees = self.trees if trees is None else trees
         kept = {sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]} for sight, tree in trees.items()}
-        data = {"version": VERSION, "sha256": self.sha256, "log": self.log, "sight": self.sight.text, "trees": kept}
+        data = {"version": VERSION, "sha256": self.sha256, "log": self.log, "held_out": self.held_out, "sight": self.sight.text,
+                "trees": kept}
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
         if (self.path.read_bytes() if self.path.exists() else None) != self.written:
             raise BadInput(f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again")
@@ -115,6 +119,15 @@ class Steps:
         same = next((one for one in alike if (one.text, one.fitted, one.off) == (step.text, step.fitted, step.off)), None)
         steps = self.steps if same else [*self.steps, step]
         self.save({**self.trees, self.sight.text: {"steps": steps, "current": (same or step).number}})
+
+    def hold_out(self, path):
+        """Every step is judged on this recording too; None: on none."""
+        before, self.held_out = self.held_out, path
+        try:
+            self.save()
+        except BadInput:
+            self.held_out = before
+            raise
 
     def go(self, number):
         self.save({**self.trees, self.sight.text: {"steps": self.steps, "current": number}})

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import signal, stats
 
-from ..diagnosis import cells, contributions, evidence, judge, search
+from ..diagnosis import cells, contributions, evidence, judge, search, state as state_of
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
@@ -79,16 +79,17 @@ def card(outcome, place, taken):
     rows = [{"name": p.name, "unit": p.unit, "low_limit": p.low, "high_limit": p.high, "size": p is effect.size and effect.sized,
              **values.estimates({p.name: entry[p.name]})[p.name]} for p in effect.parameters if p.name in entry]
     return {"place": place, "kind": term.kind, "name": words.name(term.kind), "physics": effect.physics,
-            "parameters": rows, "loss": taken}
+            "parameters": rows, "loss": taken and taken[0], "error_without": taken and taken[1]}
 
 
 def losses(outcome):
-    """Of the likelihood without each effect; None of what cannot be left out alone."""
+    """(what the likelihood loses, the error) without each effect; None of what cannot be left out alone."""
     found = []
     for part in outcome.fitted.parts:
         rest = [other for other in outcome.fitted.parts if other is not part]
         noise = [other for other in rest if other.role == "spectrum"]
-        found.append(search.loss_without(outcome.fitted, rest, part) if noise and part.role != "events" else None)
+        found.append((search.loss_without(outcome.fitted, rest, part), state_of.errors_of(state_of.with_parts(outcome.fitted, rest))[0])
+                     if noise and part.role != "events" else None)
     return found
 
 

@@ -3,20 +3,15 @@
 import contextlib
 import math
 import shlex
-from pathlib import Path
 
-from .. import files, model as models, simulate
-from ..data import guess, recording as recordings
+from .. import kalibr, model as models
+from ..data import guess
 from ..effects import table
 from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, views
-from .steps import ENDING, Sight, Steps
-
-ROOT = Path(__file__).resolve().parents[4]
-TUTORIAL = ROOT / "data/tutorial_sensor.toml"
-FOLDER = "davarlab-files"  # of what was dropped on the page, in the folder where it was opened
-TUTORIAL_NAME = "tutorial_sensor.csv"
+from .arrivals import Arrivals
+from .steps import Sight, Steps
 
 
 def whole(value, what):
@@ -33,15 +28,6 @@ def real(value, what):
         if math.isfinite(float(value)):
             return float(value)
     raise BadInput(f"{what}: a number expected, found {value!r}")
-
-
-def free_name(path, sha256):
-    """The path, or the first of path-2, path-3 ... that no other file has."""
-    first, count = path, 1
-    while path.exists() and files.sha256(path) != sha256:
-        count += 1
-        path = first.with_name(f"{first.stem}-{count}{first.suffix}")
-    return path
 
 
 def commands(steps, sight):
@@ -66,15 +52,16 @@ class Visit:
     there; actions change something."""
 
     def __init__(self, folder):
-        self.folder, self.desk, self.steps = Path(folder), None, None
-        self.log = self.arrived = None  # log: one that waits to be read: its path, guesses, what a page shows; arrived: the file of the last drop
+        self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
+        self.log = None  # one that waits to be read: its path, guesses, what a page shows
         self.tell = lambda **event: None
         self.hurried = lambda: False  # is somebody waiting for what is being computed
-        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview}
+        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview,
+                          "held_out": self.held_out, "report": self.report}
         self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet,
-                      "save": self.save}
+                      "kalibr": self.kalibr, "save": self.save}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
-                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "close": self.close}
+                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "let_go": self.let_go, "close": self.close}
 
     def progress(self, text):
         self.tell(progress=text)
@@ -89,13 +76,13 @@ class Visit:
         """Where the visit stands; `step` gives what a step looks like."""
         desk, steps, log = self.desk, self.steps, self.log
         if not desk:
-            return {"recording": None, "log": log and log[2], "folder": str(self.folder / FOLDER)}
+            return {"recording": None, "log": log and log[2], "folder": str(self.arrivals.folder)}
         recording = desk.recording
         return {"recording": str(recording.name), "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
                 "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
                 "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
-                "current": steps.current, "session": str(steps.path), "commands": commands(steps, desk.sight),
+                "held_out": self.held and str(self.held.name), "current": steps.current, "session": str(steps.path), "commands": commands(steps, desk.sight),
                 "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor} for s in steps.steps]}
 
     def open(self, path, model=None):
@@ -110,8 +97,7 @@ class Visit:
 
     def begin(self, path, steps, model=None):
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
-        log = steps.log or {}
-        recording = desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"))
+        recording = self.as_named(path, steps)
         gyros = desks.gyro_columns(recording)
         if not gyros:
             raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s")
@@ -119,7 +105,14 @@ class Visit:
         if given:
             models.check_fits(given, recording, model)
             models.check_noise(given, model)
+        held = None
+        if steps.held_out:
+            try:
+                held = self.as_named(steps.held_out, steps)
+            except BadInput as why:
+                self.progress(f"nothing is held out any more: {why}")
         self.look_at(recording, steps, Sight(given.column) if given else steps.sight or Sight(gyros[-1]), given)
+        self.held = held
         return self.changed()
 
     def look_at(self, recording, steps, sight, given=None):
@@ -165,45 +158,37 @@ class Visit:
                      "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second")}
         return self.begin(path, steps)
 
-    def own_folder(self):
-        path = self.folder / FOLDER
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-        except OSError as why:
-            raise BadInput(f"{path}: cannot be made ({files.reason(why)})") from None
-        return path
-
     def tutorial(self):
-        """The bundled sensor: made once, then opened like any recording."""
-        path = self.own_folder() / TUTORIAL_NAME
-        if not path.exists():
-            self.progress("making the tutorial's recording: two hours of a simulated sensor")
-            recordings.write(simulate.from_scenario(TUTORIAL, self.progress), path)
-        return self.open(str(path))
-
-    @contextlib.contextmanager
-    def receive(self, name):
-        """The file that a drop goes into; there only when it came whole. It bears its own name, or a numbered one where another file has that."""
-        if not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING) or name == TUTORIAL_NAME:
-            raise BadInput(f"{name!r}: not a name for a recording")
-        part = files.partial(self.own_folder() / "drop")
-        try:
-            with open(part, "xb") as file:
-                yield file
-            self.arrived = free_name(self.own_folder() / name, files.sha256(part))
-            part.replace(self.arrived)
-        except OSError as why:
-            raise BadInput(f"{name}: cannot be written ({files.reason(why)})") from None
-        finally:
-            with contextlib.suppress(OSError):
-                part.unlink(missing_ok=True)
+        """The bundled sensor, opened like any recording."""
+        return self.open(str(self.arrivals.tutorial(self.progress)))
 
     def dropped(self):
-        return self.open(str(self.arrived))
+        return self.open(str(self.arrivals.last))
+
+    def hold_out(self):
+        """The last drop is a second recording of the same sensor: every step is judged on it too, and fitted on the first one only."""
+        step, path = self.here(), str(self.arrivals.last)
+        held = self.as_named(path, self.steps)
+        models.check_fits(models.of_text(step.text, "the model"), held, path)
+        self.steps.hold_out(path)
+        self.held = held
+        return self.changed()
+
+    def as_named(self, path, steps):
+        """A recording whose columns are those that the session's log was read with."""
+        log = steps.log or {}
+        return desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"))
+
+    def let_go(self):
+        """No recording is held out any more."""
+        self.here()
+        self.steps.hold_out(None)
+        self.held = None
+        return self.changed()
 
     def close(self):
         """Back to the first page; the session stays beside its recording."""
-        self.desk, self.steps, self.log = None, None, None
+        self.desk, self.steps, self.log, self.held = None, None, None, None
         return self.changed()
 
     # steps
@@ -362,6 +347,12 @@ class Visit:
         self.steps.go(self.known(number))
         return self.changed()
 
+    def held_out(self, number=None):
+        """The error of a step on the recording that is held out, and its floor; None without one."""
+        step = self.here(number)
+        error, floor = self.desk.held_out(step.text, self.outcome(step).model, self.held)
+        return {"number": step.number, "error": error, "floor": floor}
+
     # looking closer, taking home
 
     def stretch(self, start_s, stop_s):
@@ -404,6 +395,17 @@ class Visit:
             raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
         terms = [models.checked_term({"kind": kind, table.find(kind).size.name: real(value, kind)}, kind) for kind, value in given.items()]
         return views.sheet(terms, desk.whole.rate_hz, desk.whole.samples)
+
+    def kalibr(self, text):
+        """The numbers of a kalibr file, as a data sheet's."""
+        return {"sheet": kalibr.sizes(text, "the kalibr file")}
+
+    def report(self, number=None):
+        """The still page of a step: that of `davarlab compare --report`."""
+        step = self.here(number)
+        if self.desk.sight.alone or self.desk.sight.cut:
+            raise BadInput("a report is of a whole recording: look at all of it first")
+        return self.desk.report(self.outcome(step), self.steps.recording, self.progress)
 
     def save(self, what, number=None):
         """The model to take home: toml, or the table for the device."""

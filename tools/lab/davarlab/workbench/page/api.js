@@ -20,12 +20,12 @@ export async function act(what, given = {}) {
   }));
 }
 
-export async function drop(file) {
-  return answered(await fetch(`/api/drop?${new URLSearchParams({ name: file.name })}`, { method: "POST", headers, body: file }));
+export async function drop(file, as = "recording") {
+  return answered(await fetch(`/api/drop?${new URLSearchParams({ name: file.name, as })}`, { method: "POST", headers, body: file }));
 }
 
-export async function download(what, number, name) {
-  const response = await fetch(`/api/save?${new URLSearchParams({ what, number })}`, { headers });
+export async function download(what, given, name) {
+  const response = await fetch(`/api/${what}?${new URLSearchParams(given)}`, { headers });
   if (!response.ok) return answered(response);
   const link = document.createElement("a");
   link.href = URL.createObjectURL(await response.blob());

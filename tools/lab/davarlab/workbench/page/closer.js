@@ -1,5 +1,5 @@
 // Looking closer: stretches and cells, what is left beside a column, spectra over time, the axes and a data sheet.
-import { ask } from "/page/api.js";
+import { ask, drop } from "/page/api.js";
 import * as charts from "/page/charts.js";
 import { at, change, doing, newest, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
@@ -33,10 +33,8 @@ export function sights() {
     + one.cut.map(([a, b]) => `, without ${number(a, 6)} to ${number(b, 6)} s`).join("");
   fill("sights", ...now.all.sights.map((one, place) => element("option", { value: place, selected: one.here }, said(one))));
   at("cut").disabled = now.all.alone.length > 0;
-}
-
-function peak(point) {
-  if (confirm(`Add a line at ${number(point.x, 6)} Hz?`)) acting(`adding a line at ${number(point.x, 6)} Hz`, "line", { f_hz: point.x });
+  at("held-name").textContent = now.all.held_out ? now.all.held_out.split("/").at(-1) : "";
+  at("let-go").hidden = !now.all.held_out;
 }
 
 export async function record() {
@@ -67,11 +65,26 @@ at("over").onchange = () => {
   doing("", async () => charts.spectrogram(await ask("spectrogram", { column: at("over").value })));
 };
 at("lag").oninput = () => beside({});
+const SHEET = { angle_random_walk: "sheet-arw", bias_instability: "sheet-bi", rate_random_walk: "sheet-rrw" };
 at("sheet").onsubmit = (event) => {
   event.preventDefault();
-  const given = { angle_random_walk: at("sheet-arw").value, bias_instability: at("sheet-bi").value, rate_random_walk: at("sheet-rrw").value };
+  const given = Object.fromEntries(Object.entries(SHEET).map(([kind, id]) => [kind, at(id).value]));
   doing("", async () => { sheet = await ask("sheet", Object.fromEntries(Object.entries(given).filter(([, value]) => value))); await charts.axes(axes.all, sheet); });
 };
+at("kalibr").onchange = () => at("kalibr").files[0] && doing("reading the kalibr file", async () => {
+  const file = at("kalibr").files[0];
+  at("kalibr").value = ""; // the same file, mended, is another one
+  const text = await file.text();
+  const { sheet: said } = await ask("kalibr", { text });
+  for (const [kind, id] of Object.entries(SHEET)) at(id).value = said[kind] === undefined ? "" : Number(said[kind].toPrecision(6));
+  at("sheet").requestSubmit();
+});
+at("held-file").onchange = () => at("held-file").files[0] && doing("reading what is held out", async () => {
+  const file = at("held-file").files[0];
+  at("held-file").value = "";
+  await drop(file, "held-out");
+});
+at("let-go").onclick = () => change("letting it go", "let_go");
 const span = () => whole([Number(at("from").value), Number(at("to").value)]);
 at("alone").onclick = () => change("looking at it alone", "sight", { alone: span() });
 at("cut").onclick = () => change("cutting it out", "sight", { cut: [...now.all.cut, span()] });

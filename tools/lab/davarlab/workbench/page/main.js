@@ -9,15 +9,16 @@ import * as stack from "/page/stack.js";
 import { falling, timeline } from "/page/timeline.js";
 import { element, fill, number } from "/page/words.js";
 
+const OF_A_STEP = ["refit", "save", "save-h", "report"]; // buttons
+
 async function refresh() {
   const turn = ++now.turn;
   now.all = await ask("all");
   at("landing").hidden = Boolean(now.all.recording);
   at("bench").hidden = !now.all.recording;
-  for (const id of ["refit", "save", "save-h"]) at(id).disabled = !now.all.recording;
   at("close").hidden = !now.all.recording;
   at("axis-label").hidden = !now.all.recording;
-  if (!now.all.recording) for (const id of ["undo", "redo"]) at(id).disabled = true;
+  if (!now.all.recording) for (const id of [...OF_A_STEP, "undo", "redo"]) at(id).disabled = true;
   at("recording").textContent = now.all.recording ? `${now.all.recording.split("/").at(-1)}: ${now.all.samples} samples, ${number(now.all.rate_hz, 6)} Hz, ${now.all.gaps} gaps` : "";
   if (!now.all.recording) {
     now.view = now.found = null;
@@ -37,6 +38,7 @@ async function refresh() {
 
 // What a person waits for first; the other charts follow, and stop where another step is wanted.
 async function show(turn) {
+  for (const id of OF_A_STEP) at(id).disabled = false;
   verdict();
   stack.draw(now.view, cards);
   timeline();
@@ -47,7 +49,7 @@ async function show(turn) {
 }
 
 async function rest(turn) {
-  for (const draw of [falling, sights, () => charts.residual(now.view), () => charts.map(now.view, look), () => charts.spectrum(now.view, peak), record, closer]) {
+  for (const draw of [heldOut, falling, sights, () => charts.residual(now.view), () => charts.map(now.view, look), () => charts.spectrum(now.view, peak), record, closer]) {
     await new Promise((done) => setTimeout(done));
     if (turn !== now.turn) return;
     await draw();
@@ -63,8 +65,17 @@ function verdict() {
     element("div", { class: "figure" }, "error ", element("b", { id: "error-value" }, number(now.view.error)), ` (floor ${number(now.view.floor)})`),
     element("div", { class: "said", id: "said" }, now.view.said),
     element("div", { class: "figure" }, now.view.p_value === null ? "" : now.view.p_value < 1e-6 ? "p < 1e-6" : `p ${number(now.view.p_value, 2)}`),
+    element("div", { class: "figure", id: "held-out-error" }),
     ...now.view.observations.map((one) => element("div", { class: "observation" }, one.said)), ...now.view.notes.map((note) => element("div", {}, note)));
   place.className = now.view.adequacy;
+}
+
+// The error on the recording that is held out: judged there, never fitted.
+async function heldOut() {
+  if (!now.all.held_out) return;
+  at("held-out-error").textContent = "held out …";
+  const { number: of, error, floor } = await ask("held_out", { number: now.view.number });
+  if (of === now.view.number) at("held-out-error").textContent = `held out ${number(error)} (floor ${number(floor)})`;
 }
 
 // A shape has no sum to add: the server says the curve.
@@ -95,8 +106,10 @@ document.addEventListener("keydown", (event) => {
 });
 at("axis").onchange = () => change(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
 at("refit").onclick = () => acting("fitting all values", "refit");
-at("save").onclick = () => doing("saving", () => download("toml", now.view.number, "model.toml"));
-at("save-h").onclick = () => doing("saving", () => download("h", now.view.number, "model.h"));
+const home = (id, what, given, name) => { at(id).onclick = () => doing("making it", () => download(what, { ...given, number: now.view.number }, name)); };
+home("save", "save", { what: "toml" }, "model.toml");
+home("save-h", "save", { what: "h" }, "model.h");
+home("report", "report", {}, "report.html");
 at("close").onclick = () => change("", "close");
 at("help-button").onclick = () => at("help").showModal();
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => now.view && show(now.turn));

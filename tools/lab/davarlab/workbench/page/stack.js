@@ -41,7 +41,7 @@ function card(one, actions) {
   return element("article", { class: "card", "data-kind": one.kind },
     element("header", {}, toggle, element("h3", {}, one.name)),
     element("p", {}, one.physics),
-    one.loss === null ? null : element("p", {}, `Without it the likelihood loses ${number(one.loss)}.`),
+    one.loss === null ? null : element("p", {}, `Without it the likelihood loses ${number(one.loss)}, the error is ${number(one.error_without)}.`),
     ...one.parameters.map((parameter) => value(one, parameter, actions)));
 }
 

@@ -1,0 +1,103 @@
+"""Brought along and taken home: a recording that is held out, a kalibr file, what each effect is worth, the still report; all as the terminal says."""
+
+import json
+import math
+import re
+import unittest
+
+from playwright.sync_api import expect
+from visiting import FIRST, Visiting, run
+
+RAMP = '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 2000.0\n'
+KALIBR = "imu0:\n  rostopic: /imu0\n  gyroscope_noise_density: 1.0e-04\n  gyroscope_random_walk: 1.0e-06\n  update_rate: 200.0\n"
+
+
+class Home(Visiting):
+    def made(self, name, seed, effects=RAMP):
+        scenario, recording = self.folder / f"{name}.toml", self.folder / f"{name}.csv"
+        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + effects + f"[simulate]\nseed = {seed}\nduration_s = 900\n")
+        done = run("simulate", scenario, "-o", recording)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return recording
+
+    def saved(self, bench):
+        model = self.folder / "model.toml"
+        model.write_text(bench.ask("step")[1]["text"])
+        return model
+
+    def test_every_step_is_judged_on_what_is_held_out(self):
+        one, two = self.made("one", 21), self.made("two", 22)
+        bench = self.open(one)
+        page = self.page(bench)
+        page.set_input_files("#held-file", two)
+        expect(page.locator("#held-name")).to_have_text("two.csv")
+        expect(page.locator("#held-out-error")).to_contain_text("floor")
+        told = json.loads(run("improve", one, "-m", self.saved(bench), "--held-out", two, "--json").stdout)["steps"][0]
+        shown = bench.ask("held_out")[1]
+        self.assertAlmostEqual(shown["error"] / told["error_held_out"], 1, places=9)
+        self.assertIn(str(float(f"{shown['error']:.3g}")), page.inner_text("#held-out-error"))
+        self.shot(page, "held-out")
+        self.assert_quiet()
+        page.close()
+        bench.stop()
+
+        wrong = self.folder / "wrong.csv"
+        wrong.write_text("time_s,temp_degC\n" + "".join(f"{i / 50},{i % 7}\n" for i in range(1500)))
+        page = self.page(self.open(one))
+        expect(page.locator("#held-out-error")).to_contain_text("floor")  # the session knows it
+        page.set_input_files("#held-file", wrong)
+        expect(page.locator("#error")).to_contain_text("gyro_z_dps")
+        expect(page.locator("#held-name")).to_have_text("two.csv")
+        page.click("#let-go")
+        expect(page.locator("#held-name")).to_have_text("")
+        self.complaints = [one for one in self.complaints if "400" not in one]  # the browser's own word for what was refused
+        self.assert_quiet()
+
+    def test_what_an_effect_is_worth_is_what_the_error_is_without_it(self):
+        recording = self.made("one", 23)
+        bench = self.open(recording)
+        ramp = next(one["place"] for one in bench.ask("candidates")[1]["candidates"] if one["kind"] == "rate_ramp")
+        bench.act("add", place=ramp)
+        card = bench.ask("step")[1]["cards"][2]
+        self.assertEqual(card["kind"], "rate_ramp")
+        self.assertGreater(card["loss"], 20)
+        bench.act("remove", place=2)
+        self.assertAlmostEqual(card["error_without"] / bench.ask("step")[1]["error"], 1, places=3)
+
+    def test_the_report_is_that_of_the_terminal(self):
+        recording = self.made("one", 24)
+        bench = self.open(recording)
+        page = self.page(bench)
+        with page.expect_download() as saved:
+            page.click("#report")
+        mine, theirs = saved.value.path().read_text(), self.folder / "theirs.html"
+        self.assertIn(run("compare", recording, "-m", self.saved(bench), "--report", theirs).returncode, (0, 1))
+        numbers = [re.findall(r'data-key="([^"]+)" value="([^"]+)"', text) for text in (mine, theirs.read_text())]
+        self.assertGreater(len(numbers[0]), 10)
+        self.assertEqual([key for key, _ in numbers[0]], [key for key, _ in numbers[1]])
+        for (key, shown), (_, told) in zip(*numbers):
+            self.assertTrue(math.isclose(float(shown), float(told), rel_tol=1e-5), (key, shown, told))
+        page.fill("#from", "100")
+        page.fill("#to", "500")
+        page.click("#alone")
+        expect(page.locator("#sights option")).to_have_count(2)
+        self.assertEqual(bench.ask("report")[0], 400)
+
+    def test_a_kalibr_file_is_a_data_sheet(self):
+        page = self.page(self.open(self.made("one", 25)))
+        sheet, hostile = self.folder / "imu.yaml", self.folder / "hostile.yaml"
+        sheet.write_text(KALIBR)
+        page.set_input_files("#kalibr", sheet)
+        expect(page.locator("#sheet-rrw")).not_to_have_value("")
+        self.assertAlmostEqual(float(page.input_value("#sheet-arw")), 1e-4 * 180 / math.pi * 60, places=5)
+        self.assertAlmostEqual(float(page.input_value("#sheet-rrw")), 1e-6 * 180 / math.pi * 60 ** 3, places=4)
+        for text, words in (("!!python/object/apply:os.system ['touch hacked']", "not YAML"), ("a: [", "not YAML"), ("rate: 5", "neither"),
+                            ("gyroscope_noise_density: fast", "a number expected")):
+            hostile.write_text(text)
+            page.set_input_files("#kalibr", hostile)
+            expect(page.locator("#error")).to_contain_text(words)
+        self.assertFalse((self.folder / "hacked").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

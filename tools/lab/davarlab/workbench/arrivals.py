@@ -1,0 +1,63 @@
+"""Files that come in by the page: what was dropped on it, and the tutorial's recording, in a folder beside where the workbench was opened."""
+
+import contextlib
+from pathlib import Path
+
+from .. import files, simulate
+from ..data import recording as recordings
+from ..errors import BadInput
+from .steps import ENDING
+
+ROOT = Path(__file__).resolve().parents[4]
+TUTORIAL = ROOT / "data/tutorial_sensor.toml"
+TUTORIAL_NAME = "tutorial_sensor.csv"
+FOLDER = "davarlab-files"
+
+
+def free_name(path, sha256):
+    """The path, or the first of path-2, path-3 ... that no other file has."""
+    first, count = path, 1
+    while path.exists() and files.sha256(path) != sha256:
+        count += 1
+        path = first.with_name(f"{first.stem}-{count}{first.suffix}")
+    return path
+
+
+class Arrivals:
+    """folder: where they are kept; last: the file of the last drop."""
+
+    def __init__(self, folder):
+        self.folder, self.last = Path(folder) / FOLDER, None
+
+    def made(self):
+        """The folder, there."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as why:
+            raise BadInput(f"{self.folder}: cannot be made ({files.reason(why)})") from None
+        return self.folder
+
+    def tutorial(self, progress):
+        """The path of the bundled sensor's recording, made once."""
+        path = self.made() / TUTORIAL_NAME
+        if not path.exists():
+            progress("making the tutorial's recording: two hours of a simulated sensor")
+            recordings.write(simulate.from_scenario(TUTORIAL, progress), path)
+        return path
+
+    @contextlib.contextmanager
+    def receive(self, name):
+        """The file that a drop goes into; there only when it came whole. It bears its own name, or a numbered one where another file has that."""
+        if not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING) or name == TUTORIAL_NAME:
+            raise BadInput(f"{name!r}: not a name for a recording")
+        part = files.partial(self.made() / "drop")
+        try:
+            with open(part, "xb") as file:
+                yield file
+            self.last = free_name(self.folder / name, files.sha256(part))
+            part.replace(self.last)
+        except OSError as why:
+            raise BadInput(f"{name}: cannot be written ({files.reason(why)})") from None
+        finally:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
