@@ -34,6 +34,11 @@ def row(result, channel):
             for name, value in values.items()}
 
 
+def is_named(result, channel):
+    """Has DAVAR_Setup said of all values what they are."""
+    return "rate_hz" in channel.setup and set(result.adev) | set(result.deviation) <= set(channel.clusters)
+
+
 def cluster_order(name):
     """Sorts adev_16 behind adev_2, and names that are no numbers last."""
     size = name.rpartition("_")[2]
@@ -114,8 +119,7 @@ class Recorder:
 
     def _is_named(self, waiting):
         result, channel = waiting
-        named = "rate_hz" in channel.setup and set(result.adev) | set(result.deviation) <= set(channel.clusters)
-        return named or not self.patient.setdefault((result.channel, result.stretch), True)
+        return is_named(result, channel) or not self.patient.setdefault((result.channel, result.stretch), True)
 
     def _write_named(self):
         """Writes the rows whose columns have names, and begins the file when there is none yet."""

@@ -11,6 +11,7 @@ from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, views
 from .arrivals import Arrivals
+from .listening import Listening
 from .steps import Sight, Steps
 
 
@@ -53,15 +54,17 @@ class Visit:
 
     def __init__(self, folder):
         self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
+        self.live = None  # what is listened to on a wire
         self.log = None  # one that waits to be read: its path, guesses, what a page shows
         self.tell = lambda **event: None
         self.hurried = lambda: False  # is somebody waiting for what is being computed
         self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview,
                           "held_out": self.held_out, "report": self.report}
         self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet,
-                      "kalibr": self.kalibr, "save": self.save}
+                      "kalibr": self.kalibr, "live": self.live_so_far, "save": self.save}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
-                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "let_go": self.let_go, "close": self.close}
+                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen,
+                        "close": self.close}
 
     def progress(self, text):
         self.tell(progress=text)
@@ -74,11 +77,11 @@ class Visit:
 
     def everything(self):
         """Where the visit stands; `step` gives what a step looks like."""
-        desk, steps, log = self.desk, self.steps, self.log
+        desk, steps, log, live = self.desk, self.steps, self.log, self.live and self.live.source.name
         if not desk:
-            return {"recording": None, "log": log and log[2], "folder": str(self.arrivals.folder)}
+            return {"recording": None, "live": live, "log": log and log[2], "folder": str(self.arrivals.folder)}
         recording = desk.recording
-        return {"recording": str(recording.name), "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
+        return {"recording": str(recording.name), "live": live, "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
                 "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
                 "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
@@ -190,6 +193,30 @@ class Visit:
         """Back to the first page; the session stays beside its recording."""
         self.desk, self.steps, self.log, self.held = None, None, None, None
         return self.changed()
+
+    # a sensor on the wire
+
+    def listen(self, source):
+        """Shows and records what a sensor sends: can:IFACE or slcan:PATH."""
+        self.quiet()
+        self.live = Listening(str(source).strip(), self.arrivals.made() / "live.csv", self.tell)
+        return self.changed()
+
+    def quiet(self):
+        live, self.live = self.live, None
+        if live:
+            live.stop()
+
+    def deafen(self):
+        """Nothing is listened to any more; what came is in the file."""
+        self.quiet()
+        return self.changed()
+
+    def live_so_far(self):
+        live = self.live
+        if not live:
+            raise BadInput("nothing is listened to")
+        return live.so_far()
 
     # steps
 

@@ -170,3 +170,29 @@ export function spectrogram(one) {
     colorbar: { title: { text: "log₁₀ deg/s/√Hz", side: "right" }, thickness: 12 }, hovertemplate: "%{x:.4g}, %{y:.3g} Hz: 10^%{z:.2f}<extra></extra>",
   }], layout(axis(one.column), axis("frequency, Hz", { type: "log" })));
 }
+
+// Results as they come: by the time, or by the epoch where the rate is not known yet. Crosses: unstable windows.
+const when = (rows) => (rows.every((row) => row.time_s !== undefined) ? ["time, s", rows.map((row) => row.time_s)] : ["epoch", rows.map((row) => row.epoch)]);
+
+export function rolling(id, rows) {
+  const [title, x] = when(rows), of = (name) => rows.map((row) => row[name] ?? null), unstable = rows.map((row, i) => (row.unstable ? i : -1)).filter((i) => i >= 0);
+  const arw = of("arw_deg_per_sqrt_h");
+  return draw(id, [
+    { ...line(x, of("arw_low_deg_per_sqrt_h"), ""), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
+    { ...line(x, of("arw_high_deg_per_sqrt_h"), "95 % interval"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
+    line(x, arw, "angle random walk", { color: colour("blue"), width: 2 }),
+    { x: unstable.map((i) => x[i]), y: unstable.map((i) => arw[i]), name: "unstable", mode: "markers", marker: { symbol: "x", color: colour("orange"), size: 7 } },
+    { ...line(x, of("window_samples"), "window, samples", { color: colour("faint"), width: 1, dash: "dot" }), yaxis: "y2" },
+  ], layout(axis(title), axis("deg/√h", { rangemode: "tozero" }), { yaxis2: { ...axis("window, samples", { rangemode: "tozero" }), overlaying: "y", side: "right",
+    showgrid: false }, margin: { l: 64, r: 64, t: 26, b: 42 } }));
+}
+
+// The Allan deviation over time and cluster size.
+export function surface(id, rows) {
+  const [title, x] = when(rows);
+  const names = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((name) => /^adev_\d+$/.test(name)).sort((a, b) => a.slice(5) - b.slice(5));
+  return draw(id, [{
+    type: "heatmap", x, y: names.map((name) => name.slice(5)), z: names.map((name) => rows.map((row) => (row[name] > 0 ? Math.log10(row[name]) : null))),
+    colorscale: "Cividis", colorbar: { title: { text: "log₁₀ deg/s", side: "right" }, thickness: 12 }, hovertemplate: "%{x:.6g}, %{y} samples: 10^%{z:.2f}<extra></extra>",
+  }], layout(axis(title), axis("cluster, samples", { type: "category" })));
+}

@@ -9,9 +9,12 @@ export function first(all, actions) {
     ondragleave: () => zone.classList.remove("over"),
     ondrop: (e) => { e.preventDefault(); zone.classList.remove("over"); if (e.dataTransfer.files[0]) actions.drop(e.dataTransfer.files[0]); } },
     element("p", {}, "Drop a recording of your gyro here: CSV or .csv.gz, columns of any name."), input);
+  const source = element("input", { id: "source", placeholder: "can:can0 or slcan:/dev/ttyUSB0", required: true, size: 28 });
   fill("landing", element("h2", {}, "Where does your gyro model fail, and what is missing?"),
     element("p", {}, "Everything stays on this machine."), zone,
     element("p", { class: "hint" }, `A dropped file is kept in ${all.folder}, with the session beside it.`),
+    element("form", { class: "row", onsubmit: (event) => { event.preventDefault(); actions.listen(source.value); } },
+      element("label", {}, "Or watch a sensor that sends: ", source), element("button", { id: "listen" }, "Listen")),
     element("p", {}, "No recording at hand? ", element("button", { class: "main", id: "tutorial", onclick: actions.tutorial }, "Open the tutorial's sensor")));
 }
 

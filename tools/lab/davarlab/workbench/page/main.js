@@ -4,6 +4,7 @@ import { add, partly, rank } from "/page/candidates.js";
 import * as charts from "/page/charts.js";
 import { closer, look, record, sights, worst } from "/page/closer.js";
 import * as landing from "/page/landing.js";
+import { heard, live } from "/page/live.js";
 import { acting, at, change, changed, doing, newest, now, say, shownBy } from "/page/now.js";
 import * as stack from "/page/stack.js";
 import { falling, timeline } from "/page/timeline.js";
@@ -14,6 +15,7 @@ const OF_A_STEP = ["refit", "save", "save-h", "report"]; // buttons
 async function refresh() {
   const turn = ++now.turn;
   now.all = await ask("all");
+  live(now.all).catch(() => {});
   at("landing").hidden = Boolean(now.all.recording);
   at("bench").hidden = !now.all.recording;
   at("close").hidden = !now.all.recording;
@@ -23,7 +25,7 @@ async function refresh() {
   if (!now.all.recording) {
     now.view = now.found = null;
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
-      tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => change("", "close"),
+      listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => change("", "close"),
       read: (columns, rate_hz) => change("reading the recording and fitting a first model", "read", { columns, rate_hz }) };
     if (now.all.log) landing.columns(now.all, actions); else landing.first(now.all, actions);
     return;
@@ -118,5 +120,6 @@ shownBy(refresh);
 listen((event) => {
   if (event.progress) say(event.progress);
   if (event.candidates) partly(event);
+  if (event.live) heard(event.live);
   if (event.changed) changed();
 }, () => say("the server has gone; nothing is lost, start it again with tools/davarlab open"));

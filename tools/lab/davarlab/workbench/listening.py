@@ -1,0 +1,85 @@
+"""A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a page."""
+
+import threading
+import time
+from collections import deque
+from contextlib import closing
+from dataclasses import asdict
+
+from ..errors import internal_error
+from ..wire import frames, record
+from ..wire.source import Source
+
+KEPT = 1200  # results of a channel
+TOLD_S = 0.25  # between two tellings
+IDLE_S = 0.25  # of silence, after which it is asked whether anybody still watches
+
+
+class Listening:
+    """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows", "count", ...}: `count` with the last of these."""
+
+    def __init__(self, source, path, tell):
+        self.receiver, self.path, self.tell = frames.Receiver(), path, tell
+        self.source, self.said = Source(source, self.receiver.faults, self.say), ""
+        self.recorder = record.Recorder(path, self.say)
+        self.lock, self.results, self.fresh = threading.Lock(), {}, []  # channel -> its last results; those that were not told
+        self.count = 0  # of all results that were told
+        self.told, self.stopped, self.ended = 0.0, False, False
+        self.thread = threading.Thread(target=self.listen, daemon=True)
+        self.thread.start()
+
+    def say(self, text):
+        self.said = text
+
+    def listen(self):
+        try:
+            with closing(self.source), closing(self.recorder):
+                while not self.stopped and (self.source.port or not self.source.where.startswith("/dev/pts/")):
+                    for identifier, data in self.source.frames(IDLE_S):
+                        result = self.receiver.push(identifier, data)
+                        if result:
+                            self.take(result)
+                        if self.stopped:
+                            break
+                        self.tell_news()
+                    self.tell_news()
+                for result in self.receiver.finish():
+                    self.take(result)
+        except Exception as why:
+            internal_error(why)
+            self.say(f"an internal error: {type(why).__name__}: {why}")
+        finally:
+            self.ended = True
+            self.tell_news(at_once=True)
+
+    def take(self, result):
+        """Keeps a result; it is told when DAVAR_Setup has named what it holds."""
+        self.recorder.add(result, result.of)
+        self.fresh.append(result)
+
+    def tell_news(self, at_once=False):
+        if at_once or time.monotonic() - self.told > TOLD_S:
+            self.told = time.monotonic()
+            named = at_once or len(self.fresh) >= record.WAITING_MAX or all(record.is_named(result, result.of) for result in self.fresh)
+            told, self.fresh = (self.fresh, []) if named else ([], self.fresh)
+            with self.lock:
+                for result in told:
+                    self.results.setdefault(result.channel, deque(maxlen=KEPT)).append(result)
+                self.count += len(told)
+            self.tell(live={**self.standing(), "rows": [record.row(result, result.of) for result in told], "count": self.count})
+
+    def standing(self):
+        """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
+        channels = list(self.receiver.channels.items())
+        return {"source": self.source.name, "path": str(self.path), "said": self.said, "ended": self.ended,
+                "faults": {name: count for name, count in asdict(self.receiver.faults).items() if count},
+                "health": {index: {name: count for name, count in dict(channel.health).items() if count} for index, channel in channels}}
+
+    def so_far(self):
+        with self.lock:
+            return {**self.standing(), "rows": [record.row(result, result.of) for results in self.results.values() for result in results],
+                    "count": self.count}
+
+    def stop(self):
+        self.stopped = True
+        self.thread.join()

@@ -1,0 +1,67 @@
+// A sensor on the wire: its noise as it comes, rolling.
+import { ask } from "/page/api.js";
+import * as charts from "/page/charts.js";
+import { at, change, newest } from "/page/now.js";
+import { element, fill, number } from "/page/words.js";
+
+const KEPT = 1200; // results of a channel
+let rows = new Map(), count = 0, source = null, standing = null, frozen = false;
+
+let early = null; // what was heard before the answer to `live`
+
+function take(more) {
+  for (const row of more) {
+    if (!rows.has(row.channel)) rows.set(row.channel, []);
+    rows.get(row.channel).push(row);
+    if (rows.get(row.channel).length > KEPT) rows.get(row.channel).shift();
+  }
+}
+
+// What is being listened to, if anything is; asked for whole when it is new to this page.
+export async function live(all) {
+  at("live").hidden = !all.live;
+  if (source === all.live) return;
+  [source, rows, count, standing, frozen] = [all.live, new Map(), 0, null, false];
+  if (!source) return;
+  const missed = (early = []);
+  const whole = await ask("live");
+  early = null;
+  [standing, count] = [whole, whole.count];
+  take(whole.rows);
+  missed.forEach(heard);
+  draw({});
+}
+
+// What is new, of which some may be known from the answer to `live`.
+export function heard(news) {
+  if (early) early.push(news);
+  if (early || !standing || news.count < count) return;
+  take(news.rows.slice(Math.max(0, count - (news.count - news.rows.length))));
+  [standing, count] = [news, news.count];
+  if (!frozen) draw({});
+}
+
+const counts = (all) => Object.entries(all).map(([name, count]) => `${name.replaceAll("_", " ")} ${count}`).join(", ");
+
+const draw = newest(async () => {
+  if (!rows.size && !standing.ended) fill("live-said", `${source}: nothing has come yet`);
+  const chosen = Number(at("live-channel").value || [...rows.keys()][0]);
+  fill("live-channel", ...[...rows.keys()].sort((a, b) => a - b).map((one) => element("option", { value: one, selected: one === chosen }, one)));
+  const shown = rows.get(chosen) || [], last = shown.at(-1);
+  if (last) {
+    const arw = last.arw_deg_per_sqrt_h, health = counts(standing.health[chosen] || {});
+    fill("live-said", element("b", { id: "live-arw" }, arw === undefined || arw === null ? "ARW absent" : `ARW ${number(arw, 4)}`),
+      ` deg/√h${last.arw_low_deg_per_sqrt_h ? `, 95 %: ${number(last.arw_low_deg_per_sqrt_h)} to ${number(last.arw_high_deg_per_sqrt_h)}` : ""}`,
+      `, epoch `, element("span", { id: "live-epoch" }, String(last.epoch)), `, window ${last.window_samples ?? "?"} samples`,
+      last.unstable ? element("strong", { class: "alarm" }, " UNSTABLE") : "",
+      element("div", {}, `received: ${counts(standing.faults) || "nothing"}; the device reports: ${health || "nothing lost"}`));
+    await charts.rolling("live-chart", shown);
+    await charts.surface("live-surface", shown);
+  }
+  fill("live-state", standing.ended ? "The source has ended. " : standing.said ? `${standing.said}. ` : "", `Kept in ${standing.path}.`);
+  at("freeze").textContent = frozen ? "Go on" : "Freeze";
+});
+
+at("live-channel").onchange = () => draw({});
+at("freeze").onclick = () => { frozen = !frozen; draw({}); };
+at("deafen").onclick = () => change("", "deafen");
