@@ -44,6 +44,8 @@ class Live(Visiting):
             told = truth[row["epoch"]]
             for name in ("window_samples", "arw_deg_per_sqrt_h", "adev_16"):
                 self.assertAlmostEqual(row[name] / float(told[name]), 1, delta=1e-5, msg=(name, row["epoch"]))
+            self.assertAlmostEqual((row["arw_high_deg_per_sqrt_h"] - row["arw_low_deg_per_sqrt_h"])
+                                   / (float(told["arw_high_deg_per_sqrt_h"]) - float(told["arw_low_deg_per_sqrt_h"])), 1, delta=2e-3)
         with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
             self.assertEqual([int(row["epoch"]) for row in csv.DictReader(file)], sorted(truth))
         page.reload()

@@ -15,6 +15,15 @@ TOLD_S = 0.25  # between two tellings
 IDLE_S = 0.25  # of silence, after which it is asked whether anybody still watches
 
 
+def shown(result):
+    """A result as a row, with the interval that its relative uncertainty, half of it over the value, stands for."""
+    row = record.row(result, result.of)
+    arw, doubt = row.get("arw_deg_per_sqrt_h"), row.get("arw_relative_uncertainty")
+    if arw is not None and doubt is not None:
+        row |= {"arw_low_deg_per_sqrt_h": arw * (1 - doubt), "arw_high_deg_per_sqrt_h": arw * (1 + doubt)}
+    return row
+
+
 class Listening:
     """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows", "count", ...}: `count` with the last of these."""
 
@@ -66,7 +75,7 @@ class Listening:
                 for result in told:
                     self.results.setdefault(result.channel, deque(maxlen=KEPT)).append(result)
                 self.count += len(told)
-            self.tell(live={**self.standing(), "rows": [record.row(result, result.of) for result in told], "count": self.count})
+            self.tell(live={**self.standing(), "rows": [shown(result) for result in told], "count": self.count})
 
     def standing(self):
         """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
@@ -77,8 +86,7 @@ class Listening:
 
     def so_far(self):
         with self.lock:
-            return {**self.standing(), "rows": [record.row(result, result.of) for results in self.results.values() for result in results],
-                    "count": self.count}
+            return {**self.standing(), "rows": [shown(result) for results in self.results.values() for result in results], "count": self.count}
 
     def stop(self):
         self.stopped = True

@@ -207,6 +207,7 @@ def run(options):
             asyncio.run(serve())
         except KeyboardInterrupt:
             pass
+        visit.quiet()
         server.worker.shutdown(wait=False, cancel_futures=True)
         server.reader.shutdown(wait=False, cancel_futures=True)
     return 0
