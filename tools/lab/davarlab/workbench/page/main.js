@@ -121,5 +121,5 @@ listen((event) => {
   if (event.progress) say(event.progress);
   if (event.candidates) partly(event);
   if (event.live) heard(event.live);
-  if (event.changed) changed();
+  if (event.changed) changed(event.changed);
 }, () => say("the server has gone; nothing is lost, start it again with tools/davarlab open"));

@@ -4,7 +4,7 @@ import { act } from "/page/api.js";
 // all: what is open, and its steps; view: the step that is shown; found: its candidates; turn: counts the steps that were begun to be shown.
 export const now = { all: null, view: null, found: null, turn: 0 };
 export const at = (id) => document.getElementById(id);
-let busy = 0, missed = false, refresh = null;
+let busy = 0, missed = 0, refresh = null; // missed: the revision that came while something was done
 
 export function shownBy(show) { refresh = show; }
 
@@ -27,12 +27,16 @@ export async function doing(text, work) {
   }
   say("");
   busy -= 1;
-  if (missed && !busy) { missed = false; await doing("", refresh); }
+  if (missed && !busy) {
+    const revision = missed;
+    missed = 0;
+    changed(revision);
+  }
 }
 
-// Somebody changed something: this page or another one.
-export function changed() {
-  if (busy) missed = true; else doing("", refresh);
+// Somebody changed something: this page, which knows it by then, or another one. Without a revision: whatever is so now.
+export function changed(revision) {
+  if (busy) missed = Math.max(missed, revision); else if (!(now.all?.revision >= revision)) doing("", refresh);
 }
 
 // An action; refused or not, the page then shows what is so.
