@@ -138,7 +138,7 @@ def given_p_value(fitted, state):
 def given(fitted, model):
     """The state of the model with the parameters of the file, judged (7.4)."""
     state = as_given(fitted, model)
-    state.adequacy, variance = fitted.adequacy, state_of.relative_variance(state)[0]
+    state.adequacy, variance = fitted.adequacy, state_of.relative_variance(state)
     state.cells, short = state_of.cells_of(state, variance)
     state.judgement = judge.judged(state.cells, short, given_p_value(fitted, state))
     return state

@@ -134,19 +134,21 @@ def with_decoded_states(bench, parts):
 
 
 def relative_variance(state):
-    """White level per sample over its mean, when the model lets it change; and the blocks it comes from."""
+    """White level per sample over its mean, when the model or the counts let it change."""
+    if not modulation.changing(state.parts) and state.bench.counts is None:
+        return None
     blocks = state.bench.blocks(state.parts, state.fit)
     rows = modulation.variance_shapes(state.parts, state.bench.recording, blocks)
     if modulation.constant(rows) and blocks.known is None:
-        return None, blocks
+        return None
     variance = changes.fit(blocks, rows)[1] * (1.0 if blocks.known is None else blocks.known)
     samples = np.minimum(np.arange(len(state.bench.y)) // blocks.length, len(variance) - 1)
-    return variance[samples] / variance.mean(), blocks
+    return variance[samples] / variance.mean()
 
 
 def judged(state, quick=False):
     """The state with its adequacy, cells and judgement; `quick`: without the tests in time, for a step on the way."""
-    variance, state.blocks = relative_variance(state)
+    variance, state.blocks = relative_variance(state), state.bench.blocks(state.parts, state.fit)
     data = state.bench.data
     c = state.bench.whitened(state.parts, state.fit)
     free = len(state.fit.sizes) + len(state.fit.coefficients)
@@ -179,7 +181,7 @@ def cells_of(state, variance):
 
 def errors_of(state):
     """(error, its floor)."""
-    found = cells_of(state, relative_variance(state)[0])[0]
+    found = cells_of(state, relative_variance(state))[0]
     return cells.error_of(found), cells.floor_of(found)
 
 

@@ -41,6 +41,11 @@ def block_temperature(recording, blocks):
     return slow[:count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
 
 
+def changing(parts):
+    """May the parts let the white level change."""
+    return any(part.role == "variance" for part in parts)
+
+
 def constant(rows):
     """Does nothing change the white level."""
     return len(rows) == 1 and np.ptp(rows[0]) == 0
