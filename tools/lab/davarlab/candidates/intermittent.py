@@ -89,4 +89,5 @@ def search(bench, parts, fit):
     part = Part("intermittent_line", {"frequency_hz": nu * rate, "start_s": float(time[low]), "stop_s": float(time[high - 1] + 1 / rate)})
     noise = max((float(np.sum(w[low:high] ** 2)) - 2 * gain) / (high - low), 1.0)
     gain = (bench.fit(parts + [part]).log_likelihood - fit.log_likelihood) / noise
+    bench.forget(part)
     return part, gain, min(0.0, float(np.log(TRIALS * len(w) * max(gain, 1) ** 2) - max(gain, 0)))

@@ -31,6 +31,7 @@ def sharp(bench, parts, fit):
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
     part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
     gain = bench.fit(parts + [part]).log_likelihood - fit.log_likelihood
+    bench.forget(part)
     return Candidate("sinusoid", part, gain, log_tail_of_line(part.kind, gain, len(w)))
 
 
