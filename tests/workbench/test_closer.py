@@ -109,6 +109,32 @@ class Looks(Visiting):
             for one, other in zip(held[name], shown[name]):
                 self.assertAlmostEqual(one / other, 1, places=9)
 
+    def test_a_click_on_a_peak_adds_a_line_sharp_or_with_a_width(self):
+        line = '[[effect]]\nkind = "{}"\nfrequency_hz = {}\n{}\n'
+        bench = self.open(made(self.folder, line.format("narrow_band", 5.0, "half_width_hz = 0.2\nstd_dps = 0.02")
+                                            + line.format("sinusoid", 0.7, "amplitude_dps = 0.02")))
+        page = self.page(bench)
+        for kind, f_hz, number in (("sinusoid", 0.7, 0), ("narrow_band", 5.0, 1)):
+            ranked(page)
+            plot = page.locator("#spectrum")
+            plot.scroll_into_view_if_needed()
+            place = plot.evaluate("""(plot, f) => { const d = plot.data[0], i = d.x.reduce((a, x, k) => (Math.abs(x - f) < 0.1 * f && (a < 0 || d.y[k] > d.y[a]) ? k : a), -1);
+                const { xaxis, yaxis } = plot._fullLayout;
+                return [xaxis._offset + xaxis.d2p(d.x[i]), yaxis._offset + yaxis.d2p(d.y[i])]; }""", f_hz)
+            plot.hover(position={"x": place[0], "y": place[1]})
+            page.mouse.down()
+            page.mouse.up()
+            page.locator("#peak button").nth(number).click()
+            card = page.locator(f".card[data-kind={kind}]")
+            expect(card).to_be_visible()
+            found = {p["name"]: p for one in bench.ask("step")[1]["cards"] if one["kind"] == kind for p in one["parameters"]}
+            self.assertAlmostEqual(found["frequency_hz"]["value"] / f_hz, 1, delta=0.01 if kind == "narrow_band" else 1e-4)
+        told = json.loads(run("fit", self.folder / "rec.csv", "-m", self.folder / "scenario.toml", "--json").stdout)["effects"]
+        told = next(one for one in told if one["kind"] == "narrow_band")["parameters"]
+        for name in ("half_width_hz", "std_dps"):  # as from the truth
+            self.assertAlmostEqual(found[name]["value"] / told[name]["value"], 1, delta=0.01)
+        self.assert_quiet()
+
     def test_the_spectrum_over_time_shows_a_line(self):
         bench = self.open(made(self.folder, '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.05\nfrequency_hz = 3.0\n'))
         for column in ("time_s", "temp_degC"):

@@ -53,6 +53,26 @@ class Home(Visiting):
         self.complaints = [one for one in self.complaints if "400" not in one]  # the browser's own word for what was refused
         self.assert_quiet()
 
+    def test_a_held_out_recording_without_the_column_costs_no_picture(self):
+        one, two = self.made("one", 26), self.made("two", 27)
+        header, *rows = [line for line in one.read_text().splitlines() if not line.startswith("#")]
+        one.write_text("\n".join([header + ",gyro_x_dps"] + [f"{row},{row.split(',')[header.split(',').index('gyro_z_dps')]}" for row in rows]) + "\n")
+        bench = self.open(one)
+        bench.act("sight", column="gyro_z_dps")
+        page = self.page(bench)
+        page.set_input_files("#held-file", two)
+        expect(page.locator("#held-out-error")).to_contain_text("floor")
+        page.select_option("#axis", "gyro_x_dps")
+        expect(page.locator("#held-out-error")).to_contain_text("no column gyro_x_dps")
+        expect(page.locator("#axes .main-svg").first).to_be_visible()  # the last of the charts
+        expect(page.locator("#let-go")).to_be_visible()
+        two.unlink()
+        (self.folder / "davarlab-files/two.csv").unlink()
+        page.close()
+        bench.stop()
+        page = self.page(self.open(one))
+        expect(page.locator("#held-name")).to_contain_text("not held out any more")
+
     def test_what_an_effect_is_worth_is_what_the_error_is_without_it(self):
         recording = self.made("one", 23)
         bench = self.open(recording)

@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+import signal
 import subprocess
 import unittest
 
@@ -68,18 +69,38 @@ class Live(Visiting):
         page.click("#freeze")
         expect(page.locator("#freeze")).to_have_text("Go on")
         frozen = page.inner_text("#live-epoch")
-        before = len(bench.ask("live")[1]["rows"])
-        while len(bench.ask("live")[1]["rows"]) == before:  # more came
-            pass
+        for _ in range(2):  # more came to this page
+            before = page.get_attribute("#live", "data-count")
+            expect(page.locator("#live")).not_to_have_attribute("data-count", before)
         self.assertEqual(page.inner_text("#live-epoch"), frozen)
         page.click("#freeze")
         expect(page.locator("#live-epoch")).not_to_have_text(frozen)
         page.click("#tutorial")  # a recording beside it
         expect(page.locator("#error-value")).to_be_visible()
         expect(page.locator("#live")).to_be_visible()
+        self.assertEqual(bench.act("listen", source="elsewhere")[0], 400)  # what is listened to goes on
+        self.assertFalse(bench.ask("live")[1]["ended"])
         page.click("#deafen")
         expect(page.locator("#live")).to_be_hidden()
         self.assert_quiet()
+
+    def test_ending_the_server_while_listening_keeps_what_came(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            _, source = self.sender("--pace", "20")
+            bench = self.open()
+            self.assertEqual(bench.act("listen", source=source)[0], 200)
+            page = self.page(bench)
+            expect(page.locator("#live-epoch")).to_be_visible()
+            status, text = bench.request("/api/drop?name=live.csv", b"time_s,gyro_z_dps\n")
+            self.assertEqual(status, 400, text)
+            page.close()
+            bench.process.send_signal(number)
+            said = bench.process.communicate()[1]
+            self.assertEqual((bench.process.returncode, [line for line in said.splitlines() if "the workbench is open" not in line]), (0, []))
+            with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
+                rows = list(csv.DictReader(file))
+            self.assertGreater(len(rows), 0)
+            self.assertEqual(len({len(row) for row in rows}), 1)
 
 
 if __name__ == "__main__":

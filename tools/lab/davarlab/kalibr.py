@@ -1,6 +1,7 @@
 """The gyro's numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats), as effects of a model."""
 
 import math
+import reprlib
 
 import yaml
 
@@ -8,6 +9,17 @@ from .effects import table
 from .errors import BadInput
 
 KINDS = {"gyroscope_noise_density": "angle_random_walk", "gyroscope_random_walk": "rate_random_walk"}  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
+
+
+def number(value, where):
+    """Of a YAML value; 1e-4 without a point is text to YAML 1.1."""
+    try:
+        found = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        found = math.nan
+    if not 0 <= found < 1e30:
+        raise BadInput(f"{where}: a number expected, found {reprlib.repr(value)}")
+    return found
 
 
 def sizes(text, where):
@@ -23,9 +35,7 @@ def sizes(text, where):
         value = data.get(key) if isinstance(data, dict) else None
         if value is None:
             continue
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < math.inf:
-            raise BadInput(f"{where}: {key}: a number expected, found {value!r}")
-        found[kind] = math.degrees(value) / table.find(kind).size.scale
+        found[kind] = math.degrees(number(value, f"{where}: {key}")) / table.find(kind).size.scale
     if not found:
         raise BadInput(f"{where}: neither {' nor '.join(KINDS)} is in it")
     return found

@@ -39,8 +39,12 @@ def excess(energy, width):
     """Gain of a level of its own in each box of `width` ordinates whose mean energy is above 1 (a model's own), and the starts."""
     starts = np.arange(0, len(energy) - width, max(1, width // 4))
     total = np.concatenate([[0.0], np.cumsum(energy)])
-    ratio = (total[starts + width] - total[starts]) / width
-    return np.where(ratio > 1, 0.5 * width * (ratio - 1 - np.log(np.maximum(ratio, 1.0))), 0.0), starts
+    return gain_of(width, (total[starts + width] - total[starts]) / width), starts
+
+
+def gain_of(width, ratio):
+    """Of a level of its own for so many ordinates with that mean energy; 0 where it is below a model's own."""
+    return np.where(ratio > 1, 0.5 * width * (ratio - 1 - np.log(np.maximum(ratio, 1.0))), 0.0)
 
 
 def places(energy):
@@ -58,6 +62,16 @@ def places(energy):
         if all(abs(place[0] - other[0]) > 2 * (place[1] + other[1]) for other in kept):
             kept.append(place)
     return kept[:TRIED]
+
+
+def wide_at(bench, parts, fit, f_hz):
+    """A line with a width where somebody saw one, from that of the box about it which stands out most."""
+    energy, scale = bench.whitened(parts, fit) ** 2, bench.recording.rate_hz / (2 * len(bench.y))
+    centre = f_hz / scale
+    widths = np.unique(np.geomspace(4, max(4, min(centre, 4 * WIDEST * len(energy))), 40).astype(int))
+    gains = [gain_of(width, energy[max(0, int(centre - width / 2)):int(centre + width / 2) + 1].mean()) for width in widths]
+    part = Part("narrow_band", {"frequency_hz": f_hz, "half_width_hz": float(widths[int(np.argmax(gains))] / 4 * scale)})
+    return refine.refined(bench.resolving([*parts, part]), [*parts, part], only_last=True)[-1]
 
 
 def wide(bench, parts, fit, scatter_of):

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import fft, ndimage
 
+NARROW_FROM = 2_000_000  # samples from which columns are kept in single precision, but for the time and, in a fit, the gyro's
 MEMORY, ASKED = 16, 20_000  # samples before one, and how many are asked, whether they foretell it
 ROUNDING = 1e-6  # of the scatter of a record: below are no noise of a sensor, only digits
 SHORTEST = 4  # samples of a window whose scatter is asked

@@ -7,11 +7,11 @@ import zlib
 import numpy as np
 
 from ..errors import BadInput
+from . import signals
 
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
-NARROW_FROM = 2_000_000  # rows from which columns other than time_s and those of the gyro in a fit are kept in single precision
 
 
 @contextlib.contextmanager
@@ -97,10 +97,10 @@ def read_columns(stream, names, line, path, separator=","):
         rows += len(found[0])
         line += block.count(b"\n")
         for name, part, column in zip(names, parts, found):
-            part.append(column if name == "time_s" or rows < NARROW_FROM else column.astype(np.float32))
+            part.append(column if name == "time_s" or rows < signals.NARROW_FROM else column.astype(np.float32))
     if not rows:
         raise BadInput(f"{path}: no samples")
-    return {name: joined(part, rows >= NARROW_FROM and name != "time_s") for name, part in zip(names, parts)}
+    return {name: joined(part, rows >= signals.NARROW_FROM and name != "time_s") for name, part in zip(names, parts)}
 
 
 def by_row(block, names, line, path, separator):

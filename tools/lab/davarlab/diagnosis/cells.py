@@ -92,7 +92,7 @@ def cells_in(state, y, relative, windows, most):
             measured = remembered(bench.recording.measured, y, window, taus, None)[0]
             valid = np.full_like(measured, state.known.mean())
         measured = measured ** 2
-        course = of_course(state, window, taus)
+        course = course_variances(state, window, taus)
         for row in range(len(measured)):
             level = 1.0 if relative is None else float(relative[row * window:(row + 1) * window].mean())
             local = noise * (1 + share * (level - 1))
@@ -101,7 +101,7 @@ def cells_in(state, y, relative, windows, most):
     return found
 
 
-def of_course(state, window, taus):
+def course_variances(state, window, taus):
     """Allan variances of the course of the fit in windows, measured once."""
     memory = state.fit.measured
     if (window, len(taus)) not in memory:

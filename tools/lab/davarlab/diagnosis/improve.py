@@ -175,7 +175,7 @@ def risen(last, given):
 
 
 def final_of(last, given, model, added):
-    """(state, model, estimates) of the last model, or of what is left of it where its error is above the given one's; the state is None where
+    """(state, model, estimates) of the last model, or of what is left of it where its error has risen; the state is None where
     nothing is."""
     if not risen(last.judgement, given.judgement):
         return last, *fitted_model(last, model)
@@ -183,7 +183,7 @@ def final_of(last, given, model, added):
 
 
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
-    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error is not above the given one's."""
+    """What a diagnosis comes to: errors, parameters, words. The final model is the last whose error has not risen."""
     given = compare.given(found.states[0], model)
     steps = [step_of(None, given, model, held_out)]
     base = refitted(model, found.states[0], given, held_out)

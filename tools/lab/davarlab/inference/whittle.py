@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import linalg, optimize
 
-from ..data import signals, table
+from ..data import signals
 
 ITERATIONS = 60
 HALVINGS = 12
@@ -67,7 +67,7 @@ class Data:
         c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
         norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
         ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
-        kind = np.float32 if self.samples >= table.NARROW_FROM and key != "gyro" else np.float64
+        kind = np.float32 if self.samples >= signals.NARROW_FROM and key != "gyro" else np.float64
         self.columns[key] = ((c / norm if ok else c * 0).astype(kind, copy=False), norm if ok else 0.0)
 
     def scale(self, key):

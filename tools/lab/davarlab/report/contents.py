@@ -29,7 +29,7 @@ class Run:
     files: dict = field(default_factory=dict)  # role -> path
     common: list = field(default_factory=list)
     output: str | None = None  # the model file that was written
-    saved: str | None = None  # what a model that came from no file is saved as
+    called: tuple | None = None  # what further commands call recording and model; None: as the files are called
 
     @property
     def command(self):
@@ -37,7 +37,8 @@ class Run:
 
     def follow_up(self, command, *options):
         """Another command on the same files."""
-        files = [self.files["recording"], "-m", self.saved or self.files["model"]]
+        recording, model = self.called or (self.files["recording"], self.files["model"])
+        files = [recording, "-m", model]
         return shlex.join(["tools/davarlab", command, *files, *self.common, *options])
 
 

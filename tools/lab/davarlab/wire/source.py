@@ -114,11 +114,15 @@ class Source:
     def _open(self):
         return (CanPort if self.kind == "can" else SerialPort)(self.where, self.faults)
 
+    @property
+    def may_come(self):
+        """May anything come any more: not of a pty that has been closed, whose name may be another's next time."""
+        return self.port is not None or not self.where.startswith("/dev/pts/")
+
     def frames(self, idle_s=None):
-        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), or a pty has been closed: its
-        name may be another's next time."""
+        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), or nothing may come."""
         heard = time.monotonic()
-        while self.port or not self.where.startswith("/dev/pts/"):
+        while self.may_come:
             for frame in self._read():
                 heard = time.monotonic()
                 yield frame

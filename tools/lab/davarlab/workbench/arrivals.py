@@ -11,6 +11,7 @@ from .steps import ENDING
 ROOT = Path(__file__).resolve().parents[4]
 TUTORIAL = ROOT / "data/tutorial_sensor.toml"
 TUTORIAL_NAME = "tutorial_sensor.csv"
+LIVE_NAME = "live.csv"  # of what was heard on a wire
 FOLDER = "davarlab-files"
 
 
@@ -23,11 +24,18 @@ def free_name(path, sha256):
     return path
 
 
+class Drop:
+    """What is being dropped: the file that it is written to, and the path where it is once it came whole."""
+
+    def __init__(self, file):
+        self.file, self.path = file, None
+
+
 class Arrivals:
-    """folder: where they are kept; last: the file of the last drop."""
+    """folder: where they are kept."""
 
     def __init__(self, folder):
-        self.folder, self.last = Path(folder) / FOLDER, None
+        self.folder = Path(folder) / FOLDER
 
     def made(self):
         """The folder, there."""
@@ -47,15 +55,18 @@ class Arrivals:
 
     @contextlib.contextmanager
     def receive(self, name):
-        """The file that a drop goes into; there only when it came whole. It bears its own name, or a numbered one where another file has that."""
-        if not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING) or name == TUTORIAL_NAME:
+        """A Drop; its file is there only when it came whole. It bears its own name, or a numbered one where another file has that."""
+        if (not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING)
+                or name in (TUTORIAL_NAME, LIVE_NAME)):
             raise BadInput(f"{name!r}: not a name for a recording")
         part = files.partial(self.made() / "drop")
         try:
             with open(part, "xb") as file:
-                yield file
-            self.last = free_name(self.folder / name, files.sha256(part))
-            part.replace(self.last)
+                drop = Drop(file)
+                yield drop
+            drop.path = free_name(self.folder / name, files.sha256(part))
+            if not drop.path.exists():
+                part.replace(drop.path)
         except OSError as why:
             raise BadInput(f"{name}: cannot be written ({files.reason(why)})") from None
         finally:

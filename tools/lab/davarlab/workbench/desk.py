@@ -7,6 +7,7 @@ import numpy as np
 
 from .. import model as models
 from ..data import clock, guess, logs, recording as recordings, table as tables
+from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..diagnosis import compare, improve, search, state as state_of
 from ..effects import columns as columns_of, table
@@ -148,11 +149,13 @@ class Desk:
             self.rankings[text] = search.ranking(outcome.fitted, progress=partly)
         return self.rankings[text]
 
-    def line_at(self, f_hz):
-        """A candidate of one's own: a line at a frequency."""
+    def line_at(self, text, f_hz, wide):
+        """A candidate of one's own: a line at a frequency, sharp or with a width."""
         if not 0 < f_hz < self.recording.rate_hz / 2:
             raise BadInput(f"{f_hz:g} Hz: a line lies above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz")
-        return Candidate("sinusoid", Part("sinusoid", {"frequency_hz": f_hz}), 0.0, 0.0)
+        state = self.of(text, True).fitted
+        part = lines.wide_at(state.bench, state.parts, state.fit, f_hz) if wide else Part("sinusoid", {"frequency_hz": f_hz})
+        return Candidate(part.kind, part, 0.0, 0.0)
 
     def with_candidate(self, text, candidate, progress):
         """The model with a candidate, all refitted."""
@@ -167,11 +170,12 @@ class Desk:
             self.judged_elsewhere[key] = improve.held_out_errors(held, model)
         return self.judged_elsewhere[key]
 
-    def report(self, outcome, path, progress):
-        """The page that `davarlab compare --report` writes of a model, which is saved as model.toml."""
+    def report(self, outcome, path, typed, progress):
+        """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls recording and model, and further options."""
         from ..report import contents, page  # the pictures take a second to load
         found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
-        run = contents.Run(["open", path], self.recording, outcome.model, {"recording": path}, saved="model.toml")
+        recording, model, options = typed
+        run = contents.Run(["open", path], self.recording, outcome.model, {"recording": path}, options, called=(recording, model))
         return page.html(contents.of_comparison(run, found, outcome.fitted)).encode()
 
     def samples(self, start_s, stop_s, column, points):

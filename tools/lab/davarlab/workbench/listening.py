@@ -6,7 +6,7 @@ from collections import deque
 from contextlib import closing
 from dataclasses import asdict
 
-from ..errors import internal_error
+from ..errors import BadInput, internal_error
 from ..wire import frames, record
 from ..wire.source import Source
 
@@ -28,22 +28,26 @@ class Listening:
     """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows", "count", ...}: `count` with the last of these."""
 
     def __init__(self, source, path, tell):
-        self.receiver, self.path, self.tell = frames.Receiver(), path, tell
-        self.source, self.said = Source(source, self.receiver.faults, self.say), ""
-        self.recorder = record.Recorder(path, self.say)
+        self.receiver, self.tell, self.said = frames.Receiver(), tell, ""
+        self.source = Source(source, self.receiver.faults, self.say)
+        try:
+            self.recorder = record.Recorder(path, self.say)
+        except BadInput:
+            self.source.close()
+            raise
         self.lock, self.results, self.fresh = threading.Lock(), {}, []  # channel -> its last results; those that were not told
         self.count = 0  # of all results that were told
-        self.told, self.stopped, self.ended = 0.0, False, False
+        self.told_at, self.stood, self.stopped, self.ended = 0.0, None, False, False  # stood: what was told last of how it stands
         self.thread = threading.Thread(target=self.listen, daemon=True)
         self.thread.start()
 
     def say(self, text):
-        self.said = text
+        self.said = text.removeprefix("--record: ")
 
     def listen(self):
         try:
             with closing(self.source), closing(self.recorder):
-                while not self.stopped and (self.source.port or not self.source.where.startswith("/dev/pts/")):
+                while not self.stopped and self.source.may_come:
                     for identifier, data in self.source.frames(IDLE_S):
                         result = self.receiver.push(identifier, data)
                         if result:
@@ -67,20 +71,26 @@ class Listening:
         self.fresh.append(result)
 
     def tell_news(self, at_once=False):
-        if at_once or time.monotonic() - self.told > TOLD_S:
-            self.told = time.monotonic()
-            named = at_once or len(self.fresh) >= record.WAITING_MAX or all(record.is_named(result, result.of) for result in self.fresh)
-            told, self.fresh = (self.fresh, []) if named else ([], self.fresh)
-            with self.lock:
-                for result in told:
-                    self.results.setdefault(result.channel, deque(maxlen=KEPT)).append(result)
-                self.count += len(told)
-            self.tell(live={**self.standing(), "rows": [shown(result) for result in told], "count": self.count})
+        if not at_once and time.monotonic() - self.told_at < TOLD_S:
+            return
+        self.told_at = time.monotonic()
+        named = [record.is_named(result, result.of) for result in self.fresh]
+        if at_once or named.count(False) >= record.WAITING_MAX:
+            named = [True] * len(named)
+        told = [result for result, now in zip(self.fresh, named) if now]
+        self.fresh = [result for result, now in zip(self.fresh, named) if not now]
+        before, self.stood = self.stood, self.standing()
+        with self.lock:
+            for result in told:
+                self.results.setdefault(result.channel, deque(maxlen=KEPT)).append(result)
+            self.count += len(told)
+        if told or self.stood != before:
+            self.tell(live={**self.stood, "rows": [shown(result) for result in told], "count": self.count})
 
     def standing(self):
         """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
         channels = list(self.receiver.channels.items())
-        return {"source": self.source.name, "path": str(self.path), "said": self.said, "ended": self.ended,
+        return {"source": self.source.name, "path": str(self.recorder.path), "said": self.said, "ended": self.ended,
                 "faults": {name: count for name, count in asdict(self.receiver.faults).items() if count},
                 "health": {index: {name: count for name, count in dict(channel.health).items() if count} for index, channel in channels}}
 

@@ -4,12 +4,14 @@ import asyncio
 import importlib.util
 import inspect
 import secrets
+import signal
 import socket
 import sys
 import tempfile
 import threading
 import webbrowser
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import uvicorn
@@ -96,18 +98,19 @@ class Server:
         """A file that was dropped on the page, as it comes."""
         name = request.query_params.get("name", "")
         try:
-            with self.visit.arrivals.receive(name) as file:
+            with self.visit.arrivals.receive(name) as dropped:
                 size = 0
                 async for block in request.stream():
                     size += len(block)
                     if size > LARGEST_DROP:
                         raise BadInput(f"{name}: larger than {LARGEST_DROP >> 30} GB: start davarlab open with its path")
-                    file.write(block)
+                    dropped.file.write(block)
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
         except ClientDisconnect:
             return JSONResponse({"error": f"{name}: did not come whole"}, 400)
-        return await self.answer(request, {"drop": self.visit.hold_out if request.query_params.get("as") == "held-out" else self.visit.dropped}, {})
+        taken = self.visit.hold_out if request.query_params.get("as") == "held-out" else self.visit.open
+        return await self.answer(request, {"drop": partial(taken, str(dropped.path))}, {})
 
     async def answer(self, request, table, given):
         """Runs one of the functions of a table in the worker."""
@@ -136,7 +139,7 @@ class Server:
             self.waiting.discard(call)
             return table[what](**given)
 
-        if what == "preview" or table not in (self.visit.questions, self.visit.looks):
+        if what in ("preview", "report") or table not in (self.visit.questions, self.visit.looks):
             self.waiting.add(call)
         return call
 
@@ -153,7 +156,7 @@ class Server:
                     await tab.send_json(values.plain(event))
                 except (WebSocketDisconnect, RuntimeError):
                     self.tabs.discard(tab)
-        if self.loop:
+        if self.loop and self.loop.is_running():
             asyncio.run_coroutine_threadsafe(send(), self.loop)
 
     async def events(self, tab):
@@ -201,13 +204,16 @@ def run(options):
             print("davarlab: the workbench is open at this address, on this machine only; Ctrl-C ends it, nothing is lost", file=sys.stderr, flush=True)
             if not options.no_browser:
                 show(address, folder)
-            await web.serve(sockets=[listener])
+            try:
+                await web.serve(sockets=[listener])
+            finally:
+                await server.loop.run_in_executor(None, visit.quiet)
 
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
             asyncio.run(serve())
         except KeyboardInterrupt:
             pass
-        visit.quiet()
         server.worker.shutdown(wait=False, cancel_futures=True)
         server.reader.shutdown(wait=False, cancel_futures=True)
     return 0

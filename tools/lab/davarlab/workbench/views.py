@@ -57,7 +57,7 @@ def failure_map(state):
 
 
 def spectrum(state):
-    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each group of frequencies."""
+    """Density of the record beside the model's, deg/s/sqrt(Hz), and the largest ordinate of each group of frequencies, with its own frequency."""
     data, fit = state.bench.data, state.fit
     energy = data.without(np.zeros(0), []) ** 2
     level = data.at_ordinates(fit.level)
@@ -68,12 +68,13 @@ def spectrum(state):
     def mean(x):
         return np.add.reduceat(x[:edges[-1]], starts) / counts
 
-    return {"f_hz": mean(data.f).tolist(), "measured": np.sqrt(mean(energy) / rate).tolist(),
-            "peak": np.sqrt(np.maximum.reduceat(energy[:edges[-1]], starts) / rate).tolist(), "model": np.sqrt(mean(level) / rate).tolist()}
+    peaks = np.array([start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])])
+    return {"f_hz": mean(data.f).tolist(), "measured": np.sqrt(mean(energy) / rate).tolist(), "peak_hz": data.f[peaks].tolist(),
+            "peak": np.sqrt(energy[peaks] / rate).tolist(), "model": np.sqrt(mean(level) / rate).tolist()}
 
 
 def card(outcome, place, taken):
-    """One effect of the model: its parameters with interval and limits, and what the likelihood loses without it."""
+    """One effect of the model: its parameters with interval and limits, what the likelihood loses without it, and the error then, both of the fit."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     effect = table.find(term.kind)
     rows = [{"name": p.name, "unit": p.unit, "low_limit": p.low, "high_limit": p.high, "size": p is effect.size and effect.sized,
@@ -105,10 +106,11 @@ def model(outcome, recording):
 
 
 def candidates(ranked):
-    """The ranking as a list to choose from."""
+    """The ranking as a list to choose from; `alike`: what this recording cannot tell from the first."""
+    alike = {one.kind for one in search.close_ones(ranked)}
     return [{"place": place, "kind": c.kind, "name": words.name(c.kind), "gain": c.gain, "log_p": c.log_p,
              "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(search.FAMILY_WISE)),
-             "why": evidence.why(c, None), "confirm": table.find(c.kind).confirm} for place, c in enumerate(ranked)]
+             "alike": c.kind in alike, "why": evidence.why(c, None), "confirm": table.find(c.kind).confirm} for place, c in enumerate(ranked)]
 
 
 def envelope(desk, start_s, stop_s, column):

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import shlex
+from pathlib import Path
 
 from .. import kalibr, model as models
 from ..data import guess
@@ -10,7 +11,7 @@ from ..effects import table
 from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, views
-from .arrivals import Arrivals
+from .arrivals import Arrivals, LIVE_NAME
 from .listening import Listening
 from .steps import Sight, Steps
 
@@ -31,17 +32,24 @@ def real(value, what):
     raise BadInput(f"{what}: a number expected, found {value!r}")
 
 
+IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
+
+
 def commands(steps, sight):
     """What to type in a terminal, once the model is saved, for the same numbers; of a stretch nothing does."""
     if sight.alone or sight.cut:
         return []
+    imported, recording, rate = in_terminal(steps)
+    rows = imported + [[command, recording, "-m", MODEL_NAME, *rate] for command in ("compare", "fit", "diagnose")]
+    return [shlex.join(["tools/davarlab", *row]) for row in rows]
+
+
+def in_terminal(steps):
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate): words to type."""
     renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
     given = [word for flag, values in (("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
     rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
-    rows = [["import", steps.recording, "-o", "rec.csv", *rate, *given]] if given else []
-    recording = "rec.csv" if given else steps.recording
-    rows += [[command, recording, "-m", "model.toml", *([] if given else rate)] for command in ("compare", "fit", "diagnose")]
-    return [shlex.join(["tools/davarlab", *row]) for row in rows]
+    return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, []) if given else ([], steps.recording, rate)
 
 
 class Superseded(Exception):
@@ -54,18 +62,19 @@ class Visit:
 
     def __init__(self, folder):
         self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
-        self.live = None  # what is listened to on a wire
+        self.not_held = ""  # why what was held out in an earlier visit is not now
+        self.live, self.heard = None, 0  # what is listened to on a wire; counts what was
         self.revision = 0  # counts the changes
         self.log = None  # one that waits to be read: its path, guesses, what a page shows
         self.tell = lambda **event: None
         self.hurried = lambda: False  # is somebody waiting for what is being computed
-        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against, "preview": self.preview,
-                          "held_out": self.held_out, "report": self.report}
+        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against,
+                          "preview": self.preview, "held_out": self.held_out, "report": self.report}
         self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet,
-                      "kalibr": self.kalibr, "live": self.live_so_far, "save": self.save}
+                      "live": self.live_so_far, "save": self.save}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
-                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen,
-                        "close": self.close}
+                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "let_go": self.let_go, "listen": self.listen,
+                        "deafen": self.deafen, "kalibr": self.kalibr, "close": self.close}
 
     def progress(self, text):
         self.tell(progress=text)
@@ -79,7 +88,8 @@ class Visit:
 
     def everything(self):
         """Where the visit stands; `step` gives what a step looks like."""
-        desk, steps, log, live = self.desk, self.steps, self.log, self.live and self.live.source.name
+        desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.live
+        live = live and {"source": live.source.name, "number": self.heard}
         if not desk:
             return {"revision": self.revision, "recording": None, "live": live, "log": log and log[2], "folder": str(self.arrivals.folder)}
         recording = desk.recording
@@ -87,7 +97,7 @@ class Visit:
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
                 "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
                 "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
-                "held_out": self.held and str(self.held.name), "current": steps.current, "session": str(steps.path), "commands": commands(steps, desk.sight),
+                "held_out": held and str(held.name), "not_held": self.not_held, "current": steps.current, "session": str(steps.path), "commands": commands(steps, desk.sight),
                 "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor} for s in steps.steps]}
 
     def open(self, path, model=None):
@@ -110,13 +120,14 @@ class Visit:
         if given:
             models.check_fits(given, recording, model)
             models.check_noise(given, model)
-        held = None
+        sight = Sight(given.column) if given else steps.sight or Sight(gyros[-1])
+        held, self.not_held = None, ""
         if steps.held_out:
             try:
-                held = self.as_named(steps.held_out, steps)
+                held = self.held_beside(steps.held_out, steps, sight.column)
             except BadInput as why:
-                self.progress(f"nothing is held out any more: {why}")
-        self.look_at(recording, steps, Sight(given.column) if given else steps.sight or Sight(gyros[-1]), given)
+                steps.held_out, self.not_held = None, f"not held out any more: {why}"
+        self.look_at(recording, steps, sight, given)
         self.held = held
         return self.changed()
 
@@ -167,17 +178,21 @@ class Visit:
         """The bundled sensor, opened like any recording."""
         return self.open(str(self.arrivals.tutorial(self.progress)))
 
-    def dropped(self):
-        return self.open(str(self.arrivals.last))
-
-    def hold_out(self):
-        """The last drop is a second recording of the same sensor: every step is judged on it too, and fitted on the first one only."""
-        step, path = self.here(), str(self.arrivals.last)
-        held = self.as_named(path, self.steps)
-        models.check_fits(models.of_text(step.text, "the model"), held, path)
+    def hold_out(self, path):
+        """A second recording of the same sensor: every step is judged on it too, and fitted on the first one only."""
+        self.here()
+        held = self.held_beside(path, self.steps, self.desk.column)
         self.steps.hold_out(path)
         self.held = held
         return self.changed()
+
+    def held_beside(self, path, steps, column):
+        """A recording to hold out. Raises BadInput where it has not the gyro column."""
+        if not Path(path).is_file():
+            raise BadInput(f"{path}: no such file")
+        held = self.as_named(path, steps)
+        held.rate_dps(column)
+        return held
 
     def as_named(self, path, steps):
         """A recording whose columns are those that the session's log was read with."""
@@ -193,15 +208,19 @@ class Visit:
 
     def close(self):
         """Back to the first page; the session stays beside its recording."""
-        self.desk, self.steps, self.log, self.held = None, None, None, None
+        self.desk, self.steps, self.log, self.held, self.not_held = None, None, None, None, ""
         return self.changed()
 
     # a sensor on the wire
 
     def listen(self, source):
         """Shows and records what a sensor sends: can:IFACE or slcan:PATH."""
+        source = str(source).strip()
+        if self.live and self.live.source.name == source:
+            self.quiet()
+        other = Listening(source, self.arrivals.made() / LIVE_NAME, self.tell)
         self.quiet()
-        self.live = Listening(str(source).strip(), self.arrivals.made() / "live.csv", self.tell)
+        self.live, self.heard = other, self.heard + 1
         return self.changed()
 
     def quiet(self):
@@ -318,9 +337,10 @@ class Visit:
         step = self.here(number)
         return self.join(step, self.candidate(step, place))
 
-    def line(self, f_hz, number=None):
-        """A line where somebody saw a peak; the fit moves it by less than one over the record's length."""
-        return self.join(self.current(number), self.desk.line_at(real(f_hz, "a frequency")))
+    def line(self, f_hz, wide=False, number=None):
+        """A line where somebody saw a peak; the fit moves a sharp one by less than one over the record's length."""
+        step = self.current(number)
+        return self.join(step, self.desk.line_at(step.text, real(f_hz, "a frequency"), bool(wide)))
 
     def join(self, step, candidate):
         found = self.joined(step, candidate)
@@ -434,7 +454,8 @@ class Visit:
         step = self.here(number)
         if self.desk.sight.alone or self.desk.sight.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
-        return self.desk.report(self.outcome(step), self.steps.recording, self.progress)
+        _, recording, rate = in_terminal(self.steps)
+        return self.desk.report(self.outcome(step), self.steps.recording, (recording, MODEL_NAME, rate), self.progress)
 
     def save(self, what, number=None):
         """The model to take home: toml, or the table for the device."""

@@ -37,7 +37,8 @@ export function partly(event) {
 }
 
 function candidate(one) {
-  const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`) : null;
+  const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`)
+    : one.alike && now.found[0].beyond_chance ? element("small", { class: "alike" }, `This recording cannot tell it from the first. To tell: ${one.confirm}`) : null;
   const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
     onclick: () => add(one.place) }, `${one.place + 1}. ${one.name}`, note, confirm);
   let wanted = null;

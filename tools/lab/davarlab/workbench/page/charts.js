@@ -88,7 +88,7 @@ export function residual(view) {
 export function spectrum(view, clicked) {
   const s = view.spectrum;
   return draw("spectrum", [
-    { ...line(s.f_hz, s.peak, "largest", { width: 0 }), mode: "markers", marker: { size: 3, color: colour("faint") },
+    { ...line(s.peak_hz, s.peak, "largest", { width: 0 }), mode: "markers", marker: { size: 3, color: colour("faint") },
       hovertemplate: "%{x:.4g} Hz<extra>click: a line there?</extra>" },
     line(s.f_hz, s.measured, "measured", { color: colour("orange"), width: 1.2 }),
     line(s.f_hz, s.model, "model", { color: colour("blue"), width: 2 }),

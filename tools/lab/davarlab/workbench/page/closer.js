@@ -1,5 +1,5 @@
 // Looking closer: stretches and cells, what is left beside a column, spectra over time, the axes and a data sheet.
-import { ask, drop } from "/page/api.js";
+import { act, ask, drop } from "/page/api.js";
 import * as charts from "/page/charts.js";
 import { at, change, doing, newest, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
@@ -33,7 +33,7 @@ export function sights() {
     + one.cut.map(([a, b]) => `, without ${number(a, 6)} to ${number(b, 6)} s`).join("");
   fill("sights", ...now.all.sights.map((one, place) => element("option", { value: place, selected: one.here }, said(one))));
   at("cut").disabled = now.all.alone.length > 0;
-  at("held-name").textContent = now.all.held_out ? now.all.held_out.split("/").at(-1) : "";
+  at("held-name").textContent = now.all.held_out ? now.all.held_out.split("/").at(-1) : now.all.not_held;
   at("let-go").hidden = !now.all.held_out;
 }
 
@@ -75,7 +75,7 @@ at("kalibr").onchange = () => at("kalibr").files[0] && doing("reading the kalibr
   const file = at("kalibr").files[0];
   at("kalibr").value = ""; // the same file, mended, is another one
   const text = await file.text();
-  const { sheet: said } = await ask("kalibr", { text });
+  const { sheet: said } = await act("kalibr", { text });
   for (const [kind, id] of Object.entries(SHEET)) at(id).value = said[kind] === undefined ? "" : Number(said[kind].toPrecision(6));
   at("sheet").requestSubmit();
 });

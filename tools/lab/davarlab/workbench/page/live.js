@@ -5,7 +5,7 @@ import { at, change, newest } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 const KEPT = 1200; // results of a channel
-let rows = new Map(), count = 0, source = null, standing = null, frozen = false;
+let rows = new Map(), count = 0, listening = null, standing = null, frozen = false;
 
 let early = null; // what was heard before the answer to `live`
 
@@ -20,12 +20,12 @@ function take(more) {
 // What is being listened to, if anything is; asked for whole when it is new to this page.
 export async function live(all) {
   at("live").hidden = !all.live;
-  if (source === all.live) return;
-  [source, rows, count, standing, frozen] = [all.live, new Map(), 0, null, false];
-  if (!source) return;
+  if (listening === (all.live?.number ?? null)) return;
+  [listening, rows, count, standing, frozen] = [all.live?.number ?? null, new Map(), 0, null, false];
+  if (listening === null) return;
   const missed = (early = []);
-  const whole = await ask("live");
-  early = null;
+  let whole;
+  try { whole = await ask("live"); } finally { early = null; }
   [standing, count] = [whole, whole.count];
   take(whole.rows);
   missed.forEach(heard);
@@ -38,16 +38,17 @@ export function heard(news) {
   if (early || !standing || news.count < count) return;
   take(news.rows.slice(Math.max(0, count - (news.count - news.rows.length))));
   [standing, count] = [news, news.count];
+  at("live").dataset.count = count;
   if (!frozen) draw({});
 }
 
 const counts = (all) => Object.entries(all).map(([name, count]) => `${name.replaceAll("_", " ")} ${count}`).join(", ");
 
 const draw = newest(async () => {
-  if (!rows.size && !standing.ended) fill("live-said", `${source}: nothing has come yet`);
+  if (!rows.size && !standing.ended) fill("live-said", `${standing.source}: nothing has come yet`);
   const chosen = Number(at("live-channel").value || [...rows.keys()][0]);
   fill("live-channel", ...[...rows.keys()].sort((a, b) => a - b).map((one) => element("option", { value: one, selected: one === chosen }, one)));
-  const shown = rows.get(chosen) || [], last = shown.at(-1);
+  const last = (rows.get(chosen) || []).at(-1), shown = (rows.get(chosen) || []).filter((row) => row.stretch === last.stretch); // of this run of the sender
   if (last) {
     const arw = last.arw_deg_per_sqrt_h, health = counts(standing.health[chosen] || {});
     fill("live-said", element("b", { id: "live-arw" }, arw === undefined || arw === null ? "ARW absent" : `ARW ${number(arw, 4)}`),

@@ -41,25 +41,29 @@ async function refresh() {
 // What a person waits for first; the other charts follow, and stop where another step is wanted.
 async function show(turn) {
   for (const id of OF_A_STEP) at(id).disabled = false;
+  fill("peak");
   verdict();
   stack.draw(now.view, cards);
   timeline();
   charts.stopMoving();
   await charts.deviation(now.view);
+  heldOut();
   rank(turn);
-  rest(turn).catch(() => {}); // what did not come is a picture less
+  rest(turn);
 }
 
 async function rest(turn) {
-  for (const draw of [heldOut, falling, sights, () => charts.residual(now.view), () => charts.map(now.view, look), () => charts.spectrum(now.view, peak), record, closer]) {
+  for (const draw of [falling, sights, () => charts.residual(now.view), () => charts.map(now.view, look), () => charts.spectrum(now.view, peak), record, closer]) {
     await new Promise((done) => setTimeout(done));
     if (turn !== now.turn) return;
-    await draw();
+    try { await draw(); } catch { /* a picture less */ }
   }
 }
 
 function peak(point) {
-  if (confirm(`Add a line at ${number(point.x, 6)} Hz?`)) acting(`adding a line at ${number(point.x, 6)} Hz`, "line", { f_hz: point.x });
+  const f_hz = now.view.spectrum.peak_hz[point.pointIndex], at_hz = `at ${number(f_hz, 6)} Hz`; // of the group of frequencies that was clicked
+  const offer = (text, wide) => element("button", { onclick: () => acting(`adding a line ${at_hz}`, "line", { f_hz, wide }) }, text);
+  fill("peak", offer(`Add a sharp line ${at_hz}`, false), offer(`Add a line with a width ${at_hz}`, true));
 }
 
 function verdict() {
@@ -76,8 +80,15 @@ function verdict() {
 async function heldOut() {
   if (!now.all.held_out) return;
   at("held-out-error").textContent = "held out …";
-  const { number: of, error, floor } = await ask("held_out", { number: now.view.number });
-  if (of === now.view.number) at("held-out-error").textContent = `held out ${number(error)} (floor ${number(floor)})`;
+  const here = now.view.number;
+  let said;
+  try {
+    const { error, floor } = await ask("held_out", { number: here });
+    said = `held out ${number(error)} (floor ${number(floor)})`;
+  } catch (why) {
+    said = `held out: ${why.message}`;
+  }
+  if (here === now.view?.number) at("held-out-error").textContent = said;
 }
 
 // A shape has no sum to add: the server says the curve.
