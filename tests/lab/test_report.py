@@ -1,4 +1,4 @@
-"""Reports of tools/davarlab: they need nothing but themselves, say what the JSON says, and a browser shows them whole."""
+"""Reports of tools/davarlab: they need nothing but themselves and say what the JSON says."""
 
 import base64
 import json
@@ -6,7 +6,6 @@ import os
 import random
 import re
 import subprocess
-import sys
 import tempfile
 import unittest
 from decimal import Decimal
@@ -14,9 +13,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tools/support"))
-from browser import Browser  # noqa: E402
-
 COMMAND = ROOT / "tools/davarlab"
 SENSOR = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n'
 MODEL = """[[effect]]
@@ -166,22 +162,6 @@ class Pages(unittest.TestCase):
             self.assertIn("The model lacks temperature", self.pages[name].verdict)
             for bound in estimate.values():
                 self.assertIn(f"{bound:.3g}", self.pages[name].verdict)
-
-    def test_a_browser_shows_it_whole_on_a_desk_and_in_a_hand(self):
-        with Browser() as browser:
-            for name in self.pages:
-                path = self.work / f"{name}.html"
-                for width in (1280, 400):
-                    page = browser.open(path, width=width)
-                    self.assertEqual(page.complaints, [], (name, width))
-                    self.assertEqual(page.requests, [path.resolve().as_uri()], (name, width))
-                    self.assertEqual(page.evaluate("innerWidth"), width)
-                    self.assertLessEqual(page.evaluate("document.documentElement.scrollWidth"), width, name)
-                    sizes = page.evaluate("[...document.images].map(i => i.complete ? i.naturalWidth * i.naturalHeight : 0)")
-                    self.assertEqual(len(sizes), len(self.pages[name].pictures))
-                    self.assertGreater(min(sizes), 0, (name, width))
-                    self.assertEqual(page.evaluate("document.getElementById('verdict').innerText"), self.pages[name].verdict)
-                    self.assertEqual(page.screenshot()[:4], b"\x89PNG")
 
 
 class Numbers(unittest.TestCase):

@@ -1,15 +1,14 @@
-"""The tutorial of README.md: its commands, what it shows of their output, and its two pictures.
+"""The tutorial of README.md: its commands, what it shows of their output, and the pictures of its report and of the workbench.
 
-    build/venv-lab/bin/python tools/support/tutorial.py    runs the commands, writes docs/lab_report.png and docs/lab_map.png
+    build/venv-browser/bin/python tools/support/tutorial.py    runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
 """
 
 import io
 import re
 import shlex
 import subprocess
+import tempfile
 from pathlib import Path
-
-from browser import Browser
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADING = "## Which effect is missing"
@@ -49,13 +48,28 @@ def packed(png):
 
 
 def main():
+    from playwright.sync_api import sync_playwright
     for command in commands():
         run(command, ROOT)
-    with Browser() as browser:
-        page = browser.open(ROOT / "build/missing.html", width=1120)
+    with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
+        browser = driver.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1120, "height": 900})
+        page.goto((ROOT / "build/missing.html").as_uri())
         height = int(page.evaluate("document.getElementById('map').getBoundingClientRect().top + scrollY"))
-        (ROOT / "docs/lab_report.png").write_bytes(packed(page.screenshot(height=height)))
-        (ROOT / "docs/lab_map.png").write_bytes(page.screenshot(element="#map figure img"))
+        (ROOT / "docs/lab_report.png").write_bytes(packed(page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": 1120, "height": height})))
+        (ROOT / "docs/lab_map.png").write_bytes(page.locator("#map figure img").first.screenshot())
+        server = subprocess.Popen([ROOT / "tools/davarlab", "open", "--no-browser"], cwd=folder, text=True, stdout=subprocess.PIPE)
+        page = browser.new_page(viewport={"width": 1400, "height": 1560})
+        page.set_default_timeout(120_000)
+        page.goto(server.stdout.readline().strip())
+        page.click("#tutorial")
+        page.wait_for_selector("button.candidate")
+        page.wait_for_selector("#axes .main-svg")  # the last of the charts
+        page.mouse.move(0, 0)
+        (ROOT / "docs/workbench.png").write_bytes(packed(page.screenshot()))
+        browser.close()
+        server.terminate()
+        server.wait()
 
 
 if __name__ == "__main__":
