@@ -109,6 +109,27 @@ class Looks(Visiting):
             for one, other in zip(held[name], shown[name]):
                 self.assertAlmostEqual(one / other, 1, places=9)
 
+    def test_a_curve_is_dragged_to_another_size(self):
+        bench = self.open(made(self.folder))
+        page = self.page(bench)
+        ranked(page)
+        before = bench.ask("step")[1]["cards"][0]["parameters"][0]["value"]
+        plot = page.locator("#deviation")
+        x, y, decade, ranges = plot.evaluate("""(plot) => { const one = plot.data.find((trace) => trace.name === "angle random walk"), { xaxis, yaxis } = plot._fullLayout;
+            return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]), yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
+        box = plot.bounding_box()
+        page.mouse.move(box["x"] + x, box["y"] + y)
+        page.mouse.down()
+        page.mouse.move(box["x"] + x + 3, box["y"] + y - decade / 6)
+        page.mouse.move(box["x"] + x + 3, box["y"] + y - decade / 3)
+        expect(page.locator("#deviation path.moving")).to_have_count(1)
+        page.mouse.up()
+        expect(page.locator("#candidates")).to_contain_text("fit first")
+        after = bench.ask("step")[1]["cards"][0]["parameters"][0]["value"]
+        self.assertAlmostEqual(after / before / 10 ** (1 / 3), 1, delta=0.03)
+        self.assertEqual(plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges)  # nothing was zoomed
+        self.assert_quiet()
+
     def test_a_click_on_a_peak_adds_a_line_sharp_or_with_a_width(self):
         line = '[[effect]]\nkind = "{}"\nfrequency_hz = {}\n{}\n'
         bench = self.open(made(self.folder, line.format("narrow_band", 5.0, "half_width_hz = 0.2\nstd_dps = 0.02")

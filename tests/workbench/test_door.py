@@ -92,7 +92,7 @@ class Door(Visiting):
 
     def test_nothing_but_the_page_is_served(self):
         bench = self.open()
-        for path in ("/page/../server.py", "/page/..%2fserver.py", "/page/%2e%2e/server.py", "/page//etc/passwd", "/page/nothing.js", "/etc/passwd"):
+        for path in ("/page/../server.py", "/page/..%2fserver.py", "/page/%2e%2e/server.py", "/page//etc/passwd", "/page/parts/../../server.py", "/page/parts", "/page/", "/page/nothing.js", "/etc/passwd"):
             self.assertEqual(bench.request(path)[0], 404, path)
 
     def test_a_dropped_file_stays_in_its_folder(self):

@@ -28,6 +28,7 @@ from ..report import values
 from .visit import Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
+SERVED = {path.relative_to(PAGE).as_posix(): path for path in PAGE.rglob("*") if path.is_file()}  # these, whatever is asked for
 HOST = "127.0.0.1"
 LARGEST_DROP = 1 << 31
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
@@ -49,7 +50,7 @@ class Server:
         visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
 
     def app(self):
-        routes = [Route("/", self.index), Route("/page/{name}", self.page), Route("/api/{what}", self.ask, methods=["GET"]),
+        routes = [Route("/", self.index), Route("/page/{name:path}", self.page), Route("/api/{what}", self.ask, methods=["GET"]),
                   Route("/api/{what}", self.do, methods=["POST"]), WebSocketRoute("/events", self.events)]
         return Starlette(routes=routes, middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])])
 
@@ -66,15 +67,15 @@ class Server:
 
     async def page(self, request):
         name = request.path_params["name"]
-        path = plotly() if name == "plotly.min.js" else PAGE / name
-        if not path.is_file():
+        path = plotly() if name == "plotly.min.js" else SERVED.get(name)
+        if path is None:
             return PlainTextResponse("no such file", 404)
         return self.file(path)
 
     def file(self, path):
         return FileResponse(path, media_type=TYPES[path.suffix], headers={
             "Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
-            "Cache-Control": "no-store" if path.parent == PAGE else "max-age=3600"})
+            "Cache-Control": "no-store" if PAGE in path.parents else "max-age=3600"})
 
     async def ask(self, request):
         what = request.path_params["what"]

@@ -1,13 +1,14 @@
 // The page: what the server says is drawn, what a person does is sent. The page computes nothing that a terminal would say.
 import { ask, download, drop, listen } from "/page/api.js";
-import { add, partly, rank } from "/page/candidates.js";
+import { add, partly, rank } from "/page/parts/candidates.js";
+import { draggable } from "/page/drag.js";
 import * as charts from "/page/charts.js";
-import { closer, look, record, sights, worst } from "/page/closer.js";
-import * as landing from "/page/landing.js";
-import { heard, live } from "/page/live.js";
+import { closer, look, record, sights, worst } from "/page/parts/closer.js";
+import * as landing from "/page/parts/landing.js";
+import { heard, live } from "/page/parts/live.js";
 import { acting, at, change, changed, doing, newest, now, say, shownBy } from "/page/now.js";
-import * as stack from "/page/stack.js";
-import { falling, timeline } from "/page/timeline.js";
+import * as stack from "/page/parts/stack.js";
+import { falling, timeline } from "/page/parts/timeline.js";
 import { element, fill, number } from "/page/words.js";
 
 const OF_A_STEP = ["refit", "save", "save-h", "report"]; // buttons
@@ -46,7 +47,7 @@ async function show(turn) {
   stack.draw(now.view, cards);
   timeline();
   charts.stopMoving();
-  await charts.deviation(now.view);
+  draggable(await charts.deviation(now.view), now.view, cards);
   heldOut();
   rank(turn);
   rest(turn);

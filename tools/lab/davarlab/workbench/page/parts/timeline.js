@@ -1,6 +1,6 @@
 // The steps: where one stands in the tree, back and forth, and how the error fell.
 import * as charts from "/page/charts.js";
-import { ghost } from "/page/candidates.js";
+import { ghost } from "/page/parts/candidates.js";
 import { at, change, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 

@@ -55,6 +55,13 @@ export function draw(view, actions) {
   fill("stack", element("h2", {}, "Model"), ...view.cards.map((one) => card(one, actions)), ...view.off.map((one, place) => switchedOff(one, place, actions)));
 }
 
+// The card and the size of one of the effects' curves; of two of a kind by their order.
+export function sized(view, effect) {
+  const place = view.deviation.effects.filter((one) => one.kind === effect.kind).indexOf(effect);
+  const found = view.cards.filter((one) => one.kind === effect.kind)[place], parameter = found?.parameters.find((one) => one.size);
+  return parameter && parameter.value ? { card: found, parameter } : null;
+}
+
 // The model's curve with one size changed: stationary Allan variances add; what is left of the model's goes on as it is.
 export function withSize(view, card, parameter, size) {
   const d = view.deviation, own = d.effects.filter((one) => one.kind === card.kind)[view.cards.filter((c) => c.kind === card.kind && c.place < card.place).length];
