@@ -168,18 +168,20 @@ def beside_the_file(last, given, model, added):
     return (state, whole, as_it_is(model) + entries[count:]) if better else None
 
 
-def risen(last, given):
-    """Is the error above the given model's; where the record contradicts that one and not the last, by more than chance."""
-    slack = search.SLACK * last.floor if last.adequacy == "statistical" != given.adequacy else 0.0
-    return last.error > given.error + slack
+def by_chance(last, given):
+    """Has the error risen by no more than chance, while the record contradicts the given model and not the last one."""
+    return last.adequacy == "statistical" != given.adequacy and last.error <= given.error + search.SLACK * last.floor
 
 
 def final_of(last, given, model, added):
     """(state, model, estimates) of the last model, or of what is left of it where its error has risen; the state is None where
     nothing is."""
-    if not risen(last.judgement, given.judgement):
+    if not last.judgement.error > given.judgement.error:
         return last, *fitted_model(last, model)
-    return beside_the_file(last, given, model, added) or (None, model, as_it_is(model))
+    beside = beside_the_file(last, given, model, added)
+    if beside is None and by_chance(last.judgement, given.judgement):
+        return last, *fitted_model(last, model)
+    return beside or (None, model, as_it_is(model))
 
 
 def improved(recording, model, found, held_out=None, progress=lambda text: None, detail=0):
