@@ -84,6 +84,41 @@ class Home(Visiting):
         bench.act("remove", place=2)
         self.assertAlmostEqual(card["error_without"] / bench.ask("step")[1]["error"], 1, places=3)
 
+    def test_what_is_held_stays_and_the_others_are_fitted_around_it(self):
+        bench = self.open(self.made("one", 28))
+        ramp = next(one["place"] for one in bench.ask("candidates")[1]["candidates"] if one["kind"] == "rate_ramp")
+        bench.act("add", place=ramp)
+        sizes = [card["parameters"][0] for card in bench.ask("step")[1]["cards"]]
+        best = [size["value"] for size in sizes]
+        for place, factor in ((2, 0.9), (1, 2.0)):  # a course; a noise
+            self.assertEqual(bench.act("go", number=1)[0], 200)
+            name = bench.ask("step")[1]["cards"][place]["parameters"][0]["name"]
+            bench.act("set", place=place, parameters={name: factor * best[place]})
+            by_hand = bench.ask("step")[1]
+            page = self.page(bench)
+            page.get_by_label(f"hold {by_hand['cards'][place]['name']}").check()
+            page.click("#refit")
+            expect(page.locator(".steps button[aria-current=step]")).to_contain_text("fitted around")
+            around = bench.ask("step")[1]
+            values = [card["parameters"][0]["value"] for card in around["cards"]]
+            self.assertEqual(values[place], by_hand["cards"][place]["parameters"][0]["value"])
+            self.assertNotEqual(values[1 if place == 2 else 0], best[1 if place == 2 else 0])
+            self.assertGreater(bench.ask("step", number=1)[1]["p_value"], 0.001)
+            page.close()
+        # held at its best, it leaves the others where they were
+        self.assertEqual(bench.act("go", number=1)[0], 200)
+        for place in (0, 1, 2):
+            self.assertEqual(bench.act("go", number=1)[0], 200)
+            self.assertEqual(bench.act("refit", held=[place])[0], 200)
+            for other, (card, size) in enumerate(zip(bench.ask("step")[1]["cards"], sizes)):
+                value = card["parameters"][0]["value"]
+                if other == place:
+                    self.assertEqual(value, size["value"])
+                self.assertTrue(size["low"] < value < size["high"], (place, other, value, size))
+        self.assertEqual(bench.act("refit", held=[0, 1])[0], 400)
+        self.assertEqual(bench.act("refit", held=[7])[0], 400)
+        self.assert_quiet()
+
     def test_the_report_is_that_of_the_terminal(self):
         recording = self.made("one", 24)
         bench = self.open(recording)

@@ -1,10 +1,11 @@
 """Fit, and the loop: compare, diagnose, add, refit, with the history of the error (DESIGN 9)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..inference import estimate
+from ..data import signals
+from ..inference import estimate, refine
 from ..inference.parts import as_spectra
 from ..model import Model, Term
 from . import compare, diagnose, evidence, judge, search, state as state_of
@@ -91,6 +92,33 @@ def fit(recording, model, progress=lambda text: None):
     state = state_of.judged(state_of.start(recording, model, progress))
     progress("intervals")
     return state, *fitted_model(state, model)
+
+
+def fit_around(state, model, held):
+    """(model, estimates): the effects at the places `held` as they stand in the model, spectra, filters and courses, the others at their best beside
+    them. state: the fit of the same effects."""
+    given = compare.as_given(state, model)
+    bench, sizes, coefficients, noise, keys = given.bench, iter(given.fit.sizes), iter(given.fit.coefficients), [], {}
+    for place, part in enumerate(given.parts):
+        if part.role == "spectrum":
+            size = next(sizes)
+            noise += [(part, size)] if place in held else []
+        elif part.role == "mean":
+            found = {key: next(coefficients) for key in bench.keys(part)}
+            keys.update(found if place in held else {})
+    course = signals.in_time(bench.data.columns["gyro"][0] - bench.data.without(np.array(list(keys.values())), list(keys)))
+    around = bench.with_gyro(bench.y - course)
+    around.held = noise
+    free = [place for place, part in enumerate(given.parts) if place not in held or part.role == "filter"]
+    parts = [given.parts[place] for place in free]
+    moved = {part.kind for place, part in zip(free, parts) if place not in held}
+    parts = refine.refined(around, parts, sweeps=2, only=moved)
+    fitted, entries = fitted_model(replace(state, bench=around.resolving(parts), parts=parts, fit=around.resolving(parts).fit(parts), blocks=None), model)
+    terms, found = list(model.terms), as_it_is(model)
+    for place, term, entry in zip(free, fitted.terms, entries):
+        if place not in held:
+            terms[place], found[place] = term, entry
+    return Model(fitted.rate_hz, model.column, terms), found
 
 
 def held_out_errors(held_out, model):

@@ -102,12 +102,13 @@ class Bench:
         self.logged = y if logged is None else logged
         self.data = data or Data(y, recording.rate_hz)
         self.decoded, self.squares = {}, {}  # courses of states and their mean squares
+        self.held = []  # (part, size) of noise that is there and is not fitted
         self.latest = {}  # what was last worked out of a fit, and of which: as long as the record each
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
         other = Bench(self.recording, y, self.counts, self.data.with_gyro(y), self.gyro, self.logged)
-        other.decoded, other.squares, other.latest = dict(self.decoded), dict(self.squares), self.latest
+        other.decoded, other.squares, other.latest, other.held = dict(self.decoded), dict(self.squares), self.latest, self.held
         return other
 
     def resolving(self, parts):
@@ -116,7 +117,7 @@ class Bench:
         if self.data.resolves(bands):
             return self
         other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro, self.logged)
-        other.decoded, other.squares, other.latest = self.decoded, self.squares, self.latest
+        other.decoded, other.squares, other.latest, other.held = self.decoded, self.squares, self.latest, self.held
         return other
 
     def courses(self, part):
@@ -166,10 +167,11 @@ class Bench:
         return np.array(found + [np.ones_like(gain) for part in parts if part.behind])
 
     def fixed(self, parts):
-        """What the counts of a rate add to the level of each bin. Those of an angle are an effect, quantization; where the model has it, it is
-        fitted."""
+        """What is not fitted of the level of each bin: the counts of a rate (those of an angle are an effect, quantization; where the model has it, it
+        is fitted), and noise that is held."""
         known = known_level(parts, self.counts)
-        return self.data.binned("counts", known) if known else 0.0
+        level = self.data.binned("counts", known) if known else 0.0
+        return sum((size * self.row(part, self.gain(parts)) for part, size in self.held), level)
 
     def blocks(self, parts, fit):
         """Energies of short blocks of the whitened residual, with what the counts are known to do to them divided out."""

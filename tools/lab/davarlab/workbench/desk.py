@@ -17,6 +17,7 @@ from ..inference.parts import Part
 KEPT = 6  # outcomes in memory
 SEPARATORS = ";\t,"
 SET = "as set"  # of an outcome whose values stand as somebody set them
+HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
 FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # of a first model; the fit moves them
 
@@ -141,6 +142,19 @@ class Desk:
         self.same_effects(best, model)
         return self.remembered((models.text_of(model), SET),
                                lambda: Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)))
+
+    def around(self, best, model, held):
+        """The effects at the places `held` as they stand, the others at their best beside them; judged as it then stands."""
+        self.same_effects(best, model)
+        roles = [part.role if part.form != "decoded" else "states" for part in best.fitted.parts]
+        for place in held:
+            if roles[place] not in HELD:
+                raise BadInput(f"{model.kinds[place]} cannot be held: what it is follows from the others")
+        if all(place in held for place, role in enumerate(roles) if role == "spectrum"):
+            raise BadInput("one noise must stay free")
+        whole, entries = improve.fit_around(best.fitted, model, held)
+        outcome = Outcome(whole, compare.given(best.fitted, whole), best.fitted, entries)
+        return self.remembered((models.text_of(whole), SET), lambda: outcome)
 
     def ranked(self, text, progress, partly=lambda kind, found: None):
         """Candidates beside the fitted model, best first, as `davarlab diagnose` ranks them; `partly` hears what was found so far, and may raise."""

@@ -364,9 +364,15 @@ class Visit:
             raise BadInput(f"there is no effect {place}")
         return model.terms[int(place)]
 
-    def refit(self, number=None):
-        """All values at their best, from where they stand."""
+    def refit(self, held=(), number=None):
+        """All values at their best, from where they stand; those of the effects at the places `held` stay."""
         step = self.current(number)
+        if held:
+            model = models.of_text(step.text, "model")
+            places = sorted({int(place) for place in held if self.term(model, place)})
+            outcome = self.desk.around(self.best(step), model, places)
+            names = ", ".join(words.name(model.kinds[place]) for place in places)
+            return self.grow(f"fitted around {names}", outcome, fitted=False, off=step.off)
         return self.grow("fitted", self.fit(models.of_text(step.text, "model")), off=step.off)
 
     def remove(self, place, number=None):

@@ -119,7 +119,7 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 at("axis").onchange = () => change(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
-at("refit").onclick = () => acting("fitting all values", "refit");
+at("refit").onclick = () => acting("fitting all values", "refit", { held: stack.held(now.view) });
 const home = (id, what, given, name) => { at(id).onclick = () => doing("making it", () => download(what, { ...given, number: now.view.number }, name)); };
 home("save", "save", { what: "toml" }, "model.toml");
 home("save-h", "save", { what: "h" }, "model.h");

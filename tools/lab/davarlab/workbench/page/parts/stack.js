@@ -36,10 +36,21 @@ function value(card, parameter, actions) {
   return row;
 }
 
-function card(one, actions) {
+// Effects whose values stay when the others are fitted: by kind and order, from step to step.
+const locked = new Set();
+const name = (view, one) => `${one.kind} ${view.cards.filter((other) => other.kind === one.kind && other.place < one.place).length}`;
+export const held = (view) => view.cards.filter((one) => locked.has(name(view, one))).map((one) => one.place);
+
+function lock(view, one) {
+  const box = element("input", { type: "checkbox", checked: locked.has(name(view, one)), "aria-label": `hold ${one.name}` });
+  box.onchange = () => (box.checked ? locked.add(name(view, one)) : locked.delete(name(view, one)));
+  return element("label", { class: "hold", title: "Its values stay when the others are fitted" }, box, "hold");
+}
+
+function card(view, one, actions) {
   const toggle = element("input", { type: "checkbox", checked: true, "aria-label": `${one.name} is part of the model`, onchange: () => actions.off(one) });
   return element("article", { class: "card", "data-kind": one.kind },
-    element("header", {}, toggle, element("h3", {}, one.name)),
+    element("header", {}, toggle, element("h3", {}, one.name), lock(view, one)),
     element("p", {}, one.physics),
     one.loss === null ? null : element("p", {}, `Without it the likelihood loses ${number(one.loss)}, the error is ${number(one.error_without)}.`),
     ...one.parameters.map((parameter) => value(one, parameter, actions)));
@@ -52,7 +63,7 @@ function switchedOff(one, place, actions) {
 }
 
 export function draw(view, actions) {
-  fill("stack", element("h2", {}, "Model"), ...view.cards.map((one) => card(one, actions)), ...view.off.map((one, place) => switchedOff(one, place, actions)));
+  fill("stack", element("h2", {}, "Model"), ...view.cards.map((one) => card(view, one, actions)), ...view.off.map((one, place) => switchedOff(one, place, actions)));
 }
 
 // The card and the size of one of the effects' curves; of two of a kind by their order.
