@@ -1,55 +1,17 @@
 """A visit to the workbench: which recording lies on the desk, which step one stands on, and everything that a page may ask or do."""
 
-import contextlib
-import math
-import shlex
 from pathlib import Path
 
 from .. import kalibr, model as models
 from ..data import guess
-from ..effects import table
 from ..errors import BadInput
 from ..report import export, words
-from . import desk as desks, views
+from . import desk as desks, typed, views
 from .arrivals import Arrivals, LIVE_NAME
+from .given import real, whole
 from .listening import Listening
+from .looks import Looks
 from .steps import Sight, Steps
-
-
-def whole(value, what):
-    """A whole number that a page sent."""
-    try:
-        return int(value)
-    except (TypeError, ValueError):
-        raise BadInput(f"{what}: a whole number expected, found {value!r}") from None
-
-
-def real(value, what):
-    """A finite number that a page sent."""
-    with contextlib.suppress(TypeError, ValueError):
-        if math.isfinite(float(value)):
-            return float(value)
-    raise BadInput(f"{what}: a number expected, found {value!r}")
-
-
-IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
-
-
-def commands(steps, sight):
-    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch nothing does."""
-    if sight.alone or sight.cut:
-        return []
-    imported, recording, rate = in_terminal(steps)
-    rows = imported + [[command, recording, "-m", MODEL_NAME, *rate] for command in ("compare", "fit", "diagnose")]
-    return [shlex.join(["tools/davarlab", *row]) for row in rows]
-
-
-def in_terminal(steps):
-    """(the import that the log needs, if any, the name of the recording behind it, its --rate): words to type."""
-    renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
-    given = [word for flag, values in (("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
-    rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
-    return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, []) if given else ([], steps.recording, rate)
 
 
 class Superseded(Exception):
@@ -70,11 +32,10 @@ class Visit:
         self.hurried = lambda: False  # is somebody waiting for what is being computed
         self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against,
                           "preview": self.preview, "held_out": self.held_out, "report": self.report}
-        self.looks = {"all": self.everything, "stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet,
-                      "live": self.live_so_far, "save": self.save}
+        self.looks = {"all": self.everything, "live": self.live_so_far, "save": self.save, **Looks(self).table}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
-                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go, "let_go": self.let_go, "listen": self.listen,
-                        "deafen": self.deafen, "kalibr": self.kalibr, "close": self.close}
+                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go,
+                        "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen, "kalibr": self.kalibr, "close": self.close}
 
     def progress(self, text):
         self.tell(progress=text)
@@ -97,7 +58,7 @@ class Visit:
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
                 "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
                 "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
-                "held_out": held and str(held.name), "not_held": self.not_held, "current": steps.current, "session": str(steps.path), "commands": commands(steps, desk.sight),
+                "held_out": held and str(held.name), "not_held": self.not_held, "current": steps.current, "session": str(steps.path), "commands": typed.commands(steps, desk.sight),
                 "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor} for s in steps.steps]}
 
     def open(self, path, model=None):
@@ -408,21 +369,7 @@ class Visit:
         error, floor = self.desk.held_out(step.text, self.outcome(step).model, self.held)
         return {"number": step.number, "error": error, "floor": floor}
 
-    # looking closer, taking home
-
-    def stretch(self, start_s, stop_s):
-        start, stop, desk = real(start_s, "start_s"), real(stop_s, "stop_s"), self.there()
-        span = desk.recording.samples / desk.recording.rate_hz
-        if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
-            raise BadInput(f"{start:g} to {stop:g} s: not a stretch of this recording")
-        return views.stretch(desk, start, min(stop, span))
-
-    def there(self):
-        """The desk, for what only looks: it may be cleared meanwhile."""
-        desk = self.desk
-        if not desk:
-            raise BadInput("no recording is open")
-        return desk
+    # looking closer, taking home; what needs no fit is in looks.py
 
     def against(self, column, lag_s=0.0):
         """What the model's courses leave of the gyro, beside another column."""
@@ -433,24 +380,6 @@ class Visit:
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
         return views.against(self.desk, step.text, column, float(lag_s))
 
-    def spectrogram(self, column="time_s"):
-        """The spectrum over the time, or over the value of a column."""
-        desk = self.there()
-        if column not in desk.recording.columns and column != "time_s":
-            raise BadInput(f"no column {column}")
-        return views.spectrogram(desk, column)
-
-    def axes(self):
-        return {"axes": views.axes(self.there())}
-
-    def sheet(self, **given):
-        """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
-        desk = self.there()
-        if not given or not set(given) <= set(views.SHEET):
-            raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
-        terms = [models.checked_term({"kind": kind, table.find(kind).size.name: real(value, kind)}, kind) for kind, value in given.items()]
-        return views.sheet(terms, desk.whole.rate_hz, desk.whole.samples)
-
     def kalibr(self, text):
         """The numbers of a kalibr file, as a data sheet's."""
         return {"sheet": kalibr.sizes(text, "the kalibr file")}
@@ -460,8 +389,8 @@ class Visit:
         step = self.here(number)
         if self.desk.sight.alone or self.desk.sight.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
-        _, recording, rate = in_terminal(self.steps)
-        return self.desk.report(self.outcome(step), self.steps.recording, (recording, MODEL_NAME, rate), self.progress)
+        _, recording, rate = typed.in_terminal(self.steps)
+        return self.desk.report(self.outcome(step), self.steps.recording, (recording, typed.MODEL_NAME, rate), self.progress)
 
     def save(self, what, number=None):
         """The model to take home: toml, or the table for the device."""

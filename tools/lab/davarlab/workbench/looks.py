@@ -1,0 +1,47 @@
+"""What a page may ask of the recording on the desk alone: it needs no fit, and waits for none."""
+
+from .. import model as models
+from ..effects import table
+from ..errors import BadInput
+from . import views
+from .given import real
+
+
+class Looks:
+    """table: name -> function of plain values that returns plain values."""
+
+    def __init__(self, visit):
+        self.visit = visit
+        self.table = {"stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet}
+
+    def stretch(self, start_s, stop_s):
+        start, stop, desk = real(start_s, "start_s"), real(stop_s, "stop_s"), self.there()
+        span = desk.recording.samples / desk.recording.rate_hz
+        if not 0 <= start < stop <= span * 1.001 or (stop - start) * desk.recording.rate_hz < 16:
+            raise BadInput(f"{start:g} to {stop:g} s: not a stretch of this recording")
+        return views.stretch(desk, start, min(stop, span))
+
+    def there(self):
+        """The desk, for what only looks: it may be cleared meanwhile."""
+        desk = self.visit.desk
+        if not desk:
+            raise BadInput("no recording is open")
+        return desk
+
+    def spectrogram(self, column="time_s"):
+        """The spectrum over the time, or over the value of a column."""
+        desk = self.there()
+        if column not in desk.recording.columns and column != "time_s":
+            raise BadInput(f"no column {column}")
+        return views.spectrogram(desk, column)
+
+    def axes(self):
+        return {"axes": views.axes(self.there())}
+
+    def sheet(self, **given):
+        """A data sheet's numbers as a curve: kind = size, in the units of a model file."""
+        desk = self.there()
+        if not given or not set(given) <= set(views.SHEET):
+            raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
+        terms = [models.checked_term({"kind": kind, table.find(kind).size.name: real(value, kind)}, kind) for kind, value in given.items()]
+        return views.sheet(terms, desk.whole.rate_hz, desk.whole.samples)

@@ -1,0 +1,25 @@
+"""What to type in a terminal for the numbers that the page shows."""
+
+import shlex
+
+from ..data import guess
+from . import desk as desks
+
+IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
+
+
+def commands(steps, sight):
+    """What to type in a terminal, once the model is saved, for the same numbers; of a stretch nothing does."""
+    if sight.alone or sight.cut:
+        return []
+    imported, recording, rate = in_terminal(steps)
+    rows = imported + [[command, recording, "-m", MODEL_NAME, *rate] for command in ("compare", "fit", "diagnose")]
+    return [shlex.join(["tools/davarlab", *row]) for row in rows]
+
+
+def in_terminal(steps):
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate): words to type."""
+    renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
+    given = [word for flag, values in (("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
+    rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
+    return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, []) if given else ([], steps.recording, rate)
