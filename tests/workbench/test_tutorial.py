@@ -109,7 +109,7 @@ class Tutorial(Visiting):
         expect(one.locator("#candidates")).to_contain_text("fit first")
         expect(two.locator("#candidates")).to_contain_text("fit first")
         self.assertEqual(error(one), error(two))
-        one.locator("[data-kind=bias_instability] input[type=checkbox]").click()
+        one.get_by_label("bias instability is part of the model").click()
         expect(two.locator(".card.off")).to_have_count(1)
         two.locator(".card.off input[type=checkbox]").click()
         expect(one.locator(".card.off")).to_have_count(0)
