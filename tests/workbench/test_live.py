@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from playwright.sync_api import expect
-from visiting import ROOT, Visiting
+from visiting import FIRST, ROOT, Visiting, run
 
 SIMULATED = (ROOT / "tools/davar-sim", ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
 
@@ -49,6 +49,11 @@ class Live(Visiting):
                                    / (float(told["arw_high_deg_per_sqrt_h"]) - float(told["arw_low_deg_per_sqrt_h"])), 1, delta=2e-3)
         with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
             self.assertEqual([int(row["epoch"]) for row in csv.DictReader(file)], sorted(truth))
+        model = self.folder / "model.toml"
+        model.write_text(FIRST.format(rate=10.0, column="gyro_x_dps"))
+        done = run("compare", self.folder / "davarlab-files/live.csv", "-m", model)  # results, which no command takes for samples
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("live.csv:1: results of davar-sim or davarlab live", done.stderr)
         page.reload()
         expect(page.locator("#live-epoch")).to_have_text(str(last))
         page.click("#deafen")

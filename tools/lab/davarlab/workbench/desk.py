@@ -179,6 +179,8 @@ class Desk:
 
     def held_out(self, text, model, held):
         """(error, floor) of a model on another recording of the sensor, as `--held-out` says them; (None, None) without one."""
+        if held:
+            models.check_fits(model, held, "the model")
         key = text, held and held.name
         if key not in self.judged_elsewhere:
             self.judged_elsewhere[key] = improve.held_out_errors(held, model)

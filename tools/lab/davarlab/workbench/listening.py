@@ -96,7 +96,8 @@ class Listening:
 
     def so_far(self):
         with self.lock:
-            return {**self.standing(), "rows": [shown(result) for results in self.results.values() for result in results], "count": self.count}
+            return {**self.standing(), "rows": [shown(result) for results in self.results.values() for result in results], "count": self.count,
+                    "kept": KEPT}
 
     def stop(self):
         self.stopped = True

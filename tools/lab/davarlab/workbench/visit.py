@@ -144,7 +144,7 @@ class Visit:
         self.here()
         held = self.held_beside(path, self.steps, self.desk.column)
         self.steps.hold_out(path)
-        self.held = held
+        self.held, self.not_held = held, ""
         return self.changed()
 
     def held_beside(self, path, steps, column):
@@ -164,7 +164,7 @@ class Visit:
         """No recording is held out any more."""
         self.here()
         self.steps.hold_out(None)
-        self.held = None
+        self.held, self.not_held = None, ""
         return self.changed()
 
     def close(self):

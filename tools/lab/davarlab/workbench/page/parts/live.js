@@ -4,7 +4,7 @@ import * as charts from "/page/charts.js";
 import { at, change, newest } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
-const KEPT = 1200; // results of a channel
+let kept = 0; // results of a channel, as many as the server keeps
 let rows = new Map(), count = 0, listening = null, standing = null, frozen = false;
 
 let early = null; // what was heard before the answer to `live`
@@ -13,7 +13,7 @@ function take(more) {
   for (const row of more) {
     if (!rows.has(row.channel)) rows.set(row.channel, []);
     rows.get(row.channel).push(row);
-    if (rows.get(row.channel).length > KEPT) rows.get(row.channel).shift();
+    if (rows.get(row.channel).length > kept) rows.get(row.channel).shift();
   }
 }
 
@@ -26,7 +26,7 @@ export async function live(all) {
   const missed = (early = []);
   let whole;
   try { whole = await ask("live"); } finally { early = null; }
-  [standing, count] = [whole, whole.count];
+  [standing, count, kept] = [whole, whole.count, whole.kept];
   take(whole.rows);
   missed.forEach(heard);
   draw({});
