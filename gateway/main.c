@@ -32,7 +32,8 @@ typedef struct {
     davar_wire_health_t health;
     int32_t count;
     davar_port_samples_t samples;
-    uint32_t owed; /* samples missing before the next good one */
+    uint64_t index; /* of the next sample */
+    uint32_t owed;  /* samples missing before the next good one */
     void *memory;
 } gateway_t;
 
@@ -70,6 +71,18 @@ static bool wait_edge(gateway_t *gateway)
     return true;
 }
 
+/* Offers the count to the link, where --raw asks for it. */
+static void send_raw(gateway_t *gateway)
+{
+    davar_frame_t frame;
+    gateway->index += gateway->owed;
+    if (gateway->settings.raw && davar_encoder_raw(&gateway->encoder, gateway->index, gateway->count, &frame)) {
+        outbox_put(&gateway->outbox, &frame);
+        outbox_flush(&gateway->outbox);
+    }
+    gateway->index++;
+}
+
 static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
 {
     gateway_t *gateway = context;
@@ -81,6 +94,7 @@ static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
     }
     switch (source_read(&gateway->source, &gateway->count)) {
     case SOURCE_SAMPLE:
+        send_raw(gateway);
         *block = (davar_port_block_t){.samples = &gateway->samples, .count = 1U, .missing = gateway->owed};
         gateway->owed = 0;
         return DAVAR_PORT_READ_BLOCK;
@@ -126,7 +140,7 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
     update_alarm(gateway, result);
     take_health(gateway);
     davar_encoder_begin(&gateway->encoder, result, &gateway->health);
-    outbox_put(&gateway->outbox, &gateway->encoder);
+    outbox_put_all(&gateway->outbox, &gateway->encoder);
     outbox_flush(&gateway->outbox);
     return DAVAR_PORT_SEND_DONE;
 }
@@ -157,7 +171,7 @@ static bool open_link(gateway_t *gateway, char *why)
                                          .baud = settings->baud,
                                          .wait = settings->wait};
     if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)settings->base, (uint8_t)settings->channel,
-                            (uint8_t)settings->content)) {
+                            (uint8_t)(settings->content | (settings->raw ? DAVAR_SEND_RAW : 0U)))) {
         (void)snprintf(why, WHY_BYTES, "--base: channel %u does not fit into 11-bit identifiers", settings->channel);
         return false;
     }
@@ -206,9 +220,13 @@ static void rest(gateway_t *gateway)
 /* Every counter once more, as far as the link takes it in half a second. */
 static void farewell(gateway_t *gateway)
 {
+    davar_frame_t rest;
     take_health(gateway);
+    if (davar_encoder_raw_rest(&gateway->encoder, &rest)) {
+        outbox_put(&gateway->outbox, &rest);
+    }
     davar_encoder_finish(&gateway->encoder, &gateway->health);
-    outbox_put(&gateway->outbox, &gateway->encoder);
+    outbox_put_all(&gateway->outbox, &gateway->encoder);
     for (uint32_t ms = 0; (gateway->outbox.count > 0U) && (ms < FAREWELL_MS); ms++) {
         outbox_flush(&gateway->outbox);
         davar_link_wait(gateway->outbox.link, 1U);

@@ -1,16 +1,21 @@
 /* davar-node - outbox. */
 #include "outbox.h"
 
-void outbox_put(outbox_t *outbox, davar_encoder_t *encoder)
+void outbox_put(outbox_t *outbox, const davar_frame_t *frame)
+{
+    if (outbox->count == OUTBOX_FRAMES) {
+        davar_link_dropped(outbox->link);
+        return;
+    }
+    outbox->frame[(outbox->first + outbox->count) % OUTBOX_FRAMES] = *frame;
+    outbox->count++;
+}
+
+void outbox_put_all(outbox_t *outbox, davar_encoder_t *encoder)
 {
     davar_frame_t frame;
     while (davar_encoder_next(encoder, &frame)) {
-        if (outbox->count == OUTBOX_FRAMES) {
-            davar_link_dropped(outbox->link);
-        } else {
-            outbox->frame[(outbox->first + outbox->count) % OUTBOX_FRAMES] = frame;
-            outbox->count++;
-        }
+        outbox_put(outbox, &frame);
     }
 }
 

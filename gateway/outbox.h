@@ -13,8 +13,11 @@ typedef struct {
     davar_frame_t frame[OUTBOX_FRAMES];
 } outbox_t;
 
-/* Takes the frames of the result that the encoder has begun. What finds no room is dropped and counted. */
-void outbox_put(outbox_t *outbox, davar_encoder_t *encoder);
+/* Takes a frame; one that finds no room is dropped and counted. */
+void outbox_put(outbox_t *outbox, const davar_frame_t *frame);
+
+/* Takes the frames of the result that the encoder has begun. */
+void outbox_put_all(outbox_t *outbox, davar_encoder_t *encoder);
 
 /* Sends what goes now. */
 void outbox_flush(outbox_t *outbox);

@@ -31,6 +31,7 @@ static const char HELP[] =
     "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, 100, 100)\n"
     "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty and prints its name\n"
     "  --content WHAT    summary, full (default), intervals or fd\n"
+    "  --raw             frames of the counts too, for davarlab live --raw (bus load: lib/WIRE.md)\n"
     "  --base HEX        CAN identifier of channel 0 (default 5D0);  --channel N  (default 0)\n"
     "  --baud N          of the serial line (default: as it is)\n"
     "  --wait            start even when the interface or tty is not there yet\n"
@@ -76,6 +77,7 @@ static const entry_t TABLE[] = {
     {"base", HEX, AT(base)},
     {"content", CONTENT, AT(content)},
     {"bits", WHOLE, 0},
+    {"raw", FLAG, AT(raw)},
     {"wait", FLAG, AT(wait)},
     {"help", FLAG, AT(help)},
 };

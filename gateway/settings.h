@@ -15,6 +15,7 @@ typedef struct {
     uint32_t channel;
     uint32_t content;
     uint32_t baud;
+    bool raw;
     bool wait;
     bool help;
     davar_config_t config;

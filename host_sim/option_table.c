@@ -285,6 +285,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"out", apply_out},
     {"can-base", apply_can_base},
     {"can-content", apply_can_content},
+    {"raw", NULL},
     {"baud", apply_baud},
     {"model-table", apply_model_table},
     {"device", apply_device},

@@ -31,7 +31,7 @@ static options_status_t apply_flag(options_t *options, const char *name)
     if (strcmp(name, "version") == 0) {
         return OPTIONS_VERSION;
     }
-    options->details = true;
+    *((strcmp(name, "raw") == 0) ? &options->raw : &options->details) = true;
     return OPTIONS_RUN;
 }
 
@@ -124,6 +124,10 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
     }
     if ((status == OPTIONS_RUN) && (options->device != NULL) && (options->pace > 0.0)) {
         (void)sim_fail(error, "--pace: not with --device, which has a clock of its own");
+        status = OPTIONS_BAD;
+    }
+    if ((status == OPTIONS_RUN) && options->raw && (options->out != OUT_LINK)) {
+        (void)sim_fail(error, "--raw: frames go to --out can:IFACE or slcan:PATH only");
         status = OPTIONS_BAD;
     }
     return status;

@@ -72,6 +72,7 @@ typedef struct {
     const char *link;        /* of OUT_LINK: can:IFACE or slcan:PATH */
     uint32_t can_base;       /* identifier of channel 0 */
     uint32_t can_content;    /* DAVAR_SEND_* */
+    bool raw;                /* the samples too, as frames */
     uint32_t baud;           /* of a serial line; 0: as it is */
     const char *model_table; /* file of the error model's table; null: none */
     const char *device;      /* command that runs the job on a device; null: here */

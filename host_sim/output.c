@@ -10,6 +10,7 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
 {
     output->format = options->out;
     output->selection = selection;
+    output->raw = options->raw;
     output->flush_rows = (options->pace > 0.0);
     output->rows = 0;
     const fields_setup_t setup = {.taus = engine->config.taus,
@@ -50,6 +51,11 @@ bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_
         break;
     }
     return rows_out_take(&output->text, output->flush_rows, error);
+}
+
+bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error)
+{
+    return !output->raw || wire_out_raw(&output->wire, run, error);
 }
 
 bool output_finish(output_t *output, sim_error_t *error)

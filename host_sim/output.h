@@ -14,6 +14,7 @@ typedef struct {
     out_t format;
     fields_t fields;
     const selection_t *selection;
+    bool raw;        /* samples go out too */
     bool flush_rows; /* somebody watches */
     uint64_t rows;   /* written so far */
     watch_t watch;   /* of --model-table */
@@ -28,6 +29,9 @@ bool output_open(output_t *output, const options_t *options, const engine_t *eng
 /* Writes one row, before the first one the header; `misfit` of the row is filled in here. False: the stream takes no more,
  * or a signal asks to stop. */
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error);
+
+/* Passes samples on to the link, where --raw asks for them; call it before they are pushed. False: the link is lost. */
+bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error);
 
 /* Flushes. False: the stream did not take everything. */
 bool output_finish(output_t *output, sim_error_t *error);

@@ -32,9 +32,10 @@ static davar_port_read_t hand_out(replay_t *replay, size_t rows, davar_port_bloc
         replay->samples[c] = chunk_samples(&replay->chunk, replay->setup.number, c, replay->position);
     }
     *block = (davar_port_block_t){.samples = replay->samples, .count = rows, .missing = missing};
+    const raw_run_t run = {replay->samples, replay->setup.number, sample_index(replay), rows};
     replay->lost += missing;
     replay->position += rows;
-    return DAVAR_PORT_READ_BLOCK;
+    return output_raw(replay->setup.output, &run, replay->error) ? DAVAR_PORT_READ_BLOCK : DAVAR_PORT_READ_FAULT;
 }
 
 static bool load(replay_t *replay)

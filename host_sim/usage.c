@@ -41,6 +41,7 @@ static const char TEXT[] =
     "  --out csv|jsonl|can:IFACE|slcan:PATH   (default csv; slcan: a tty, or pty to make one and print its name)\n"
     "  --can-base HEX          CAN identifier of the first channel (default 5D0; the next ones 10 apart)\n"
     "  --can-content summary|full|intervals|fd   frames of a result: 5, all values (default), limits too, one CAN FD\n"
+    "  --raw                   frames of the samples too, for davarlab live --raw (bus load: lib/WIRE.md)\n"
     "  --baud N                of the serial line (default: as it is)\n"
     "  --model-table FILE      compare every result with an error model (davarlab export MODEL -o FILE.csv): columns\n"
     "                          model_health (above 1: not this model), model_deviation_M; frames DAVAR_Monitor\n"

@@ -20,7 +20,8 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     for (size_t c = 0; c < wire->engine->count; c++) {
         const bool fits = (c <= UINT8_MAX) &&
                           davar_encoder_init(&wire->encoder[c], &wire->engine->config, (uint16_t)options->can_base,
-                                             (uint8_t)c, (uint8_t)(options->can_content | DAVAR_SEND_MONITOR));
+                                             (uint8_t)c, (uint8_t)(options->can_content | DAVAR_SEND_MONITOR |
+                                                       (options->raw ? DAVAR_SEND_RAW : 0U)));
         if (!fits) {
             return sim_fail(error, "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
                             c, wire->engine->count, options->can_base);
@@ -111,10 +112,39 @@ bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, s
     return send_all(wire, channel, error);
 }
 
+static bool encode_raw(davar_encoder_t *encoder, const raw_run_t *run, size_t channel, size_t i, davar_frame_t *frame)
+{
+    const davar_port_samples_t *samples = &run->samples[channel];
+    const uint64_t index = run->first + i;
+    if (run->number == DAVAR_PORT_F32) {
+        davar_encoder_raw_f32(encoder, index, samples->f32[i], frame);
+        return true;
+    }
+    const int32_t count = (run->number == DAVAR_PORT_Q15) ? samples->q15[i] : samples->q31[i];
+    return davar_encoder_raw(encoder, index, count, frame);
+}
+
+bool wire_out_raw(wire_out_t *wire, const raw_run_t *run, sim_error_t *error)
+{
+    davar_frame_t frame;
+    for (size_t i = 0; i < run->count; i++) {
+        for (size_t c = 0; c < wire->engine->count; c++) {
+            if (encode_raw(&wire->encoder[c], run, c, i, &frame) && !send_frame(wire, &frame, error)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 bool wire_out_finish(wire_out_t *wire, sim_error_t *error)
 {
     for (size_t c = 0; c < wire->engine->count; c++) {
+        davar_frame_t rest;
         take_health(wire, c);
+        if (davar_encoder_raw_rest(&wire->encoder[c], &rest) && !send_frame(wire, &rest, error)) {
+            return false;
+        }
         davar_encoder_finish(&wire->encoder[c], &wire->health);
         if (!send_all(wire, c, error)) {
             return false;

@@ -48,7 +48,7 @@ static bool is_coefficient(const davar_wire_t *wire)
 
 static bool is_setup(const davar_wire_t *wire)
 {
-    if (wire->index == (uint8_t)DAVAR_SETUP_RATE) {
+    if ((wire->index == (uint8_t)DAVAR_SETUP_RATE) || (wire->index == (uint8_t)DAVAR_SETUP_UNIT)) {
         return (wire->value > 0.0F) && is_magnitude(wire->value);
     }
     return ((wire->index == (uint8_t)DAVAR_SETUP_STRIDE) || (wire->index >= (uint8_t)DAVAR_SETUP_TAU)) &&
@@ -105,6 +105,21 @@ static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t c
     return wire->index < count;
 }
 
+/* False: a form that no sender means, or an impossible rate. */
+static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    wire->index = (uint8_t)get(frame, signal_form);
+    wire->number = get(frame, signal_index);
+    if (wire->index == (uint8_t)DAVAR_RAW_PAIR) {
+        wire->count[0] = (int16_t)get(frame, signal_pair[0]);
+        wire->count[1] = (int16_t)get(frame, signal_pair[1]);
+        return true;
+    }
+    wire->count[0] = (wire->index == (uint8_t)DAVAR_RAW_COUNT) ? (int32_t)get(frame, signal_value) : 0;
+    return (wire->index == (uint8_t)DAVAR_RAW_COUNT) ||
+           ((wire->index == (uint8_t)DAVAR_RAW_RATE) && is_magnitude(fabsf(wire->value)));
+}
+
 /* Fills what this message has beside `value` and `number`; false: an index or a value that no sender means. */
 static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
 {
@@ -141,6 +156,9 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
     case DAVAR_MESSAGE_MONITOR:
         good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) && is_monitor(wire);
         wire->worst = (uint8_t)get(frame, signal_worst_tau);
+        break;
+    case DAVAR_MESSAGE_RAW:
+        good = read_raw(frame, wire);
         break;
     case DAVAR_MESSAGE_RESULT_FD:
     case DAVAR_MESSAGE_COUNT:

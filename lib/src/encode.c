@@ -8,7 +8,6 @@
 #include <string.h>
 
 #define COUNTER_MASK 15U
-#define SETUP_ITEMS 2U /* before the cluster sizes */
 #define STATE_WINDOW_MAX 0x7FFFFU
 
 uint8_t davar_frame_crc(const davar_frame_t *frame)
@@ -162,10 +161,17 @@ static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t 
     put(frame, signal_value, encoder->told[item]);
 }
 
+/* Before the cluster sizes. */
+static uint8_t setup_items(const davar_encoder_t *encoder)
+{
+    return ((encoder->content & DAVAR_SEND_RAW) != 0U) ? 3U : 2U;
+}
+
 static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
 {
     const davar_config_t *config = encoder->config;
     const uint8_t n = encoder->setup_next;
+    const uint8_t items = setup_items(encoder);
     (void)index;
     put(frame, signal_session, encoder->session);
     if (n == 0U) {
@@ -174,11 +180,14 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
     } else if (n == 1U) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_STRIDE);
         put(frame, signal_value, config->stride);
+    } else if (n < items) {
+        put(frame, signal_item, (uint32_t)DAVAR_SETUP_UNIT);
+        put_float(frame, signal_value, config->unit_per_count);
     } else {
-        put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - SETUP_ITEMS);
-        put(frame, signal_value, config->taus[n - SETUP_ITEMS]);
+        put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
+        put(frame, signal_value, config->taus[n - items]);
     }
-    encoder->setup_next = (uint8_t)((n + 1U) % (SETUP_ITEMS + config->tau_count));
+    encoder->setup_next = (uint8_t)((n + 1U) % (items + config->tau_count));
 }
 
 static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
@@ -309,12 +318,20 @@ void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *h
     encoder->index = 0U;
 }
 
+static void open_frame(const davar_encoder_t *encoder, davar_message_t message, davar_frame_t *frame)
+{
+    *frame = (davar_frame_t){.identifier = (uint16_t)(encoder->base + (uint32_t)message),
+                             .length = message_length((uint32_t)message)};
+}
+
 /* The header goes last: Crc covers everything. */
 static void seal(davar_encoder_t *encoder, davar_message_t message, davar_frame_t *frame)
 {
     uint8_t *counter = &encoder->counter[message];
     put(frame, signal_counter, *counter);
-    if ((message != DAVAR_MESSAGE_STATE) && (message != DAVAR_MESSAGE_RESULT_FD)) {
+    const bool of_result = (message != DAVAR_MESSAGE_STATE) && (message != DAVAR_MESSAGE_RESULT_FD) &&
+                           (message != DAVAR_MESSAGE_RAW);
+    if (of_result) {
         put(frame, signal_result, encoder->tag);
     }
     *counter = (uint8_t)((*counter + 1U) & COUNTER_MASK);
@@ -331,10 +348,62 @@ bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
         return false;
     }
     const stage_t *stage = &stages[encoder->stage];
-    *frame = (davar_frame_t){.identifier = (uint16_t)(encoder->base + (uint32_t)stage->message),
-                             .length = message_length((uint32_t)stage->message)};
+    open_frame(encoder, stage->message, frame);
     stage->fill(encoder, frame, encoder->index);
     encoder->index++;
     seal(encoder, stage->message, frame);
     return true;
+}
+
+static void open_raw(const davar_encoder_t *encoder, davar_raw_form_t form, uint32_t index, davar_frame_t *frame)
+{
+    open_frame(encoder, DAVAR_MESSAGE_RAW, frame);
+    put(frame, signal_form, (uint32_t)form);
+    put(frame, signal_index, index);
+}
+
+static bool is_narrow(int32_t count)
+{
+    return (count >= INT16_MIN) && (count <= INT16_MAX);
+}
+
+bool davar_encoder_raw_rest(davar_encoder_t *encoder, davar_frame_t *frame)
+{
+    if (!encoder->raw_held) {
+        return false;
+    }
+    open_raw(encoder, DAVAR_RAW_COUNT, encoder->raw_index, frame);
+    put(frame, signal_value, (uint32_t)encoder->raw_count);
+    seal(encoder, DAVAR_MESSAGE_RAW, frame);
+    encoder->raw_held = false;
+    return true;
+}
+
+bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame)
+{
+    assert((encoder != NULL) && (frame != NULL));
+    const bool follows = encoder->raw_held && ((uint32_t)index == encoder->raw_index + 1U);
+    if (follows && is_narrow(encoder->raw_count) && is_narrow(count)) {
+        open_raw(encoder, DAVAR_RAW_PAIR, encoder->raw_index, frame);
+        put(frame, signal_pair[0], (uint32_t)encoder->raw_count);
+        put(frame, signal_pair[1], (uint32_t)count);
+        seal(encoder, DAVAR_MESSAGE_RAW, frame);
+        encoder->raw_held = false;
+        return true;
+    }
+    const bool sent = davar_encoder_raw_rest(encoder, frame);
+    encoder->raw_held = true;
+    encoder->raw_count = count;
+    encoder->raw_index = (uint32_t)index;
+    return sent;
+}
+
+void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame)
+{
+    assert((encoder != NULL) && (frame != NULL));
+    const float size = fabsf(rate_dps);
+    const float told = (size < DAVAR_WIRE_LEAST) ? 0.0F : rate_dps;
+    open_raw(encoder, DAVAR_RAW_RATE, (uint32_t)index, frame);
+    put_float(frame, signal_value, (size <= DAVAR_WIRE_MOST) ? (double)told : (double)NAN);
+    seal(encoder, DAVAR_MESSAGE_RAW, frame);
 }

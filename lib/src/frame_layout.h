@@ -19,7 +19,7 @@ typedef struct {
 /* Every frame. */
 static const davar_signal_t signal_crc = {0, 8};
 static const davar_signal_t signal_counter = {8, 4};
-static const davar_signal_t signal_result = {12, 4}; /* not in DAVAR_State, not in DAVAR_ResultFd */
+static const davar_signal_t signal_result = {12, 4}; /* not in DAVAR_State, DAVAR_ResultFd, DAVAR_Raw */
 static const davar_signal_t signal_value = {32, 32}; /* the float32, or the count */
 
 static const davar_scaled_t scaled_arw_uncertainty = {{16, 16}, 1e4F, 1e-4F};
@@ -36,6 +36,9 @@ static const davar_signal_t signal_item = {16, 8};
 static const davar_signal_t signal_session = {24, 8}; /* DAVAR_Health, DAVAR_Setup */
 static const davar_signal_t signal_monitor_index = {16, 8};
 static const davar_signal_t signal_worst_tau = {24, 8};
+static const davar_signal_t signal_form = {12, 2};
+static const davar_signal_t signal_index = {14, 18};
+static const davar_signal_t signal_pair[2] = {{32, 16}, {48, 16}};
 
 /* DAVAR_ResultFd. */
 static const davar_signal_t fd_window = {12, 19};
@@ -53,7 +56,7 @@ static inline uint8_t message_length(uint32_t message)
     if (message == (uint32_t)DAVAR_MESSAGE_RESULT_FD) {
         return 64U;
     }
-    return (message <= (uint32_t)DAVAR_MESSAGE_MONITOR) ? 8U : 0U;
+    return (message <= (uint32_t)DAVAR_MESSAGE_RAW) ? 8U : 0U;
 }
 
 #endif

@@ -26,7 +26,7 @@ FRAMES = RESULTS * 17 + 16
 
 class Live(KernelCase):
     def live(self, where, **options):
-        wanted = {"source": where, "base": wire.BASE, "record": None, "count": None, "idle": None, "json": False, **options}
+        wanted = {"source": where, "base": wire.BASE, "record": None, "raw": None, "count": None, "idle": None, "json": False, **options}
         return self.start(sys.executable, "-B", "-c", LIVE, json.dumps(wanted), cwd=ROOT / "tools/lab")
 
     def live_on(self, interface, **options):

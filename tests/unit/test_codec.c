@@ -191,7 +191,7 @@ static void test_what_is_not_a_frame_of_ours_is_named(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.length = 7U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-    frame.identifier = 0x5D9U;
+    frame.identifier = 0x5DAU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.identifier = 0x5CFU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));

@@ -63,10 +63,10 @@ def possible(message, signals):
         return math.isnan(value) or value == 0 or 1e-30 <= value <= 1e30
     for name, value in signals.items():
         signal = message.get_signal_by_name(name)
-        if name in ("WindowSamples", "Stride", "ClusterSamples", "RateHz") and not value > 0:
+        if name in ("WindowSamples", "Stride", "ClusterSamples", "RateHz", "UnitPerCount") and not value > 0:
             return False
         unlimited = "High" in name and value == math.inf
-        if signal.is_float and not unlimited and not magnitude(abs(value) if name == "ModelDeviation" else value):
+        if signal.is_float and not unlimited and not magnitude(abs(value) if name in ("ModelDeviation", "RateDps") else value):
             return False
     return True
 
@@ -199,9 +199,10 @@ class Codec(unittest.TestCase):
             if source.random() < 0.5:  # every float32 a number near 1
                 for at in range(7, message.length, 4):
                     raw[at], raw[at - 1] = 0x3F, raw[at - 1] & 0x7F | 0x40
-            raw[2] = source.choice((0, 1, 32, 40)) if message.name == "DAVAR_Setup" else \
+            raw[2] = source.choice((0, 1, 2, 32, 40)) if message.name == "DAVAR_Setup" else \
                 source.randrange(33) if message.name == "DAVAR_Monitor" else \
                 source.randrange(15) if message.name in ("DAVAR_Coefficient", "DAVAR_Health") else raw[2]
+            raw[1] = raw[1] & 0xCF | source.randrange(3) << 4 if message.name == "DAVAR_Raw" else raw[1]
             channel = source.randrange(35)
             identifier = message.frame_id + STEP * channel
             raw[0] = crc8(identifier.to_bytes(2, "little") + raw[1:])
@@ -222,7 +223,8 @@ class Codec(unittest.TestCase):
     def check_decoded(self, message, signals, word):
         scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12}
         whole = {"Epoch": 7, "Stride": 7, "ClusterSamples": 7, "WindowSamples": 8, "Unstable": 9, "TauIndex": 5,
-                 "Kind": 5, "HealthIndex": 5, "Item": 5, "MonitorIndex": 5, "WorstTau": 26, "Session": 27}
+                 "Kind": 5, "HealthIndex": 5, "Item": 5, "MonitorIndex": 5, "WorstTau": 26, "Session": 27, "Form": 5, "Index": 7,
+                 "Count": 28, "Count0": 28, "Count1": 29}
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
         # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
         for name, value in signals.items():
@@ -246,13 +248,15 @@ class Codec(unittest.TestCase):
         identifier, data, _ = next(results(6, 1, 0))[1][0]
         good = f"{identifier:03X}#{data.hex()}"
         damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"
-        lines = [good, damaged, f"5CF#{data.hex()}", f"5D9#{data.hex()}", f"5D1#{data[:7].hex()}"]
+        lines = [good, damaged, f"5CF#{data.hex()}", f"5DA#{data.hex()}", f"5D1#{data[:7].hex()}"]
         unknown = bytes([0, 99, 0, 0, 0, 0, 0])  # HealthIndex 99, with the right Crc
         lines.append(f"5D5#{crc8(bytes([0xD5, 5]) + unknown):02x}{unknown.hex()}")
         unknown = bytes([0, 33, 0, 0, 0, 0, 0])  # MonitorIndex 33
         lines.append(f"5D7#{crc8(bytes([0xD7, 5]) + unknown):02x}{unknown.hex()}")
+        unknown = bytes([0x30, 0, 0, 0, 0, 0, 0])  # Form 3
+        lines.append(f"5D9#{crc8(bytes([0xD9, 5]) + unknown):02x}{unknown.hex()}")
         answers = [line.split()[:2] for line in probe("decode", stdin="\n".join(lines) + "\n")]
-        self.assertEqual([["D", "1"], ["E", "3"], ["E", "1"], ["E", "1"], ["E", "2"], ["E", "4"], ["E", "4"]], answers)
+        self.assertEqual([["D", "1"], ["E", "3"], ["E", "1"], ["E", "1"], ["E", "2"], ["E", "4"], ["E", "4"], ["E", "4"]], answers)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ class Documentation(unittest.TestCase):
         documented = {(row[0], re.match(r"`(\w+)`", row[1]).group(1)): row[2:] for row in rows(7)
                       if row[0].startswith("DAVAR_")}
         there = {(message.name, signal.name): [str(signal.start), str(signal.length),
-                                               "float32" if signal.is_float else "unsigned", f"{float(signal.scale):g}",
+                                               "float32" if signal.is_float else "signed" if signal.is_signed else "unsigned", f"{float(signal.scale):g}",
                                                signal.unit or ""]
                  for message in DBC.messages for signal in message.signals if signal.name not in HEADER}
         self.assertEqual(there, documented)
@@ -34,7 +34,7 @@ class Documentation(unittest.TestCase):
         for message in DBC.messages:
             self.assertTrue(all(signal.byte_order == "little_endian" for signal in message.signals))
             wanted = {"Crc": (0, 8), "Counter": (8, 4), "Result": (12, 4)}
-            if message.name in ("DAVAR_State", "DAVAR_ResultFd"):
+            if message.name in ("DAVAR_State", "DAVAR_ResultFd", "DAVAR_Raw"):
                 del wanted["Result"]
             self.assertEqual(wanted, {s.name: (s.start, s.length) for s in message.signals if s.name in HEADER})
 
@@ -79,6 +79,14 @@ class Documentation(unittest.TestCase):
             bits = int(rate) * int(frames)
             wanted = [f"{100 * bits * FRAME_BITS / speed:.2f} %" for speed in (125e3, 500e3, 1e6)]
             self.assertEqual([*wanted, f"{100 * bits * 22 * 10 / 115200:.2f} %"], loads)
+
+    def test_the_bus_load_of_raw_samples(self):
+        figures = [row for row in rows(6) if row[0].isdigit()]
+        self.assertEqual(6, len(figures))
+        for rate, counts, frames, *loads in figures:
+            self.assertEqual(int(rate) / {"16 bits": 2, "32 bits, float": 1}[counts], int(frames))
+            wanted = [f"{100 * int(frames) * bits / speed:.1f} %" for bits, speed in ((FRAME_BITS, 500e3), (FRAME_BITS, 1e6), (220, 115200))]
+            self.assertEqual(wanted, loads)
 
     def test_the_bus_load_of_can_fd(self):
         seconds = 34 / 500e3 + 677 / 2e6 + 2 * FRAME_BITS / 500e3

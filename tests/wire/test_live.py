@@ -42,7 +42,7 @@ class Live(unittest.TestCase):
         their results is shown, everything before them has been read."""
         ours, its = pty.openpty()
         tty.setraw(its)
-        wanted = {"source": f"slcan:{os.ttyname(its)}", "base": wire.BASE, "record": str(self.record), "count": None, "idle": None,
+        wanted = {"source": f"slcan:{os.ttyname(its)}", "base": wire.BASE, "record": str(self.record), "raw": None, "count": None, "idle": None,
                   "json": True, **options}
         bound = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None
         process = subprocess.Popen([sys.executable, "-B", "-c", LIVE, json.dumps(wanted)], cwd=ROOT / "tools/lab", text=True,

@@ -1,6 +1,7 @@
 /* davar tests - the codec as a filter, for a test in Python that holds it against tools/davar.dbc.
  *   wire_probe encode SEED RESULTS CONTENT CHANNEL   random results: their values, then their frames
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender, with its farewell
+ *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): their frames
  *   wire_probe decode                                frames on standard input (candump notation): their values */
 #include "davar/codec.h"
 #include "davar/slcan.h"
@@ -134,7 +135,7 @@ static int run(char **argv)
     static const uint32_t few[4] = {1, 2, 4, 8};
     random_t random = random_seeded(strtoull(argv[2], NULL, 10));
     const davar_config_t own = {
-        .rate_hz = 100.0, .stride = (uint32_t)strtoul(argv[5], NULL, 10), .taus = few, .tau_count = 4};
+        .rate_hz = 100.0, .unit_per_count = 0.05, .stride = (uint32_t)strtoul(argv[5], NULL, 10), .taus = few, .tau_count = 4};
     davar_encoder_t encoder;
     davar_result_t result;
     davar_wire_health_t health = {{0}};
@@ -157,6 +158,33 @@ static int run(char **argv)
     return 0;
 }
 
+/* `floats`: the values are rates, otherwise counts. */
+static int raw(bool floats, char **argv)
+{
+    static const davar_config_t own = {.rate_hz = 100.0, .stride = 100U, .unit_per_count = 0.05};
+    davar_encoder_t encoder;
+    davar_frame_t frame;
+    char line[256];
+    (void)davar_encoder_init(&encoder, &own, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[2], NULL, 10), DAVAR_SEND_RAW);
+    while (fgets(line, sizeof line, stdin) != NULL) {
+        char *value = NULL;
+        const uint64_t index = strtoull(line, &value, 10);
+        bool due = true;
+        if (floats) {
+            davar_encoder_raw_f32(&encoder, index, strtof(value, NULL), &frame);
+        } else {
+            due = davar_encoder_raw(&encoder, index, (int32_t)strtol(value, NULL, 10), &frame);
+        }
+        if (due) {
+            print_frame(&frame);
+        }
+    }
+    if (davar_encoder_raw_rest(&encoder, &frame)) {
+        print_frame(&frame);
+    }
+    return 0;
+}
+
 static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
 {
     if (status != DAVAR_DECODED) {
@@ -173,7 +201,7 @@ static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
     for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
         (void)printf(" %.9g", (double)wire->adev[t]);
     }
-    (void)printf(" %u %u", wire->worst, wire->session);
+    (void)printf(" %u %u %d %d", wire->worst, wire->session, wire->count[0], wire->count[1]);
     (void)putchar('\n');
 }
 
@@ -202,6 +230,9 @@ int main(int argc, char **argv)
     }
     if ((argc == 9) && (strcmp(argv[1], "run") == 0)) {
         return run(argv);
+    }
+    if ((argc == 3) && ((strcmp(argv[1], "raw") == 0) || (strcmp(argv[1], "rates") == 0))) {
+        return raw(strcmp(argv[1], "rates") == 0, argv);
     }
     return ((argc == 2) && (strcmp(argv[1], "decode") == 0)) ? decode() : 2;
 }

@@ -2,7 +2,8 @@
  * The layout is written for people in lib/WIRE.md and for tools in tools/davar.dbc; a test holds both and this codec
  * together bit for bit. No heap, no I/O, no floating-point division: small enough for a Cortex-M0.
  *
- * Sender:   davar_encoder_init, then per result davar_encoder_begin and davar_encoder_next until it returns false.
+ * Sender:   davar_encoder_init, then per result davar_encoder_begin and davar_encoder_next until it returns false;
+ *           per sample davar_encoder_raw, where somebody wants to diagnose the sensor from afar.
  * Receiver: davar_decode.
  * An encoder belongs to one thread. Nothing here blocks. */
 #ifndef DAVAR_CODEC_H
@@ -32,7 +33,8 @@ typedef enum {
     DAVAR_MESSAGE_SETUP = 6,
     DAVAR_MESSAGE_MONITOR = 7,
     DAVAR_MESSAGE_RESULT_FD = 8,
-    DAVAR_MESSAGE_COUNT = 9
+    DAVAR_MESSAGE_RAW = 9,
+    DAVAR_MESSAGE_COUNT = 10
 } davar_message_t;
 
 /* Everything that can be lost has a counter here; DAVAR_Health carries them one by one. */
@@ -60,8 +62,21 @@ typedef struct {
     uint32_t count[DAVAR_HEALTH_COUNT];
 } davar_wire_health_t;
 
-/* Item of DAVAR_Setup: rate, stride, then cluster size of tau i as DAVAR_SETUP_TAU + i. */
-typedef enum { DAVAR_SETUP_RATE = 0, DAVAR_SETUP_STRIDE = 1, DAVAR_SETUP_TAU = 32 } davar_setup_item_t;
+/* Item of DAVAR_Setup: rate, stride, size of a count (content DAVAR_SEND_RAW), then cluster size of tau i as
+ * DAVAR_SETUP_TAU + i. */
+typedef enum {
+    DAVAR_SETUP_RATE = 0,
+    DAVAR_SETUP_STRIDE = 1,
+    DAVAR_SETUP_UNIT = 2,
+    DAVAR_SETUP_TAU = 32
+} davar_setup_item_t;
+
+/* Form of DAVAR_Raw: what its samples are. */
+typedef enum {
+    DAVAR_RAW_PAIR = 0,  /* two counts of 16 bits, one sample after the other */
+    DAVAR_RAW_COUNT = 1, /* a count of 32 bits */
+    DAVAR_RAW_RATE = 2   /* a float32, deg/s */
+} davar_raw_form_t;
 
 /* Item of DAVAR_Monitor: the deviation of tau i as i, then the health number. */
 #define DAVAR_MONITOR_HEALTH 32U
@@ -73,6 +88,7 @@ typedef enum { DAVAR_SETUP_RATE = 0, DAVAR_SETUP_STRIDE = 1, DAVAR_SETUP_TAU = 3
 #define DAVAR_SEND_INTERVALS 4U    /* ten more: 95 % limits of the coefficients */
 #define DAVAR_SEND_FD 8U           /* one 64-byte frame instead of all of these (taus from the ninth on: DAVAR_Adev) */
 #define DAVAR_SEND_MONITOR 16U     /* one frame per tau and one for health, once davar_encoder_monitor was called */
+#define DAVAR_SEND_RAW 32U         /* DAVAR_Setup tells the size of a count; samples go by davar_encoder_raw */
 
 /* One frame. length is 8, or 64 for CAN FD. */
 typedef struct {
@@ -97,6 +113,9 @@ typedef struct {
     uint8_t health_next;
     uint8_t setup_next;
     uint8_t counter[DAVAR_MESSAGE_COUNT]; /* of the next frame of each message */
+    bool raw_held;                        /* a count waits for the next one, to go as a pair */
+    int32_t raw_count;
+    uint32_t raw_index;
 } davar_encoder_t;
 
 /* Starts an encoder: `config` is the one of the instance (must outlive the encoder), `base` the identifier of channel
@@ -124,6 +143,16 @@ void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *h
  * the receiver sees. O(length). */
 bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame);
 
+/* Raw samples, for who diagnoses the sensor at the other end: off unless called, at any time between frames. `index` is that
+ * of the sample, from 0, what is missing counted (as in Epoch; 18 bits go out). Counts within 16 bits go in pairs, so that a
+ * frame is due every second sample; a wider one, or one in front of a gap, has a frame of its own. True: send *frame. At the
+ * end davar_encoder_raw_rest gives the count that waits for its neighbour, if one does. O(1). */
+bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame);
+bool davar_encoder_raw_rest(davar_encoder_t *encoder, davar_frame_t *frame);
+
+/* The same for a float instance: one sample a frame, in deg/s. What is not finite goes out as NaN. */
+void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame);
+
 typedef enum {
     DAVAR_DECODED = 0,
     DAVAR_DECODE_FOREIGN, /* not an identifier of this base */
@@ -137,11 +166,12 @@ typedef struct {
     davar_message_t message;
     uint8_t channel;
     uint8_t counter; /* Counter, 0..15 */
-    uint8_t result; /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in DAVAR_State and DAVAR_ResultFd */
+    uint8_t result;  /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
     uint8_t session; /* DAVAR_Health, DAVAR_Setup: davar_encoder_session */
-    uint8_t index;   /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex */
+    uint8_t index;   /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form */
     float value;     /* the float32 of the message; in DAVAR_ResultFd ARW */
-    uint32_t number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size */
+    uint32_t number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits) */
+    int32_t count[2]; /* DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
     uint32_t window_samples;
     bool unstable;
     float relative_uncertainty; /* of ARW or of the Allan deviation: half the 95 % interval over the value */

@@ -259,6 +259,8 @@ COMMANDS = {
         argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
         argument("--record", metavar="FILE.csv", help="also write the results there, as they come; a file that is there "
                  "is continued with a new stretch, or, when it has other columns, FILE-2.csv is written"),
+        argument("--raw", metavar="REC.csv", help="also write the raw samples there, a recording for every other command (the sender needs "
+                 "--raw too); one for each channel and restart: REC-2.csv ..."),
         argument("--count", type=option_types.whole, metavar="N", help="stop after so many results"),
         argument("--idle", type=option_types.positive, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
     "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import cantools
 
+from .raw import Samples, written
+
 DBC_PATH = Path(__file__).resolve().parents[3] / "davar.dbc"
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
@@ -54,11 +56,12 @@ class Faults:
     link_back: int = 0  # times it came back
     impossible: int = 0  # the Crc is right, and a value is none that a sender means: damage
     doubtful_results: int = 0  # not passed on: frames of another run of the sender, or of 16 results later, may be in them
+    doubtful_samples: int = 0  # raw ones that were not passed on: of which run they are was not told in time
     restarts: int = 0  # of a sender; no fault
 
     def total(self):
         return (self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.orphaned
-                + self.noise + self.impossible + self.doubtful_results)
+                + self.noise + self.impossible + self.doubtful_results + self.doubtful_samples)
 
 
 class Sequence:
@@ -152,7 +155,8 @@ class Channel:
         self.epoch = None
         self.tag = None  # of the newest State
         self.step = None  # between epochs: Stride, or the smallest seen
-        self.setup = {}  # "rate_hz", "stride"
+        self.setup = {}  # "rate_hz", "stride", "unit_per_count"
+        self.samples = Samples()
         self.clusters = {}  # TauIndex -> samples
         self.health = {}  # name -> count
 
@@ -166,7 +170,8 @@ COLUMNS = {
     "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h", "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
-ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples")
+ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples", "UnitPerCount")
+SIGNED = ("ModelDeviation", "RateDps")
 
 
 def number(value):
@@ -192,7 +197,7 @@ def possible(name, value):
         return False
     if not isinstance(value, float) or value == 0 or value != value:
         return True
-    return LEAST <= (abs(value) if name == "ModelDeviation" else value) <= MOST or value == math.inf and "High" in name
+    return LEAST <= (abs(value) if name in SIGNED else value) <= MOST or value == math.inf and "High" in name
 
 
 class Receiver:
@@ -208,6 +213,7 @@ class Receiver:
         self.channels = {}
         self.sequences = {}
         self.ready = deque()
+        self.samples = []  # raw ones that are beyond doubt: (channel's number, Channel, [(index, deg/s)]); whoever wants them takes them
 
     def check(self, identifier, data):
         """Judges a frame: "foreign", "corrupted", "repeated", "swapped" or "good"; counts it."""
@@ -230,6 +236,7 @@ class Receiver:
         for channel in self.channels.values():
             self._close(channel)
             self._release(channel)
+            self.faults.doubtful_samples += channel.samples.drop()
         left, self.ready = list(self.ready), deque()
         return left
 
@@ -276,8 +283,11 @@ class Receiver:
             channel = self._restart(index)
         if self._judge(identifier, data) == "repeated":
             return
-        if name in ("Health", "Setup"):
+        if name == "Raw":
+            self.faults.doubtful_samples += channel.samples.take(signals)
+        elif name in ("Health", "Setup"):
             self._tell(channel, name, signals)
+            self._release_samples(index, channel)
         elif channel.result and channel.result.tag == signals["Result"]:
             self.faults.orphaned += not channel.result.join(parts(signals))
         elif channel.result:
@@ -338,7 +348,14 @@ class Receiver:
         for identifier in [one for one in self.sequences if (one - self.base) // STEP == index]:
             self.sequences[identifier] = Sequence()
         self.channels[index] = Channel(old.stretch + 1)
+        given_up, self.channels[index].samples = old.samples.split()
+        self.faults.doubtful_samples += given_up
         return self.channels[index]
+
+    def _release_samples(self, index, channel):
+        """Raw samples whose run, place and size are known now."""
+        if channel.epoch is not None and {"rate_hz", "unit_per_count"} <= set(channel.setup) and channel.samples.held:
+            self.samples.append((index, channel, channel.samples.release(channel.epoch, written(channel.setup["unit_per_count"]))))
 
     def _close(self, channel):
         """The result being joined is over."""
@@ -378,5 +395,7 @@ class Receiver:
             channel.setup["rate_hz"] = signals["RateHz"]
         elif "Stride" in signals:
             channel.step = channel.setup["stride"] = signals["Stride"]
+        elif "UnitPerCount" in signals:
+            channel.setup["unit_per_count"] = signals["UnitPerCount"]
         else:
             channel.clusters[signals["Item"] - 32] = signals["ClusterSamples"]

@@ -7,6 +7,7 @@ import sys
 from dataclasses import asdict
 
 from . import frames as wire
+from .raw_record import RawRecorder
 from .record import Recorder, row
 from .source import Source
 
@@ -36,10 +37,10 @@ def summary(receiver):
 
 
 class Viewer:
-    """Shows results, and records them if asked."""
+    """Shows results, and records them, and raw samples, if asked."""
 
-    def __init__(self, receiver, recorder, as_json):
-        self.receiver, self.recorder, self.as_json, self.shown = receiver, recorder, as_json, 0
+    def __init__(self, receiver, recorder, raw, as_json):
+        self.receiver, self.recorder, self.raw, self.as_json, self.shown = receiver, recorder, raw, as_json, 0
         self.stretches = {}  # channel -> the newest stretch that was said
 
     def show(self, result):
@@ -52,12 +53,19 @@ class Viewer:
         print(json.dumps(values) if self.as_json else line(values), flush=True)
         self.shown += 1
 
+    def keep(self):
+        """Raw samples that came."""
+        found, self.receiver.samples = self.receiver.samples, []
+        for samples in found if self.raw else ():
+            self.raw.add(*samples)
+
 
 def follow(source, receiver, viewer, options):
     """Shows the stream to its end, to --count or to SIGINT; the last result is complete when nothing more comes."""
     with contextlib.suppress(KeyboardInterrupt):
         for identifier, data in source.frames(options.idle):
             result = receiver.push(identifier, data)
+            viewer.keep()
             if result:
                 viewer.show(result)
             if viewer.shown == options.count:
@@ -72,10 +80,15 @@ def run(options):
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with contextlib.closing(Source(options.source, receiver.faults, say)) as source, contextlib.ExitStack() as stack:
         recorder = stack.enter_context(contextlib.closing(Recorder(options.record, say))) if options.record else None
-        follow(source, receiver, Viewer(receiver, recorder, options.json), options)
+        raw = stack.enter_context(contextlib.closing(RawRecorder(options.raw, say))) if options.raw else None
+        follow(source, receiver, Viewer(receiver, recorder, raw, options.json), options)
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
         say(f"{recorder.path}: {recorder.left_out} values left out: they had no column when the header was written")
     if recorder and recorder.unrecorded:
         say(f"{recorder.path}: {recorder.unrecorded} results not recorded")
+    if raw and not raw.outputs:
+        say(f"{raw.given}: no raw samples came (davar-sim and davar-node send them with --raw)")
+    if raw and raw.unrecorded:
+        say(f"{raw.given}: {raw.unrecorded} raw samples not recorded")
     return 0

@@ -11,7 +11,8 @@ from .steps import ENDING
 ROOT = Path(__file__).resolve().parents[4]
 TUTORIAL = ROOT / "data/tutorial_sensor.toml"
 TUTORIAL_NAME = "tutorial_sensor.csv"
-LIVE_NAME = "live.csv"  # of what was heard on a wire
+LIVE_NAME, RAW_NAME = "live.csv", "raw.csv"  # of what was heard on a wire: results, samples
+FROZEN_NAME = "frozen.csv"  # samples so far
 FOLDER = "davarlab-files"
 
 
@@ -57,7 +58,7 @@ class Arrivals:
     def receive(self, name):
         """A Drop; its file is there only when it came whole. It bears its own name, or a numbered one where another file has that."""
         if (not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING)
-                or name in (TUTORIAL_NAME, LIVE_NAME)):
+                or name in (TUTORIAL_NAME, LIVE_NAME, RAW_NAME)):
             raise BadInput(f"{name!r}: not a name for a recording")
         part = files.partial(self.made() / "drop")
         try:

@@ -1,5 +1,6 @@
 """A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a page."""
 
+import shutil
 import threading
 import time
 from collections import deque
@@ -8,6 +9,7 @@ from dataclasses import asdict
 
 from ..errors import BadInput, internal_error
 from ..wire import frames, record
+from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 
 KEPT = 1200  # results of a channel
@@ -27,11 +29,11 @@ def shown(result):
 class Listening:
     """Listens in a thread until stop(), or until a pty is closed. tell: hears what is new, {"rows", "count", ...}: `count` with the last of these."""
 
-    def __init__(self, source, path, tell):
+    def __init__(self, source, path, raw_path, tell):
         self.receiver, self.tell, self.said = frames.Receiver(), tell, ""
         self.source = Source(source, self.receiver.faults, self.say)
         try:
-            self.recorder = record.Recorder(path, self.say)
+            self.recorder, self.raw = record.Recorder(path, self.say), RawRecorder(raw_path, self.say)
         except BadInput:
             self.source.close()
             raise
@@ -42,16 +44,17 @@ class Listening:
         self.thread.start()
 
     def say(self, text):
-        self.said = text.removeprefix("--record: ")
+        self.said = text.removeprefix("--record: ").removeprefix("--raw: ")
 
     def listen(self):
         try:
-            with closing(self.source), closing(self.recorder):
+            with closing(self.source), closing(self.recorder), closing(self.raw):
                 while not self.stopped and self.source.may_come:
                     for identifier, data in self.source.frames(IDLE_S):
                         result = self.receiver.push(identifier, data)
                         if result:
                             self.take(result)
+                        self.keep()
                         if self.stopped:
                             break
                         self.tell_news()
@@ -69,6 +72,22 @@ class Listening:
         """Keeps a result; it is told when DAVAR_Setup has named what it holds."""
         self.recorder.add(result, result.of)
         self.fresh.append(result)
+
+    def keep(self):
+        """Raw samples that came."""
+        found, self.receiver.samples = self.receiver.samples, []
+        for samples in found:
+            with self.lock:
+                self.raw.add(*samples)
+
+    def copy_raw(self, number, file):
+        """Copies the recording of the raw samples of a channel so far; more may come."""
+        with self.lock:
+            path = self.raw.path(number)
+            if not path:
+                raise BadInput(f"channel {number}: no raw samples have come: start the sender with --raw")
+            with open(path, "rb") as recording:
+                shutil.copyfileobj(recording, file)
 
     def tell_news(self, at_once=False):
         if not at_once and time.monotonic() - self.told_at < TOLD_S:
@@ -90,7 +109,7 @@ class Listening:
     def standing(self):
         """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
         channels = list(self.receiver.channels.items())
-        return {"source": self.source.name, "path": str(self.recorder.path), "said": self.said, "ended": self.ended,
+        return {"source": self.source.name, "path": str(self.recorder.path), "raw": sorted({number for number, _ in list(self.raw.outputs)}), "said": self.said, "ended": self.ended,
                 "faults": {name: count for name, count in asdict(self.receiver.faults).items() if count},
                 "health": {index: {name: count for name, count in dict(channel.health).items() if count} for index, channel in channels}}
 

@@ -208,7 +208,7 @@ def run(options):
             try:
                 await web.serve(sockets=[listener])
             finally:
-                await server.loop.run_in_executor(None, visit.quiet)
+                await server.loop.run_in_executor(None, visit.ears.quiet)
 
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:

@@ -7,9 +7,9 @@ from ..data import guess
 from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, typed, views
-from .arrivals import Arrivals, LIVE_NAME
+from .arrivals import Arrivals
+from .ears import Ears
 from .given import real, whole
-from .listening import Listening
 from .looks import Looks
 from .steps import Sight, Steps
 
@@ -25,17 +25,17 @@ class Visit:
     def __init__(self, folder):
         self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
         self.not_held = ""  # why what was held out in an earlier visit is not now
-        self.live, self.heard = None, 0  # what is listened to on a wire; counts what was
         self.revision = 0  # counts the changes
         self.log = None  # one that waits to be read: its path, guesses, what a page shows
         self.tell = lambda **event: None
+        self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
         self.hurried = lambda: False  # is somebody waiting for what is being computed
         self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against,
                           "preview": self.preview, "held_out": self.held_out, "report": self.report}
-        self.looks = {"all": self.everything, "live": self.live_so_far, "save": self.save, **Looks(self).table}
+        self.looks = {"all": self.everything, "live": self.ears.so_far, "save": self.save, **Looks(self).table}
         self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
                         "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go,
-                        "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen, "kalibr": self.kalibr, "close": self.close}
+                        "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen, "freeze": self.freeze, "kalibr": self.kalibr, "close": self.close}
 
     def progress(self, text):
         self.tell(progress=text)
@@ -49,8 +49,7 @@ class Visit:
 
     def everything(self):
         """Where the visit stands; `step` gives what a step looks like."""
-        desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.live
-        live = live and {"source": live.source.name, "number": self.heard}
+        desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
         if not desk:
             return {"revision": self.revision, "recording": None, "live": live, "log": log and log[2], "folder": str(self.arrivals.folder)}
         recording = desk.recording
@@ -176,29 +175,17 @@ class Visit:
 
     def listen(self, source):
         """Shows and records what a sensor sends: can:IFACE or slcan:PATH."""
-        source = str(source).strip()
-        if self.live and self.live.source.name == source:
-            self.quiet()
-        other = Listening(source, self.arrivals.made() / LIVE_NAME, self.tell)
-        self.quiet()
-        self.live, self.heard = other, self.heard + 1
+        self.ears.listen(source)
         return self.changed()
-
-    def quiet(self):
-        live, self.live = self.live, None
-        if live:
-            live.stop()
 
     def deafen(self):
         """Nothing is listened to any more; what came is in the file."""
-        self.quiet()
+        self.ears.quiet()
         return self.changed()
 
-    def live_so_far(self):
-        live = self.live
-        if not live:
-            raise BadInput("nothing is listened to")
-        return live.so_far()
+    def freeze(self, channel):
+        """The raw samples of a channel that have come so far, opened as a recording; more may come meanwhile."""
+        return self.open(str(self.ears.freeze(whole(channel, "a channel"))))
 
     # steps
 

@@ -60,9 +60,11 @@ const draw = newest(async () => {
     await charts.surface("live-surface", shown);
   }
   fill("live-state", standing.ended ? "The source has ended. " : standing.said ? `${standing.said}. ` : "", `Kept in ${standing.path}.`);
+  at("diagnose").hidden = !standing.raw.includes(chosen);
   at("freeze").textContent = frozen ? "Go on" : "Freeze";
 });
 
 at("live-channel").onchange = () => draw({});
 at("freeze").onclick = () => { frozen = !frozen; draw({}); };
+at("diagnose").onclick = () => change("reading the samples so far", "freeze", { channel: Number(at("live-channel").value) });
 at("deafen").onclick = () => change("", "deafen");

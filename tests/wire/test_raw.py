@@ -1,0 +1,158 @@
+"""Raw samples on the wire: what a sender read is what the recording holds, whatever is lost, swapped, repeated or restarted between them."""
+
+import csv
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from senders import PROBE, ROOT, disturbed, frames, run, seeded
+
+sys.path.insert(0, str(ROOT / "tools/lab"))
+from davarlab import errors  # noqa: E402
+from davarlab.wire import frames as wire, raw_record  # noqa: E402
+
+UNIT, RATE_HZ, SEND_RAW = 0.05, 100.0, 32  # of wire_probe
+
+
+def encoded(samples, channel=0, what="raw"):
+    """The library's frames of samples (index, value)."""
+    done = subprocess.run([PROBE, what, str(channel)], input="".join(f"{index} {value!r}\n" for index, value in samples), text=True,
+                          stdout=subprocess.PIPE, check=True)
+    return [(int(word[1], 16), bytes.fromhex(word[2])) for word in map(str.split, done.stdout.splitlines())]
+
+
+def counts(source, number, first=0, width=16, gaps=0.02):
+    """Samples (index, count) of a sensor that loses some."""
+    found, index = [], first
+    for _ in range(number):
+        index += source.choice((1, 3, 700)) if source.random() < gaps else 0
+        found.append((index, source.randrange(-1 << width - 1, 1 << width - 1)))
+        index += 1
+    return found
+
+
+def stream(samples, session=7, stride=100, channel=0, what="raw"):
+    """Frames as a sender sends them: a result when its newest sample has gone."""
+    sent, raw, last = [], encoded(samples, channel, what), samples[-1][0]
+    results = frames_by_result(samples[0][0] // stride * stride, last, session, stride, channel)
+    for epoch, burst in results:
+        while raw and (first_index(raw[0]) - epoch + (1 << 17)) % (1 << 18) <= 1 << 17:
+            sent.append(raw.pop(0))
+        sent += burst
+    return sent
+
+
+def first_index(frame):
+    return int.from_bytes(frame[1][1:4], "little") >> 6
+
+
+def frames_by_result(first, last, session, stride, channel):
+    """[(epoch, frames)] from the library's encoder; the last one is the farewell."""
+    number = (last - first) // stride + 1
+    one = run(5, number, session, stride, content=3 | SEND_RAW, first=first, channel=channel)
+    epochs = [first + stride * (n + 1) - 1 for n in range(number)] + [first + stride * number]
+    return list(zip(epochs, one.results))
+
+
+def received(sent):
+    """(what a receiver passes on, {(channel, stretch): {index: deg/s}}, its faults)."""
+    receiver, found = wire.Receiver(), {}
+    for identifier, data in sent:
+        receiver.push(identifier, data)
+    receiver.finish()
+    for number, channel, samples in receiver.samples:
+        at = found.setdefault((number, channel.stretch), {})
+        assert not set(at) & {index for index, _ in samples}
+        at.update(samples)
+    return found, receiver.faults
+
+
+class Raw(unittest.TestCase):
+    def assert_samples(self, wanted, found):
+        self.assertEqual([index for index, _ in wanted], list(found))
+        for index, count in wanted:
+            self.assertAlmostEqual(UNIT * count, found[index], delta=1e-9 * abs(count) + 1e-12)
+
+    def test_every_sample_arrives_with_its_index(self):
+        for seed, width, gaps, first in ((1, 16, 0, 0), (2, 16, 0.05, 0), (3, 24, 0.02, 0), (4, 32, 0, 0), (5, 16, 0.01, 261000), (6, 17, 0.3, 999900)):
+            samples = counts(seeded("raw", seed), 3000, first, width, gaps)
+            found, faults = received(stream(samples))
+            self.assert_samples(samples, found[0, 1])
+            self.assertEqual(faults.total(), 0, faults)
+
+    def test_a_pair_shares_a_frame_and_a_wide_count_has_its_own(self):
+        self.assertEqual(500, len(encoded([(n, n - 500) for n in range(1000)])))
+        self.assertEqual(1000, len(encoded([(n, 40000 + n) for n in range(1000)])))
+        self.assertEqual(1000, len(encoded([(2 * n, 1) for n in range(1000)])))
+        self.assertEqual(2, len(encoded([(n, n) for n in range(3)])))
+
+    def test_rates_arrive_as_float32_and_what_is_no_number_is_left_out(self):
+        values = [0.1, -2.5, float("nan"), float("inf"), 1e-40, 1e35, -0.0, 3.0]
+        found, faults = received(stream([(n, values[n % 8]) for n in range(400)], what="rates"))
+        self.assertEqual(faults.total(), 0, faults)
+        self.assertEqual([n for n in range(400) if n % 8 not in (2, 3, 5)], list(found[0, 1]))
+        for index, value in found[0, 1].items():
+            self.assertAlmostEqual(value, values[index % 8] if index % 8 != 4 else 0.0, delta=1e-7)
+
+    def test_what_a_bad_line_does_loses_samples_and_changes_none(self):
+        for seed in range(30):
+            source = seeded("bad line", seed)
+            samples = counts(source, 4000, source.choice((0, 0, 260000)), 16, 0.005)
+            one = type("One", (), {"results": [stream(samples)]})
+            found, faults = received(disturbed(one, source, 0.02))
+            truth = dict(samples)
+            together = [(index, value) for _, part in sorted(found.items()) for index, value in part.items()]
+            for index, value in together:
+                self.assertAlmostEqual(UNIT * truth[index], value, delta=1e-6, msg=(seed, index))
+            self.assertEqual(len({index for index, _ in together}), len(together))
+            self.assertGreater(len(together), 0.5 * len(samples), (seed, faults))
+
+    def test_a_restart_begins_another_recording_with_its_first_samples(self):
+        source = seeded("restart")
+        before, after = counts(source, 2500, gaps=0), counts(source, 2500, gaps=0.01)
+        cut = stream(before)
+        for end in (len(cut) - 40, len(cut) - 100, 700):
+            found, faults = received(cut[:end] + stream(after, session=8))
+            self.assertEqual(faults.restarts, 1)
+            self.assert_samples(after, found[0, 2])
+            self.assertEqual(list(found[0, 1]), [index for index, _ in before][:len(found[0, 1])])
+            self.assertGreaterEqual(faults.doubtful_samples + len(found[0, 1]), 0)
+
+    def test_who_joins_late_gets_the_samples_from_the_setup_on(self):
+        samples = counts(seeded("late"), 400000, gaps=0)
+        sent = stream(samples, stride=2000)
+        found, _ = received(sent[len(sent) * 3 // 4:])
+        self.assertEqual(list(found[0, 1]), list(range(min(found[0, 1]), 400000)))
+        self.assertLess(min(found[0, 1]), 330000)
+        self.assert_samples(samples[min(found[0, 1]):], found[0, 1])
+
+    def test_channels_and_restarts_have_recordings_of_their_own(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, said = Path(folder) / "raw.csv", []
+            recorder = raw_record.RawRecorder(path, said.append)
+            source = seeded("files")
+            parts = {(0, 1): counts(source, 900, gaps=0.01), (1, 1): counts(source, 500), (0, 2): counts(source, 700)}
+            receiver = wire.Receiver()
+            for (channel, stretch), samples in parts.items():
+                for frame in stream(samples, session=stretch, channel=channel):
+                    receiver.push(*frame)
+            for samples in receiver.samples:
+                recorder.add(*samples)
+            recorder.close()
+            self.assertEqual(2, len(said), said)
+            for (channel, stretch), name in zip(parts, ("raw.csv", "raw-2.csv", "raw-3.csv")):
+                with open(Path(folder) / name, encoding="ascii") as file:
+                    self.assertEqual([f"# channel: {channel}\n", "# unit_per_count_dps: 0.05\n"], [file.readline(), file.readline()])
+                    rows = list(csv.DictReader(file))
+                wanted = [(f"{index / RATE_HZ:.12g}", f"{UNIT * count:.9g}") for index, count in parts[channel, stretch]]
+                self.assertEqual(wanted, [(row["time_s"], row["gyro_" + "xy"[channel] + "_dps"]) for row in rows])
+
+    def test_a_folder_that_is_not_there_is_refused(self):
+        with self.assertRaisesRegex(errors.BadInput, "--raw: /nonexistent/raw.csv: No such file or directory"):
+            raw_record.RawRecorder("/nonexistent/raw.csv", print)
+
+
+if __name__ == "__main__":
+    unittest.main()

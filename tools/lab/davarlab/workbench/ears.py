@@ -1,0 +1,48 @@
+"""Which source is listened to: one at a time, its results and raw samples kept in files."""
+
+from ..errors import BadInput
+from .arrivals import FROZEN_NAME, LIVE_NAME, RAW_NAME
+from .listening import Listening
+
+
+class Ears:
+    """tell: as of Listening."""
+
+    def __init__(self, arrivals, tell):
+        self.arrivals, self.tell = arrivals, tell
+        self.live, self.heard = None, 0  # heard: counts what was listened to
+
+    def where(self):
+        """What a page must know to show it; None: nothing is listened to."""
+        live = self.live
+        return live and {"source": live.source.name, "number": self.heard}
+
+    def listen(self, source):
+        """Another source: can:IFACE or slcan:PATH. What was listened to goes on until this one is open."""
+        source = str(source).strip()
+        if self.live and self.live.source.name == source:
+            self.quiet()
+        folder = self.arrivals.made()
+        other = Listening(source, folder / LIVE_NAME, folder / RAW_NAME, self.tell)
+        self.quiet()
+        self.live, self.heard = other, self.heard + 1
+
+    def quiet(self):
+        live, self.live = self.live, None
+        if live:
+            live.stop()
+
+    def now(self):
+        live = self.live
+        if not live:
+            raise BadInput("nothing is listened to")
+        return live
+
+    def so_far(self):
+        return self.now().so_far()
+
+    def freeze(self, channel):
+        """The path of a recording of the raw samples of a channel so far."""
+        with self.arrivals.receive(FROZEN_NAME) as drop:
+            self.now().copy_raw(channel, drop.file)
+        return drop.path
