@@ -119,6 +119,12 @@ class Samples(unittest.TestCase):
         self.assertNotIn("repeated_samples", found)
         self.assertNotIn("coarse_counts", said({name: np.round(x / 0.02) * 0.02 for name, x in still().items()})[0])
 
+    def test_fine_counts_by_themselves_are_no_repeats(self):
+        for lsb in (1e-5, 2e-5, 1e-4):
+            columns = {"gyro_x_dps": np.round(still(seconds=1200, axes="x")["gyro_x_dps"] / lsb) * lsb}
+            self.assertGreater(np.count_nonzero(np.diff(columns["gyro_x_dps"]) == 0), 1)
+            self.assertNotIn("repeated_samples", said(columns)[0], lsb)
+
     def test_clipping_and_lone_wild_samples(self):
         columns = still()
         columns["gyro_x_dps"] = np.clip(columns["gyro_x_dps"], None, 0.5)

@@ -1,9 +1,12 @@
 """Raw samples on the wire: what a sender read is what the recording holds, whatever is lost, swapped, repeated or restarted between them."""
 
 import csv
+import os
+import re
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 from pathlib import Path
 
@@ -11,8 +14,9 @@ from senders import PROBE, ROOT, disturbed, frames, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab import errors  # noqa: E402
-from davarlab.wire import frames as wire, raw_record  # noqa: E402
+from davarlab.wire import frames as wire, raw_record, source  # noqa: E402
 
+NODE, SIM = os.environ.get("DAVAR_NODE", "davar-node"), os.environ.get("DAVAR_SIM", "davar-sim")
 UNIT, RATE_HZ, SEND_RAW = 0.05, 100.0, 32  # of wire_probe
 
 
@@ -67,6 +71,26 @@ def received(sent):
         assert not set(at) & {index for index, _ in samples}
         at.update(samples)
     return found, receiver.faults
+
+
+def programs_samples(command, text):
+    """What a program sends over a pty of its own, given text on standard input: as received()."""
+    sender = subprocess.Popen([*command, "--raw", "--out", "slcan:pty"], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    feeder = threading.Thread(target=lambda: (sender.stdin.write(text), sender.stdin.close()))
+    feeder.start()
+    said = sender.stderr.readline()
+    while "slcan on" not in said:
+        said = sender.stderr.readline()
+    faults = wire.Faults()
+    port = source.Source("slcan:" + re.search(r"/dev/pts/\d+", said)[0], faults, lambda text: None)
+    teller = threading.Thread(target=sender.stderr.read)
+    teller.start()
+    found = received(port.frames())
+    for one in (feeder, teller):
+        one.join()
+    assert sender.wait() == 0
+    sender.stderr.close()
+    return found
 
 
 class Raw(unittest.TestCase):
@@ -148,6 +172,29 @@ class Raw(unittest.TestCase):
                     rows = list(csv.DictReader(file))
                 wanted = [(f"{index / RATE_HZ:.12g}", f"{UNIT * count:.9g}") for index, count in parts[channel, stretch]]
                 self.assertEqual(wanted, [(row["time_s"], row["gyro_" + "xy"[channel] + "_dps"]) for row in rows])
+
+    def test_the_gateway_and_the_simulator_send_what_they_read(self):
+        source = seeded("programs")
+        lines = [str(source.randrange(-33000, 33000)) if source.random() > 0.01 else "nan" for _ in range(500)]  # as many as the gateway's queue holds
+        wanted = [(n, int(line)) for n, line in enumerate(lines) if line != "nan"]
+        found, faults = programs_samples([NODE, "--source", "-", "--rate", "100", "--lsb", str(UNIT), "--window-max", "200", "--window-min", "100",
+                                         "--segment", "30", "--stride", "50"], "\n".join(lines) + "\n")
+        self.assert_samples(wanted, found[0, 1])
+        self.assertEqual(faults.total(), 0, faults)
+        rows = "".join(f"{n / 100:.2f},{count * UNIT!r},{-count * UNIT!r}\n" for n, count in wanted)
+        for arith in ((), ("--arith", "float")):
+            command = [SIM, "-", "--column", "gyro_x_dps,gyro_y_dps", *(() if arith else ("--lsb", str(UNIT))), *arith, "--window-max", "200", "--stride", "50", "--progress", "never"]
+            found, faults = programs_samples(command, "time_s,gyro_x_dps,gyro_y_dps\n" + rows)
+            for channel, sign in ((0, 1), (1, -1)):
+                self.assertEqual([index for index, _ in wanted], list(found[channel, 1]))
+                for index, count in wanted:
+                    self.assertAlmostEqual(found[channel, 1][index], sign * UNIT * count, delta=1e-4 if arith else 1e-9)
+            self.assertEqual(faults.total(), 0, faults)
+
+    def test_raw_without_a_link_is_refused(self):
+        done = subprocess.run([SIM, ROOT / "data/demo_disturbance.csv.gz", "--raw"], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn("--raw: frames go to --out can:IFACE or slcan:PATH only", done.stderr)
 
     def test_a_folder_that_is_not_there_is_refused(self):
         with self.assertRaisesRegex(errors.BadInput, "--raw: /nonexistent/raw.csv: No such file or directory"):

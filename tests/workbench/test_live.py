@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, ROOT, Visiting, run
+from visiting import FIRST, ROOT, Visiting, ranked, run
 
 SIMULATED = (ROOT / "tools/davar-sim", ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
 
@@ -87,6 +87,39 @@ class Live(Visiting):
         self.assertFalse(bench.ask("live")[1]["ended"])
         page.click("#deafen")
         expect(page.locator("#live")).to_be_hidden()
+        self.assert_quiet()
+
+    def test_raw_samples_are_frozen_and_diagnosed_while_more_come(self):
+        recording = self.folder / "sensor.csv"
+        self.assertEqual(run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording).returncode, 0)
+        process = subprocess.Popen([ROOT / "tools/davar-sim", recording, "--lsb", "0.00001", "--stride", "1000", "--raw", "--pace", "1000", "--out", "slcan:pty"],
+                                   text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        for end in (process.wait, process.stdout.close, process.stderr.close, process.kill):
+            self.addCleanup(end)
+        bench = self.open()
+        page = self.page(bench)
+        page.fill("#source", "slcan:" + re.search(r"/dev/[^\s:]+", process.stderr.readline())[0])
+        page.click("#listen")
+        while int((page.text_content("#live-epoch") if page.locator("#live-epoch").count() else "0") or 0) < 100000:
+            before = page.get_attribute("#live", "data-count") or ""
+            expect(page.locator("#live")).not_to_have_attribute("data-count", before)
+        page.click("#diagnose")
+        expect(page.locator("#error-value")).to_be_visible()
+        ranked(page)  # a diagnosis
+        expect(page.locator("#live")).to_be_visible()
+        self.shot(page, "frozen")
+        frozen = self.folder / "davarlab-files/frozen.csv"
+        with open(recording, encoding="ascii") as file:
+            truth = [float(row["gyro_z_dps"]) for row in csv.DictReader(line for line in file if not line.startswith("#"))]
+        with open(frozen, encoding="ascii") as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        self.assertGreater(len(rows), 99000)
+        for n, row in enumerate(rows):
+            self.assertAlmostEqual(float(row["time_s"]), n / 50, delta=1e-6)
+            self.assertAlmostEqual(float(row["gyro_x_dps"]), truth[n], delta=0.6e-5)
+        done = run("compare", frozen, "-m", ROOT / "data/tutorial_model.toml", "--json")
+        self.assertIn("gyro_z_dps", done.stderr)  # a model of another column is told
+        self.assertEqual(bench.act("freeze", channel=5)[0], 400)
         self.assert_quiet()
 
     def test_ending_the_server_while_listening_keeps_what_came(self):

@@ -23,10 +23,12 @@ def chance_of_equal(x, known):
     a Gaussian), or None where the counts are too coarse to say, or the axis is dead."""
     if not np.ptp(x[known]):
         return None
+    steps = np.abs(np.diff(x))[known[1:] & known[:-1]]
     step = signals.count_of(x[known])
-    if not step:
-        return 0.0
-    sizes = np.round(np.abs(np.diff(x))[known[1:] & known[:-1]] / step)
+    if not step:  # counts that hardly ever meet: of the finest step there is, up or down, as often as none
+        finest = np.min(steps[steps > 1e-9 * np.ptp(x[known])])
+        return float(max(np.mean(np.round(steps / finest) == size) for size in (1, 2))) / 2
+    sizes = np.round(steps / step)
     one, two = np.mean(sizes == 1), np.mean(sizes == 2)
     return one / 2 * np.cbrt(one / two) if two > 0.01 * one else None
 

@@ -1,0 +1,66 @@
+"""The workbench beside a CAN interface: what its page asks for while a sensor sends, and the raw samples that it freezes and diagnoses. The page
+itself, in a browser: tests/workbench/test_live.py."""
+
+import csv
+import json
+import subprocess
+import urllib.error
+import urllib.parse
+import urllib.request
+
+from kernel_case import RECORDING, REPLAY, ROOT, SIM, KernelCase, settle, sim_csv, unittest, wait_for
+from test_readme import listeners
+
+LSB = 0.05
+
+
+class Bench(KernelCase):
+    def open(self):
+        bench = self.start(ROOT / "tools/davarlab", "open", "--no-browser", cwd=self.folder)
+        place = urllib.parse.urlsplit(bench.stdout.readline().strip())
+        self.origin, self.token = f"http://{place.netloc}", urllib.parse.parse_qs(place.query)["token"][0]
+
+    def ask(self, what, given=None):
+        """(status, answer) of a question, or of an action with what is given."""
+        data = None if given is None else json.dumps(given).encode()
+        request = urllib.request.Request(f"{self.origin}/api/{what}", data, {"X-Davar-Token": self.token})
+        try:
+            with urllib.request.urlopen(request) as answer:
+                return answer.status, json.load(answer)
+        except urllib.error.HTTPError as why:
+            return why.code, json.load(why)
+
+    def test_results_and_raw_samples_of_a_bus(self):
+        interface = self.vcan()
+        self.open()
+        self.assertEqual(self.ask("listen", {"source": f"can:{interface}"})[0], 200)
+        wait_for(lambda: listeners(interface) == 1, "the workbench", 60)
+        status, answer = self.ask("freeze", {"channel": 0})
+        self.assertEqual((status, "no raw samples have come" in answer["error"]), (400, True))
+        subprocess.run([SIM, *REPLAY, "--raw", "--pace", "200", "--out", f"can:{interface}"], check=True)
+        wanted = sim_csv()
+        wait_for(lambda: self.ask("live")[1]["count"] >= len(wanted) - 1, "the results")
+        settle()
+        shown = self.ask("live")[1]
+        self.assertEqual(shown["raw"], [0])
+        self.assertEqual(shown["faults"].keys(), {"good"})
+        for row, true in zip(shown["rows"], wanted):
+            self.assertEqual(row["epoch"], int(true["epoch"]))
+            self.assertAlmostEqual(row["arw_deg_per_sqrt_h"] / float(true["arw_deg_per_sqrt_h"]), 1, delta=1e-6)
+        status, answer = self.ask("freeze", {"channel": 0})
+        self.assertEqual(status, 200, answer)
+        self.assertGreater(answer["samples"], 5900)
+        status, step = self.ask("step")
+        self.assertEqual((status, step["error"] > 0), (200, True))
+        self.assertTrue(self.ask("candidates")[1]["candidates"])
+        with open(self.folder / "davarlab-files/frozen.csv", encoding="ascii") as file:
+            frozen = [float(row["gyro_x_dps"]) for row in csv.DictReader(line for line in file if line[0] != "#")]
+        raw = subprocess.run(["zcat", RECORDING], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+        truth = [float(row["gyro_z_dps"]) for row in csv.DictReader(line for line in raw if line[0] != "#")]
+        for one, true in zip(frozen, truth):
+            self.assertLessEqual(abs(one - true), LSB / 2 + 1e-6)
+            self.assertAlmostEqual(one / LSB, round(one / LSB), delta=1e-6)
+
+
+if __name__ == "__main__":
+    unittest.main()
