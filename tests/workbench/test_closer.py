@@ -109,25 +109,41 @@ class Looks(Visiting):
             for one, other in zip(held[name], shown[name]):
                 self.assertAlmostEqual(one / other, 1, places=9)
 
-    def test_a_curve_is_dragged_to_another_size(self):
-        bench = self.open(made(self.folder))
-        page = self.page(bench)
-        ranked(page)
-        before = bench.ask("step")[1]["cards"][0]["parameters"][0]["value"]
-        plot = page.locator("#deviation")
-        x, y, decade, ranges = plot.evaluate("""(plot) => { const one = plot.data.find((trace) => trace.name === "angle random walk"), { xaxis, yaxis } = plot._fullLayout;
-            return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]), yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
-        box = plot.bounding_box()
-        page.mouse.move(box["x"] + x, box["y"] + y)
-        page.mouse.down()
-        page.mouse.move(box["x"] + x + 3, box["y"] + y - decade / 6)
-        page.mouse.move(box["x"] + x + 3, box["y"] + y - decade / 3)
-        expect(page.locator("#deviation path.moving")).to_have_count(1)
-        page.mouse.up()
-        expect(page.locator("#candidates")).to_contain_text("fit first")
-        after = bench.ask("step")[1]["cards"][0]["parameters"][0]["value"]
-        self.assertAlmostEqual(after / before / 10 ** (1 / 3), 1, delta=0.03)
-        self.assertEqual(plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges)  # nothing was zoomed
+    def test_a_curve_is_dragged_to_another_size_with_a_mouse_and_a_finger(self):
+        recording = made(self.folder)
+        for finger in (False, True):
+            bench = self.open(recording)
+            page = self.page(bench, has_touch=finger, **({"width": 390, "height": 800} if finger else {}))
+            ranked(page)
+            page.locator("#deviation").scroll_into_view_if_needed()
+            number, before = (bench.ask("step")[1][name] for name in ("number", "cards"))
+            plot = page.locator("#deviation")
+            x, y, decade, ranges = plot.evaluate("""(plot) => { const one = plot.data.find((trace) => trace.name === "angle random walk"), { xaxis, yaxis } = plot._fullLayout;
+                return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]), yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
+            box, touch = plot.bounding_box(), page.context.new_cdp_session(page)
+
+            def point(what, up, across=3):
+                at = {"x": box["x"] + x + across, "y": box["y"] + y - up}
+                if finger:
+                    touch.send("Input.dispatchTouchEvent", {"type": {"down": "touchStart", "move": "touchMove", "up": "touchEnd"}[what],
+                                                            "touchPoints": [] if what == "up" else [at]})
+                else:
+                    page.mouse.move(**at)
+                    getattr(page.mouse, what)(**at if what == "move" else {})
+
+            point("down", 0, 0)
+            point("move", decade / 6)
+            point("move", decade / 3)
+            expect(page.locator("#deviation path.moving")).to_have_count(1)
+            point("up", decade / 3)
+            expect(page.locator("#candidates")).to_contain_text("fit first")
+            after = bench.ask("step")[1]
+            self.assertGreater(after["number"], number)
+            size = after["cards"][0]["parameters"][0]["value"] / before[0]["parameters"][0]["value"]
+            self.assertAlmostEqual(size / 10 ** (1 / 3), 1, delta=0.03, msg=finger)
+            self.assertEqual(plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges)  # nothing was zoomed
+            bench.act("go", number=number)
+            bench.stop()
         self.assert_quiet()
 
     def test_a_click_on_a_peak_adds_a_line_sharp_or_with_a_width(self):
