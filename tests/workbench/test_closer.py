@@ -143,6 +143,7 @@ class Looks(Visiting):
             self.assertAlmostEqual(size / 10 ** (1 / 3), 1, delta=0.03, msg=finger)
             self.assertEqual(plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges)  # nothing was zoomed
             bench.act("go", number=number)
+            page.close()
             bench.stop()
         self.assert_quiet()
 
