@@ -70,7 +70,6 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
     if (!davar_job_decode(job, words) || (job->channels == 0U) || (job->channels > JOB_FILE_CHANNELS)) {
         return JOB_UNKNOWN;
     }
-    job->config.fit_plan = &file->plan;
     const size_t each = memory_words(file);
     if ((each * job->channels) > JOB_FILE_POOL_WORDS) {
         return JOB_NO_MEMORY;
@@ -80,5 +79,6 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
             return JOB_REFUSED;
         }
     }
+    davar_plan_init(&file->plan, job->config.taus, job->config.tau_count);
     return JOB_DONE;
 }

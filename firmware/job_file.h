@@ -22,7 +22,7 @@ enum { JOB_DONE = 0, JOB_NO_FILE = 3, JOB_UNKNOWN = 4, JOB_NO_MEMORY = 5, JOB_RE
 typedef struct {
     davar_job_t job;
     int handle;
-    davar_fit_plan_t plan;
+    davar_plan_t plan; /* of the fit, for all channels */
     davar_port_samples_t samples[JOB_FILE_CHANNELS];
     uint64_t buffer[JOB_FILE_BUFFER_WORDS]; /* samples of all channels */
     uint64_t pool[JOB_FILE_POOL_WORDS];     /* memory of all instances */

@@ -1,7 +1,7 @@
 /* davar on a bare board - interrupt use: a timer interrupt pushes one sample of the sensor, the main loop takes results
  * and sends them as SLCAN text over the UART. Nothing waits, every loss is counted.
  *
- *   timer interrupt -> sensor -> davar_push_q15        main loop: davar_take -> encoder -> SLCAN -> UART
+ *   timer interrupt -> sensor -> davar_push_q15        main loop: davar_take -> davar_fit -> encoder -> SLCAN -> UART
  *
  * The sensor is a job file of one int16 channel. Command line: image JOB PERIOD_US. The last lines on the console are
  * the counters. Exit status: see job_file.h. */
@@ -111,6 +111,7 @@ static bool transmit(void)
 static void begin(void)
 {
     results++;
+    davar_fit(&sensor.plan, sensor.job.config.rate_hz, &result);
     take_health();
     davar_encoder_begin(&encoder, &result, &health);
 }

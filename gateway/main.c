@@ -27,6 +27,7 @@ typedef struct {
     outbox_t outbox;
     davar_encoder_t encoder;
     davar_t davar;
+    davar_plan_t plan;
     davar_node_channel_t channel;
     davar_node_t node;
     davar_wire_health_t health;
@@ -191,6 +192,9 @@ static bool start_library(gateway_t *gateway, char *why)
         (gateway->memory == NULL) ? DAVAR_ERR_MEMORY_SIZE
                                   : davar_init_q31(&gateway->davar, &gateway->settings.config, gateway->memory, bytes);
     (void)snprintf(why, WHY_BYTES, "%s", davar_status_text(status));
+    if (status == DAVAR_OK) {
+        davar_plan_init(&gateway->plan, gateway->settings.config.taus, gateway->settings.config.tau_count);
+    }
     return status == DAVAR_OK;
 }
 
@@ -201,7 +205,7 @@ static bool start(gateway_t *gateway, char *why)
         return false;
     }
     gateway->samples.q31 = &gateway->count;
-    gateway->channel = (davar_node_channel_t){.davar = &gateway->davar, .number = DAVAR_PORT_Q31};
+    gateway->channel = (davar_node_channel_t){.davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 

@@ -34,7 +34,6 @@ static void configure(engine_t *engine, const settings_t *settings, const quanti
 {
     engine->config = settings->config;
     engine->config.rate_hz = rate_hz;
-    engine->config.fit_plan = &engine->plan; /* all channels have the same taus */
     engine->config.unit_per_count = quantisation->unit_per_count;
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;
@@ -66,8 +65,10 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     if (!allocate(engine, words, error)) {
         return false;
     }
+    davar_plan_init(&engine->plan, engine->config.taus, engine->config.tau_count); /* the same in all channels */
     for (size_t c = 0; c < count; c++) {
-        engine->channels[c] = (davar_node_channel_t){.davar = &engine->instances[c], .number = engine->number};
+        engine->channels[c] = (davar_node_channel_t){
+            .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
         const davar_status_t status = init(engine->number, &engine->instances[c], &engine->config,
                                            engine->memory + c * words, words * sizeof *engine->memory);
         if (status != DAVAR_OK) {

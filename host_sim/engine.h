@@ -8,7 +8,7 @@
 
 typedef struct {
     davar_config_t config;
-    davar_fit_plan_t plan;
+    davar_plan_t plan;
     davar_port_number_t number;
     size_t count;
     davar_t *instances;

@@ -35,6 +35,12 @@ typedef struct {
     bool octaves;     /* each cluster size is twice the one before it */
 } allan_t;
 
+/* Sliding, centred: the first window still grows on both sides (2.6). */
+static inline bool is_warming(const allan_t *allan)
+{
+    return DAVAR_CENTRED && allan->warming;
+}
+
 /* Samples of the longest span. */
 static inline uint32_t allan_span_max(const allan_t *allan)
 {
@@ -122,7 +128,7 @@ static difference_t allan_start_step(const ring_t *ring, uint32_t index, uint32_
 static difference_t allan_any_step(const allan_t *allan, const ring_t *ring, uint32_t index, uint32_t position,
                                    uint32_t m)
 {
-    return allan->starting ? allan_start_step(ring, index, position, m, allan->mirrored)
+    return allan->starting ? allan_start_step(ring, index, position, m, DAVAR_CENTRED && allan->mirrored)
                            : allan_lead_step(allan_leading(ring, index), m);
 }
 

@@ -3,7 +3,7 @@
 #ifndef DAVAR_SRC_COLLECT_H
 #define DAVAR_SRC_COLLECT_H
 
-#include "fit_plan.h"
+#include "absent.h"
 #include "grid_window.h"
 #include "real.h"
 #include "sequence.h"
@@ -13,7 +13,7 @@ static void window_powers(powers_t *powers, const stages_t *stages, bool first_p
     static const powers_t no_powers = {0};
     const powers_t *later = first_part ? &stages->moments.middle : &stages->moments.head;
     const powers_t *earlier = &stages->moments.tail;
-    if (stages->grid != NULL) {
+    if (on_grid(stages)) {
         const records_t *const records = &stages->grid->records;
         later = first_part ? records->middle_powers : records->head_powers;
         earlier = records->tail_powers;
@@ -40,15 +40,15 @@ static uint32_t differences(const davar_gaps_t *gaps, const davar_window_t *wind
 /* Samples of the window that are mirror images of others in it. */
 static uint32_t mirrored(const davar_window_t *window)
 {
-    const uint32_t in_front = window->at_start ? (0U - window_tail(window)) : 0U;
-    const uint32_t behind = window->finished ? (window_head(window) - window->end) : 0U;
+    const uint32_t in_front = at_start(window) ? (0U - window_tail(window)) : 0U;
+    const uint32_t behind = is_finished(window) ? (window_head(window) - window->end) : 0U;
     return in_front + (((int32_t)behind > 0) ? behind : 0U);
 }
 
 static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, const davar_window_t *window,
                         davar_result_t *result)
 {
-    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    const bool centred = is_centred(config);
     result->tau_count = config->tau_count;
     result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
     result->window_samples = window->length;
@@ -62,7 +62,7 @@ static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, 
 
 static void read_sums(const stages_t *stages, readings_t *readings)
 {
-    if (stages->grid == NULL) {
+    if (!on_grid(stages)) {
         for (uint32_t t = 0U; t < stages->allan.count; t++) {
             sum_copy(&readings->sum[t], &stages->allan.tau[t].sum);
         }
@@ -85,23 +85,27 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     davar_read_apart();
     read_window(davar->config, &gaps, &window, result);
     read_sums(davar->stages, readings);
-    if (davar->config->segment != 0U) {
+    if (has_moments(davar->config)) {
         window_powers(&readings->whole, davar->stages, false);
         window_powers(&readings->first, davar->stages, true);
     }
 }
 
 /* (1.1) */
-static void evaluate_taus(const davar_fit_plan_t *plan, const readings_t *readings, double unit_per_count,
-                          davar_result_t *result)
+static double deviation_of(sum_t sum, const davar_adev_t *tau)
+{
+    const double squares = davar_double_of_u64((uint64_t)(2U * tau->m) * tau->m);
+    const double divisor = davar_scale(squares, davar_double_of_u64(tau->differences));
+    return davar_root_of_quotient(sum_to_double(sum), divisor, davar_reciprocal(divisor));
+}
+
+static void evaluate_taus(const readings_t *readings, double unit_per_count, davar_result_t *result)
 {
     for (uint32_t t = 0U; t < result->tau_count; t++) {
         davar_adev_t *const tau = &result->tau[t];
         tau->adev = (double)NAN;
         if (tau->differences > 0U) {
-            const double sum = sum_to_double(readings->sum[t]);
-            const double deviation = davar_root_of_quotient(sum, plan->divisor[t], plan->reciprocal[t]);
-            tau->adev = davar_multiply(unit_per_count, deviation);
+            tau->adev = davar_scale(deviation_of(readings->sum[t], tau), unit_per_count);
         }
     }
 }
@@ -111,7 +115,7 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
     result->unstable = false;
     result->kurtosis = (double)NAN;
     result->contribution = (double)NAN;
-    if (config->segment != 0U) {
+    if (has_moments(config)) {
         davar_central_t whole;
         davar_central_t first;
         powers_central(&readings->whole, result->window_samples, &whole);
@@ -122,14 +126,14 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
     }
 }
 
-/* All but the fit, for which the plan is brought up to date. */
-static void evaluate(const davar_t *davar, const readings_t *readings, davar_fit_plan_t *plan, davar_result_t *result)
+static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
 {
     const davar_config_t *const config = davar->config;
-    const double unit_per_count = davar->is_float ? (1.0 / (double)davar->counts_per_unit) : config->unit_per_count;
-    davar_fit_prepare(plan, result);
-    evaluate_taus(plan, readings, unit_per_count, result);
+    const double unit_per_count = is_float(davar) ? davar_inverse_of_power(davar->counts_per_unit) : config->unit_per_count;
+    evaluate_taus(readings, unit_per_count, result);
     evaluate_stationarity(config, readings, result);
+    davar_absent_taus(result, 0U);
+    davar_absent_coefficients(result);
 }
 
 #endif

@@ -5,7 +5,6 @@
 #include "noise.h"
 #include "scaled.h"
 
-#include <assert.h>
 
 DAVAR_APART static double at_least(double floor, double value)
 {
@@ -54,7 +53,7 @@ DAVAR_RARE double davar_noise_edf(davar_coefficient_kind_t noise, double m, doub
 
 DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
 {
-    assert((m >= 1U) && (window / 2U >= m));
+    DAVAR_ASSERT((m >= 1U) && (window / 2U >= m));
     return davar_noise_edf(noise, (double)m, (double)window - 2.0 * (double)m + 1.0);
 }
 

@@ -1,7 +1,7 @@
 /* davar - every reason to refuse a configuration, one small test each. */
 #include "config.h"
 
-#include "ieee.h"
+#include "real.h"
 
 const davar_config_t davar_default_config = {
     .mode = DAVAR_MODE_CENTRED,
@@ -22,10 +22,11 @@ const davar_config_t davar_default_config = {
 /* Keeps every sum of a window length and a step inside 32 bits. */
 #define STRIDE_MAX 16777216U
 
-/* False for NaN. */
+/* Of numbers from 0 on, by their bits, which rise with them; what is negative or NaN is beyond all. */
 DAVAR_APART static bool is_between(double low, double value, double high)
 {
-    return (low <= value) && (value <= high);
+    return (davar_bits_of_double(low) <= davar_bits_of_double(value)) &&
+           (davar_bits_of_double(value) <= davar_bits_of_double(high));
 }
 
 /* Far enough inside the range of a double that no square of an Allan variance leaves it. */
@@ -36,7 +37,7 @@ DAVAR_APART static bool positive_finite(double value)
 
 DAVAR_APART static bool bounds_valid(double low, double high)
 {
-    return is_between(0.0, low, high) && (high <= 1e300);
+    return is_between(0.0, low, high) && is_between(0.0, high, 1e300);
 }
 
 static bool centred(const davar_config_t *config)
@@ -83,6 +84,9 @@ static davar_status_t check_stationarity(const davar_config_t *config)
     if ((config->segment >= config->window_min) || ((config->segment == 0U) && !switched_off)) {
         return DAVAR_ERR_SEGMENT;
     }
+    if (!DAVAR_ADAPTIVE) {
+        return DAVAR_OK;
+    }
     if (!bounds_valid(config->kurtosis_low, config->kurtosis_high)) {
         return DAVAR_ERR_KURTOSIS;
     }
@@ -114,7 +118,8 @@ static bool overflows(const davar_config_t *config, const davar_number_t *number
 {
     const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
     const uint32_t room_bits = number->sum_bits - (2U * bits);
-    const double squares = (double)config->window_max * (double)m * (double)m;
+    const double squares =
+        davar_scale(davar_double_of_u64((uint64_t)config->window_max * m), davar_double_of_u64(m));
     return davar_bits_of_double(squares) >= ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
 }
 
@@ -138,10 +143,19 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
+static bool is_built(const davar_config_t *config)
+{
+    const bool moments = (config->policy != DAVAR_POLICY_FIXED) || (config->segment != 0U);
+    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_ADAPTIVE || !moments) && (DAVAR_CENTRED || !centred(config));
+}
+
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
 {
     if ((config == NULL) || (config->taus == NULL)) {
         return DAVAR_ERR_NULL;
+    }
+    if (!is_built(config)) {
+        return DAVAR_ERR_BUILD;
     }
     davar_status_t status = check_scale(config, number, is_float);
     if ((status == DAVAR_OK) && (config->mode != DAVAR_MODE_CENTRED) && (config->mode != DAVAR_MODE_TRAILING)) {

@@ -2,80 +2,97 @@
  * pipeline.h. Hazard: davar_take reads while a push may interrupt it (sequence.h). */
 #include "davar/davar.h"
 
+#include "choice.h"
 #include "config.h"
 #include "door.h"
-#include "fit_plan.h"
 #include "machine.h"
 #include "number.h"
 #include "sequence.h"
 
-#include <assert.h>
 #include <string.h>
 
 /* --- init -------------------------------------------------------------------------------------------------------- */
 
-DAVAR_RARE static size_t memory_size(const davar_config_t *config, const davar_number_t *number, bool is_float)
+DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_t *config, const void *memory,
+                                       const davar_number_t *number, bool is_float)
 {
-    return (davar_config_check(config, number, is_float) == DAVAR_OK) ? number->memory_size(config) : 0U;
-}
-
-DAVAR_RARE static davar_status_t init(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes,
-                                      const davar_number_t *number, bool is_float)
-{
+    const bool built = number->wide ? DAVAR_Q31 : DAVAR_Q15;
     if ((davar == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
-    const davar_status_t status = davar_config_check(config, number, is_float);
-    if (status != DAVAR_OK) {
-        return status;
-    }
-    if (bytes < number->memory_size(config)) {
+    return built ? davar_config_check(config, number, is_float) : DAVAR_ERR_BUILD;
+}
+
+DAVAR_RARE static davar_status_t check_memory(const void *memory, size_t bytes, size_t needed)
+{
+    if (bytes < needed) {
         return DAVAR_ERR_MEMORY_SIZE;
     }
-    if (((uintptr_t)memory % 8U) != 0U) {
-        return DAVAR_ERR_MEMORY_ALIGN;
-    }
+    return (((uintptr_t)memory % 8U) != 0U) ? DAVAR_ERR_MEMORY_ALIGN : DAVAR_OK;
+}
+
+DAVAR_RARE static void place(davar_t *davar, const davar_config_t *config, const davar_number_t *number)
+{
     memset(davar, 0, sizeof *davar);
     davar->config = config;
     davar->number = number;
-    davar->stages = memory;
-    davar->is_float = is_float;
-    davar->counts_per_unit = is_float ? (float)(1.0 / door_quantum(config->full_scale)) : 0.0F;
-    number->start(davar, memory);
-    if (config->fit_plan != NULL) {
-        davar_fit_plan(config->fit_plan, config->taus, config->tau_count);
+}
+
+DAVAR_RARE static davar_status_t init_wide(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes,
+                                           bool is_float)
+{
+    davar_status_t status = check(davar, config, memory, &davar_number_q31, is_float);
+    if (status == DAVAR_OK) {
+        status = check_memory(memory, bytes, davar_q31_memory_size(config));
     }
-    return DAVAR_OK;
+    if (status == DAVAR_OK) {
+        place(davar, config, &davar_number_q31);
+        davar->is_float = is_float;
+        davar->counts_per_unit = is_float ? (float)(1.0 / door_quantum(config->full_scale)) : 0.0F;
+        davar_q31_start(davar, memory);
+    }
+    return status;
 }
 
 size_t davar_memory_size_q15(const davar_config_t *config)
 {
-    return memory_size(config, &davar_number_q15, false);
+    const bool good = DAVAR_Q15 && (davar_config_check(config, &davar_number_q15, false) == DAVAR_OK);
+    return good ? davar_q15_memory_size(config) : 0U;
 }
 
 size_t davar_memory_size_q31(const davar_config_t *config)
 {
-    return memory_size(config, &davar_number_q31, false);
+    const bool good = DAVAR_Q31 && (davar_config_check(config, &davar_number_q31, false) == DAVAR_OK);
+    return good ? davar_q31_memory_size(config) : 0U;
 }
 
 size_t davar_memory_size_f32(const davar_config_t *config)
 {
-    return memory_size(config, &davar_number_q31, true);
+    const bool good = DAVAR_Q31 && (davar_config_check(config, &davar_number_q31, true) == DAVAR_OK);
+    return good ? davar_q31_memory_size(config) : 0U;
 }
 
 davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
 {
-    return init(davar, config, memory, bytes, &davar_number_q15, false);
+    davar_status_t status = check(davar, config, memory, &davar_number_q15, false);
+    if (status == DAVAR_OK) {
+        status = check_memory(memory, bytes, davar_q15_memory_size(config));
+    }
+    if (status == DAVAR_OK) {
+        place(davar, config, &davar_number_q15);
+        davar_q15_start(davar, memory);
+    }
+    return status;
 }
 
 davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
 {
-    return init(davar, config, memory, bytes, &davar_number_q31, false);
+    return init_wide(davar, config, memory, bytes, false);
 }
 
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
 {
-    return init(davar, config, memory, bytes, &davar_number_q31, true);
+    return init_wide(davar, config, memory, bytes, true);
 }
 
 DAVAR_RARE void davar_reset(davar_t *davar)
@@ -86,7 +103,11 @@ DAVAR_RARE void davar_reset(davar_t *davar)
     davar->in_gap = false;
     davar->produced = 0U;
     davar->seen = 0U;
-    davar->number->start(davar, davar->stages);
+    if (is_wide(davar)) {
+        davar_q31_start(davar, davar->stages);
+    } else {
+        davar_q15_start(davar, davar->stages);
+    }
 }
 
 /* --- samples in -------------------------------------------------------------------------------------------------- */
@@ -96,7 +117,11 @@ DAVAR_RARE static void gap(davar_t *davar, uint32_t missing)
     const uint32_t room = UINT32_MAX - davar->health.missing;
     davar->health.missing += (missing < room) ? missing : room;
     davar_count(&davar->health.gaps);
-    davar->number->gap(davar);
+    if (is_wide(davar)) {
+        davar_q31_gap(davar);
+    } else {
+        davar_q15_gap(davar);
+    }
 }
 
 /* NaN and inf are left out; a run of them is one gap. */
@@ -135,7 +160,11 @@ static size_t float_run(davar_t *davar, const float *rates, size_t most, int32_t
 
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
 {
-    assert((davar->number == &davar_number_q31) && davar->is_float && !davar->window.finished);
+    const bool belongs = (davar->number == &davar_number_q31) && davar->is_float && !is_finished(&davar->window);
+    DAVAR_ASSERT(belongs);
+    if (!belongs) {
+        return 0U;
+    }
     davar_change_begin(davar);
     const uint32_t produced = davar->produced;
     size_t consumed = 0U;
@@ -157,7 +186,7 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
 
 DAVAR_RARE void davar_gap(davar_t *davar, uint32_t missing)
 {
-    assert(!davar->window.finished);
+    DAVAR_ASSERT(!is_finished(&davar->window));
     davar_change_begin(davar);
     gap(davar, missing);
     davar_change_end(davar);
@@ -165,25 +194,9 @@ DAVAR_RARE void davar_gap(davar_t *davar, uint32_t missing)
 
 /* --- results out ------------------------------------------------------------------------------------------------- */
 
-static bool take(davar_t *davar, davar_fit_plan_t *plan, davar_result_t *result)
-{
-    const bool waits = davar->number->collect(davar, plan, result);
-    if (waits) {
-        davar_fit_prepared(plan, davar->config->rate_hz, result);
-    }
-    return waits;
-}
-
-static bool take_alone(davar_t *davar, davar_result_t *result)
-{
-    davar_fit_plan_t plan = {.count = 0U};
-    return take(davar, &plan, result);
-}
-
 bool davar_take(davar_t *davar, davar_result_t *result)
 {
-    davar_fit_plan_t *const plan = davar->config->fit_plan;
-    return (plan != NULL) ? take(davar, plan, result) : take_alone(davar, result);
+    return davar->number->collect(davar, result);
 }
 
 DAVAR_RARE bool davar_flush(davar_t *davar)
@@ -192,10 +205,10 @@ DAVAR_RARE bool davar_flush(davar_t *davar)
     const bool kept = (config->stride == 1U) || config->mirrored_end;
     const davar_window_t *const window = &davar->window; /* `received` wraps long after `at_start` has become false */
     const bool begun = window->finished || !window->at_start || (window->received >= (config->window_max / 2U));
-    if ((config->mode != DAVAR_MODE_CENTRED) || !kept || !begun) {
+    if (!is_centred(config) || !kept || !begun) {
         return false;
     }
-    return davar->number->flush(davar);
+    return is_wide(davar) ? davar_q31_flush(davar) : davar_q15_flush(davar);
 }
 
 davar_health_t davar_health(const davar_t *davar)

@@ -3,7 +3,6 @@
 
 #include "frame_layout.h"
 
-#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -279,7 +278,7 @@ static const stage_t stages[] = {
 bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base, uint8_t channel,
                         uint8_t content)
 {
-    assert((encoder != NULL) && (config != NULL));
+    DAVAR_ASSERT((encoder != NULL) && (config != NULL));
     const uint32_t first = base + DAVAR_WIRE_STEP * channel;
     if (first + DAVAR_WIRE_STEP - 1U > DAVAR_WIRE_LAST_ID) {
         return false;
@@ -290,7 +289,7 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
 
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health)
 {
-    assert((result != NULL) && (health != NULL));
+    DAVAR_ASSERT((result != NULL) && (health != NULL));
     encoder->result = result;
     encoder->health = health;
     encoder->stage = 0U;
@@ -299,19 +298,19 @@ void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
 
 void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit)
 {
-    assert(encoder != NULL);
+    DAVAR_ASSERT(encoder != NULL);
     encoder->misfit = misfit;
 }
 
 void davar_encoder_session(davar_encoder_t *encoder, uint8_t session)
 {
-    assert(encoder != NULL);
+    DAVAR_ASSERT(encoder != NULL);
     encoder->session = session;
 }
 
 void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)
 {
-    assert(health != NULL);
+    DAVAR_ASSERT(health != NULL);
     encoder->result = NULL;
     encoder->health = health;
     encoder->stage = 0U;
@@ -381,7 +380,7 @@ bool davar_encoder_raw_rest(davar_encoder_t *encoder, davar_frame_t *frame)
 
 bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame)
 {
-    assert((encoder != NULL) && (frame != NULL));
+    DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
     const bool follows = encoder->raw_held && ((uint32_t)index == encoder->raw_index + 1U);
     if (follows && is_narrow(encoder->raw_count) && is_narrow(count)) {
         open_raw(encoder, DAVAR_RAW_PAIR, encoder->raw_index, frame);
@@ -400,7 +399,7 @@ bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, 
 
 void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame)
 {
-    assert((encoder != NULL) && (frame != NULL));
+    DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
     const float size = fabsf(rate_dps);
     const float told = (size < DAVAR_WIRE_LEAST) ? 0.0F : rate_dps;
     open_raw(encoder, DAVAR_RAW_RATE, (uint32_t)index, frame);

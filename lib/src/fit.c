@@ -9,29 +9,6 @@
 #include "real.h"
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
-#define WHITE DAVAR_ANGLE_RANDOM_WALK
-
-/* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-DAVAR_APART static void square_units(double rate_hz, double unit[])
-{
-    const double tau0_s = 1.0 / rate_hz;
-    unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
-    unit[WHITE] = 3600.0 * tau0_s;
-    unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
-    unit[DAVAR_RATE_RANDOM_WALK] = 216000.0 * 216000.0 * 3.0 * rate_hz;
-    unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
-}
-
-/* From roots of amplitudes to the coefficients in their units. */
-static void plan_roots(davar_fit_plan_t *plan, double rate_hz)
-{
-    double unit[DAVAR_COEFFICIENT_COUNT];
-    square_units(rate_hz, unit);
-    for (int k = 0; k < TERMS; k++) {
-        plan->root[k] = davar_root((double)plan->unit[k] * unit[k]);
-    }
-    plan->rate_hz = rate_hz;
-}
 
 /* From squares, a lower limit among them, to the coefficient. */
 static void write_present(davar_coefficient_t *coefficient, double square, double low_square, double high)
@@ -70,7 +47,7 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
 static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
 {
     double unit[DAVAR_COEFFICIENT_COUNT];
-    square_units(rate_hz, unit);
+    davar_square_units(rate_hz, unit);
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {
@@ -86,75 +63,20 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
     }
 }
 
-static void write_unusable(davar_result_t *result, int from)
-{
-    for (int t = from; t < result->tau_count; t++) {
-        result->tau[t].edf = (double)NAN;
-        result->tau[t].low = (double)NAN;
-        result->tau[t].high = (double)NAN;
-    }
-}
-
-DAVAR_APART static void write_nothing(davar_result_t *result)
-{
-    for (int k = 0; k < TERMS; k++) {
-        write_absent(&result->coefficient[k], (double)INFINITY);
-    }
-}
-
-/* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
- * nothing. */
-DAVAR_RARE static void write_constant(const davar_fit_plan_t *plan, davar_result_t *result)
-{
-    for (int t = 0; t < plan->count; t++) {
-        result->tau[t].edf = plan->edf[t];
-        result->tau[t].low = 0.0;
-        result->tau[t].high = (double)INFINITY;
-    }
-    write_nothing(result);
-}
-
-DAVAR_RARE static void fit_mixture(const davar_fit_plan_t *plan, double white, unsigned suspects, double rate_hz,
+DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white, double rate_hz,
                                    davar_result_t *result)
 {
     davar_mixture_t model = {
         .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = (double)plan->misfit_spread};
-    davar_mixture_fit(&model, white, suspects);
+    davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
     write_mixture_intervals(&model, result);
     write_mixture(&model, rate_hz, result);
 }
 
-/* White noise explains all that most windows can show: then the fit ends here. */
-static void fit_usable(davar_fit_plan_t *plan, const davar_white_t *white, double rate_hz, davar_result_t *result)
-{
-    if (!white->explains) {
-        fit_mixture(plan, scaled_to_double(white->square), white->suspects, rate_hz, result);
-        return;
-    }
-    if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
-        plan_roots(plan, rate_hz);
-    }
-    davar_white_write(plan, white, result);
-}
-
-void davar_fit_prepared(davar_fit_plan_t *plan, double rate_hz, davar_result_t *result)
+void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     davar_white_t white;
-    if ((result->tau_count == 0U) || (result->tau[0].differences == 0U)) {
-        write_unusable(result, 0);
-        write_nothing(result);
-        return;
+    if (!davar_white_suffices(plan, rate_hz, result, &white)) {
+        fit_mixture(plan, &white, rate_hz, result);
     }
-    write_unusable(result, plan->count);
-    if (davar_white_fit(plan, result, &white)) {
-        fit_usable(plan, &white, rate_hz, result);
-    } else {
-        write_constant(plan, result);
-    }
-}
-
-void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result)
-{
-    davar_fit_prepare(plan, result);
-    davar_fit_prepared(plan, 1.0 / tau0_s, result);
 }

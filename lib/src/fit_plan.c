@@ -6,7 +6,6 @@
 #include "noise.h"
 #include "real.h"
 
-#include <assert.h>
 
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE DAVAR_ANGLE_RANDOM_WALK
@@ -14,13 +13,13 @@
 /* The largest float that 32 bits hold. */
 #define MOST 4294967040.0F
 
-static double last_of(const davar_fit_plan_t *plan)
+static double last_of(const davar_plan_t *plan)
 {
     return (double)plan->m[plan->count - 1U];
 }
 
 /* The shape of a term in y, at most 1 so that nothing leaves the range of a float. */
-static double shape(const davar_fit_plan_t *plan, int term, int t)
+static double shape(const davar_plan_t *plan, int term, int t)
 {
     const double m = (double)plan->m[t];
     const double u = m / last_of(plan);
@@ -51,7 +50,7 @@ static int32_t rounded(double value)
 
 /* Stores a functional as fixed point of 29 bits, in units of a power of two above its largest value; that of white noise, whose
  * sum is 1, as it is. */
-static void store_functional(davar_fit_plan_t *plan, int term, const double functional[])
+static void store_functional(davar_plan_t *plan, int term, const double functional[])
 {
     double largest = 0.0;
     for (int t = 0; t < plan->count; t++) {
@@ -67,7 +66,7 @@ static void store_functional(davar_fit_plan_t *plan, int term, const double func
 
 /* Regression of y on a constant and one shape: amplitude = sum functional y, functional = gain * w (x - centre); the constant
  * itself has centre 0. One cluster size alone shows a constant and nothing else. */
-static void plan_regression(davar_fit_plan_t *plan, int term)
+static void plan_regression(davar_plan_t *plan, int term)
 {
     double w_sum = 0.0;
     double wx_sum = 0.0;
@@ -93,7 +92,7 @@ static void plan_regression(davar_fit_plan_t *plan, int term)
 
 /* Variance of an amplitude under white noise, N = 1, folded so that a window length costs one product per cluster size:
  * the covariance of two cluster sizes falls with the number of differences of the shorter one (5.4). */
-static void plan_variance(davar_fit_plan_t *plan, int term)
+static void plan_variance(davar_plan_t *plan, int term)
 {
     const double one = 1.0 / DAVAR_FIT_FUNCTIONAL_ONE;
     for (int i = 0; i < plan->count; i++) {
@@ -112,7 +111,7 @@ static void plan_variance(davar_fit_plan_t *plan, int term)
 /* Weights of a white fit: 1 / m, shared among crowded neighbours (the gap between the geometric means with them, on the
  * scale of 1 / m). Within 1 % of the full inverse covariance for octaves and geometric lists from m = 1, without its
  * conditioning. The first entry also stands for all shorter sizes, the last one for half of all longer (5.4). */
-static void plan_weights(davar_fit_plan_t *plan)
+static void plan_weights(davar_plan_t *plan)
 {
     const int end = plan->count - 1;
     const double first = (double)plan->m[0];
@@ -131,7 +130,7 @@ static void plan_weights(davar_fit_plan_t *plan)
 }
 
 /* Standard deviation of the misfit under white noise: twice the sum of the squared correlations is its variance. */
-static double white_misfit_spread(const davar_fit_plan_t *plan)
+static double white_misfit_spread(const davar_plan_t *plan)
 {
     double sum = 0.0;
     for (int j = 0; j < plan->count; j++) {
@@ -144,14 +143,14 @@ static double white_misfit_spread(const davar_fit_plan_t *plan)
 }
 
 /* The largest sum of edf (y - 1)^2 that is no misfit (5.9). */
-static uint64_t misfit_limit(const davar_fit_plan_t *plan)
+static uint64_t misfit_limit(const davar_plan_t *plan)
 {
     const double most = 2.0 * ((double)(plan->count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
     return (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
 }
 
 /* What turns the amplitude of a shape into a[k] of avar = sum a[k] m^(k - 2). */
-static void plan_units(davar_fit_plan_t *plan)
+static void plan_units(davar_plan_t *plan)
 {
     const float inverse = (float)(1.0 / last_of(plan));
     plan->unit[DAVAR_QUANTIZATION] = plan->m[0];
@@ -161,9 +160,9 @@ static void plan_units(davar_fit_plan_t *plan)
     plan->unit[DAVAR_RATE_RAMP] = inverse * inverse * inverse;
 }
 
-DAVAR_RARE void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count)
+DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count)
 {
-    assert(count >= 1U);
+    DAVAR_ASSERT(count >= 1U);
     plan->count = count;
     plan->window = 0U;
     plan->rate_hz = 0.0;
@@ -223,7 +222,7 @@ static uint32_t fixed(float value, float one, float most)
     return (uint32_t)((scaled < most) ? scaled : most);
 }
 
-static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, float evidence, int t, float variance[])
+static void plan_entry(davar_plan_t *plan, const davar_result_t *result, float evidence, int t, float variance[])
 {
     const float all = (float)(result->window_samples + 1U - 2U * result->tau[t].m);
     const float differences = (float)result->tau[t].differences;
@@ -241,12 +240,9 @@ static void plan_entry(davar_fit_plan_t *plan, const davar_result_t *result, flo
     for (int k = 0; k < TERMS; k++) {
         variance[k] += plan->variance[k][t] * inverse;
     }
-    const double m = (double)result->tau[t].m;
-    plan->divisor[t] = 2.0 * m * m * (double)result->tau[t].differences;
-    plan->reciprocal[t] = davar_reciprocal(plan->divisor[t]);
 }
 
-static void plan_white(davar_fit_plan_t *plan, float variance)
+static void plan_white(davar_plan_t *plan, float variance)
 {
     double low;
     double high;
@@ -264,7 +260,7 @@ static uint32_t fixed_sigma(float sigma, float variance)
 }
 
 /* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */
-static void plan_term(davar_fit_plan_t *plan, int k, float of_white, float variance)
+static void plan_term(davar_plan_t *plan, int k, float of_white, float variance)
 {
     const float positive = (variance > 0.0F) ? variance : 0.0F;
     const float sigma = davar_rootf(positive);
@@ -275,7 +271,7 @@ static void plan_term(davar_fit_plan_t *plan, int k, float of_white, float varia
     plan->doubt[k] = fixed(davar_rootf(0.5F * (of_white + of_term)), NOISE_ONE, MOST);
 }
 
-static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
+static void plan_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const float evidence = (float)davar_fit_evidence(result);
     float variance[DAVAR_COEFFICIENT_COUNT] = {0.0F};
@@ -288,16 +284,16 @@ static void plan_window(davar_fit_plan_t *plan, const davar_result_t *result)
     }
 }
 
-DAVAR_RARE static void replan(davar_fit_plan_t *plan, const davar_result_t *result, uint8_t count)
+DAVAR_RARE static void replan(davar_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
     uint32_t m[DAVAR_TAUS_MAX] = {0};
     for (int t = 0; t < count; t++) {
         m[t] = result->tau[t].m;
     }
-    davar_fit_plan(plan, m, count);
+    davar_plan_init(plan, m, count);
 }
 
-void davar_fit_prepare(davar_fit_plan_t *plan, const davar_result_t *result)
+void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
 {
     const uint8_t count = usable_count(result);
     if (count == 0U) {

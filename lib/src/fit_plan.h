@@ -1,4 +1,4 @@
-/* davar - the plan of a fit beyond davar_fit_plan(). Private to stage [5]. */
+/* davar - the plan of a fit beyond davar_plan_init(). Private to stage [5]. */
 #ifndef DAVAR_FIT_PLAN_H
 #define DAVAR_FIT_PLAN_H
 
@@ -38,10 +38,7 @@
 
 /* Brings the plan up to date with the cluster sizes, differences and window length in result; needs none of its Allan
  * variances. Nothing is done when the window holds no difference (5.4) (5.5). */
-void davar_fit_prepare(davar_fit_plan_t *plan, const davar_result_t *result);
-
-/* davar_fit() with a plan that is up to date. */
-void davar_fit_prepared(davar_fit_plan_t *plan, double rate_hz, davar_result_t *result);
+void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
 
 /* Limits of a standard deviation, as factors, whose square has edf degrees of freedom (5.2). */
 void davar_deviation_interval(double edf, double *low, double *high);

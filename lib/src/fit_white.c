@@ -3,6 +3,7 @@
  * constant y = N^2; shares are amplitudes over that. */
 #include "fit_white.h"
 
+#include "absent.h"
 #include "fit_plan.h"
 #include "noise.h"
 
@@ -46,7 +47,7 @@ static void align(uint32_t y[], const int32_t exponent[], int count, int32_t lar
 }
 
 /* False: all are 0. */
-static bool read_data(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     int32_t exponent[DAVAR_TAUS_MAX];
     int32_t largest = INT32_MIN;
@@ -68,7 +69,7 @@ static bool read_data(const davar_fit_plan_t *plan, const davar_result_t *result
 /* --- the fit ----------------------------------------------------------------------------------------------------- */
 
 /* Not below 0. */
-static uint64_t amplitude(const davar_fit_plan_t *plan, const uint32_t y[], int term)
+static uint64_t amplitude(const davar_plan_t *plan, const uint32_t y[], int term)
 {
     uint64_t sum = 0U; /* modulo 2^64 */
     for (int t = 0; t < plan->count; t++) {
@@ -78,7 +79,7 @@ static uint64_t amplitude(const davar_fit_plan_t *plan, const uint32_t y[], int 
 }
 
 /* N^2, and its reciprocal for shares. */
-static void fit_amplitude(const davar_fit_plan_t *plan, davar_white_t *white)
+static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
 {
     const uint64_t found = amplitude(plan, white->y, WHITE);
     const uint64_t sum = (found > AMPLITUDE_LEAST) ? found : AMPLITUDE_LEAST;
@@ -106,7 +107,7 @@ static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
 }
 
 /* The terms beside white noise, and which of them are significant (5.7). */
-static void fit_shares(const davar_fit_plan_t *plan, davar_white_t *white)
+static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 {
     white->suspects = 0U;
     for (int k = 0; k < TERMS; k++) {
@@ -127,7 +128,7 @@ static uint32_t deviation(const davar_white_t *white, uint32_t y, uint32_t root_
     return (uint32_t)(davar_multiply_u32((excess ^ sign) - sign, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
 }
 
-static bool explains(const davar_fit_plan_t *plan, const davar_white_t *white)
+static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 {
     uint64_t misfit = 0U;
     for (int t = 0; t < plan->count; t++) {
@@ -140,7 +141,7 @@ static bool explains(const davar_fit_plan_t *plan, const davar_white_t *white)
     return true;
 }
 
-bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+static bool fit_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     if (!read_data(plan, result, white)) {
         return false;
@@ -154,7 +155,7 @@ bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result,
 /* --- what is reported -------------------------------------------------------------------------------------------- */
 
 /* Upper limit of an absent term, in units of N: sqrt((share + margin)(1 + margin)), see (5.11). */
-static scaled_t white_bound(const davar_fit_plan_t *plan, uint32_t share, int term)
+static scaled_t white_bound(const davar_plan_t *plan, uint32_t share, int term)
 {
     const uint32_t sigma = plan->sigma[term];
     const uint32_t margin = sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
@@ -179,7 +180,7 @@ static uint32_t quotient(uint32_t value, uint32_t under)
 }
 
 /* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). As 2.30. */
-static uint32_t doubted(const davar_fit_plan_t *plan, uint32_t share, int term)
+static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
 {
     const uint32_t left = ONE - taken(plan->centre[term], share);
     const uint32_t uncertain = plan->doubt[term];
@@ -189,7 +190,7 @@ static uint32_t doubted(const davar_fit_plan_t *plan, uint32_t share, int term)
     return davar_upper_product(left, davar_chi_square_low(quotient(uncertain, left))) << 2U;
 }
 
-static uint32_t least_square(const davar_fit_plan_t *plan, const davar_white_t *white)
+static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *white)
 {
     uint32_t least = plan->white_low;
     for (int k = 0; k < TERMS; k++) {
@@ -201,7 +202,7 @@ static uint32_t least_square(const davar_fit_plan_t *plan, const davar_white_t *
     return least;
 }
 
-static void write_intervals(const davar_fit_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+static void write_intervals(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         davar_adev_t *const tau = &result->tau[t];
@@ -211,7 +212,7 @@ static void write_intervals(const davar_fit_plan_t *plan, const davar_white_t *w
     }
 }
 
-static void write_absent(const davar_fit_plan_t *plan, const davar_white_t *white, scaled_t root, int term,
+static void write_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, int term,
                          davar_coefficient_t *coefficient)
 {
     coefficient->present = false;
@@ -224,7 +225,7 @@ static void write_absent(const davar_fit_plan_t *plan, const davar_white_t *whit
     }
 }
 
-static void write_present(const davar_fit_plan_t *plan, const davar_white_t *white, scaled_t root,
+static void write_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
                           davar_coefficient_t *coefficient)
 {
     const scaled_t value = scaled_times(root, scaled_of_double(plan->root[WHITE]));
@@ -236,7 +237,7 @@ static void write_present(const davar_fit_plan_t *plan, const davar_white_t *whi
     coefficient->high = scaled_to_double(scaled_times(value, scaled_of_float(plan->white_high)));
 }
 
-void davar_white_write(const davar_fit_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+static void write_white(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
 {
     const scaled_t root = scaled_root(white->square);
     write_intervals(plan, white, result);
@@ -247,4 +248,82 @@ void davar_white_write(const davar_fit_plan_t *plan, const davar_white_t *white,
             write_absent(plan, white, root, k, &result->coefficient[k]);
         }
     }
+}
+
+/* --- the step --------------------------------------------------------------------------------------------------------- */
+
+void davar_square_units(double rate_hz, double unit[])
+{
+    const double tau0_s = 1.0 / rate_hz;
+    unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
+    unit[WHITE] = 3600.0 * tau0_s;
+    unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
+    unit[DAVAR_RATE_RANDOM_WALK] = 216000.0 * 216000.0 * 3.0 * rate_hz;
+    unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
+}
+
+/* From roots of amplitudes to the coefficients in their units. */
+static void plan_roots(davar_plan_t *plan, double rate_hz)
+{
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    davar_square_units(rate_hz, unit);
+    for (int k = 0; k < TERMS; k++) {
+        plan->root[k] = davar_root((double)plan->unit[k] * unit[k]);
+    }
+    plan->rate_hz = rate_hz;
+}
+
+/* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
+ * nothing. */
+DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *result)
+{
+    for (int t = 0; t < plan->count; t++) {
+        result->tau[t].edf = plan->edf[t];
+        result->tau[t].low = 0.0;
+        result->tau[t].high = (double)INFINITY;
+    }
+    davar_absent_coefficients(result);
+}
+
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+{
+    davar_fit_prepare(plan, result);
+    if ((result->tau_count == 0U) || (result->tau[0].differences == 0U)) {
+        davar_absent_taus(result, 0U);
+        davar_absent_coefficients(result);
+        return true;
+    }
+    davar_absent_taus(result, plan->count);
+    if (!fit_data(plan, result, white)) {
+        write_constant(plan, result);
+        return true;
+    }
+    if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
+        plan_roots(plan, rate_hz);
+    }
+    if (white->explains) {
+        write_white(plan, white, result);
+    }
+    return white->explains;
+}
+
+/* Whatever else is there adds to the Allan variance: white noise is no more than all of it (5.11). */
+static void write_beside(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+{
+    const davar_adev_t *const shortest = &result->tau[0];
+    const scaled_t y = scaled_root(scaled_of_float(plan->m[0]));
+    write_intervals(plan, white, result);
+    davar_absent_coefficients(result);
+    const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
+    result->coefficient[WHITE].high = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
+}
+
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    davar_white_t white;
+    const bool suffices = davar_white_suffices(plan, rate_hz, result, &white);
+    if (!suffices) {
+        write_beside(plan, &white, result);
+    }
+    return suffices;
 }

@@ -19,10 +19,11 @@ typedef struct {
     bool explains;                      /* no misfit (5.9) */
 } davar_white_t;
 
-/* False: all Allan variances are 0, and nothing is written. The plan is up to date. O(T) in integers. */
-bool davar_white_fit(const davar_fit_plan_t *plan, const davar_result_t *result, davar_white_t *white);
+/* Does white noise explain all that a window shows, or does it show nothing? Then the result is written; otherwise *white says
+ * what is there, and of the result only what no fit can give is written. */
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white);
 
-/* Writes intervals and coefficients for white noise that explains all; plan->root fits the result's rate. */
-void davar_white_write(const davar_fit_plan_t *plan, const davar_white_t *white, davar_result_t *result);
+/* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
+void davar_square_units(double rate_hz, double unit[]);
 
 #endif

@@ -2,6 +2,8 @@
  * Hazard: positions wrap modulo 2^32, so only distances are compared, never positions. */
 #include "gaps.h"
 
+#include "choice.h"
+
 #include "machine.h"
 #include "window.h"
 
@@ -12,7 +14,7 @@
  * the left third only while the window reaches into the mirrored start, the right one after the record's end. */
 static uint32_t images_count(const davar_gaps_t *gaps, const davar_window_t *window)
 {
-    const uint32_t thirds = 1U + (window->at_start ? 1U : 0U) + (window->finished ? 1U : 0U);
+    const uint32_t thirds = 1U + (at_start(window) ? 1U : 0U) + (is_finished(window) ? 1U : 0U);
     return thirds * gaps->count;
 }
 
@@ -20,7 +22,7 @@ static uint32_t image_at(const davar_gaps_t *gaps, const davar_window_t *window,
 {
     const uint32_t count = gaps->count;
     uint32_t rest = index;
-    if (window->at_start) {
+    if (at_start(window)) {
         if (rest < count) {
             return 0U - gaps->position[count - 1U - rest];
         }
@@ -66,7 +68,7 @@ DAVAR_RARE static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
 
 void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window)
 {
-    if ((gaps->count > 0U) && !window->at_start && !window->finished) {
+    if ((gaps->count > 0U) && !at_start(window) && !is_finished(window)) {
         forget_before(gaps, window_tail(window));
     }
 }
@@ -74,7 +76,7 @@ void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window)
 DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t boundary = window->received;
-    if ((boundary == 0U) && (window->at_start || window->filling)) {
+    if ((boundary == 0U) && (at_start(window) || window->filling)) {
         return true;
     }
     if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == boundary)) {

@@ -323,7 +323,7 @@ static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t coun
             grid_record_sums(stages, received, davar->config->stride);
         }
     }
-    if (davar->config->segment != 0U) {
+    if (has_moments(davar->config)) {
         grid_run_moments(stages, index, count);
     }
     grid_receive(stages, davar, count);
@@ -344,7 +344,7 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
         }
     }
     grid_record_sums(stages, position + 1U, davar->config->stride);
-    if (davar->config->segment != 0U) {
+    if (has_moments(davar->config)) {
         grid_run_moments(stages, index, 1U);
     }
     allan_end_start(allan, position + 1U);

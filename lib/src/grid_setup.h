@@ -33,27 +33,22 @@ DAVAR_RARE static void residues_add(residues_t *residues, int32_t position, int3
     residues->count++;
 }
 
-static bool adaptive(const davar_config_t *config)
-{
-    return config->policy != DAVAR_POLICY_FIXED;
-}
-
 /* Centred, first epoch K - 1: edges at half a window from it. Trailing: the head is at multiples of K. */
 DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
 {
     residues_t residues = {{0}, 0U};
     const int32_t longest = (int32_t)config->window_max;
     const int32_t shortest = (int32_t)config->window_min;
-    if (config->mode == DAVAR_MODE_CENTRED) {
+    if (is_centred(config)) {
         const int32_t epoch = (int32_t)config->stride - 1;
         residues_add(&residues, epoch - (longest / 2), epoch - (longest / 2), config->stride);
-        if (adaptive(config)) {
+        if (is_adaptive(config)) {
             residues_add(&residues, epoch - (shortest / 2), epoch - (longest / 2), config->stride);
         }
         return residues;
     }
     residues_add(&residues, -longest, 0, config->stride);
-    if (adaptive(config)) {
+    if (is_adaptive(config)) {
         residues_add(&residues, -shortest, 0, config->stride);
         residues_add(&residues, 0, 0, config->stride);
     }
@@ -64,11 +59,11 @@ DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
 DAVAR_RARE static residues_t residues_of_head(const davar_config_t *config, int32_t lag)
 {
     residues_t residues = {{0}, 0U};
-    if (config->mode == DAVAR_MODE_CENTRED) {
+    if (is_centred(config)) {
         const int32_t epoch = (int32_t)config->stride - 1;
         const int32_t first = epoch + ((int32_t)config->window_max / 2) - lag;
         residues_add(&residues, first, first, config->stride);
-        if (adaptive(config)) {
+        if (is_adaptive(config)) {
             residues_add(&residues, epoch + ((int32_t)config->window_min / 2) - lag, first, config->stride);
         }
         return residues;
@@ -86,7 +81,7 @@ static uint32_t slots_for(uint32_t reach, uint32_t stride)
 /* How far the leading edge can be behind the newest sample. */
 static uint32_t head_reach(const davar_config_t *config)
 {
-    const bool lags = (config->mode == DAVAR_MODE_CENTRED) && adaptive(config);
+    const bool lags = is_centred(config) && is_adaptive(config);
     return lags ? ((config->window_max - config->window_min) / 2U) : 0U;
 }
 

@@ -2,7 +2,7 @@
 #ifndef DAVAR_SRC_LAW_H
 #define DAVAR_SRC_LAW_H
 
-#include "davar/instance.h"
+#include "choice.h"
 
 static inline uint32_t law_shorter(const davar_config_t *config, uint32_t length)
 {
@@ -13,7 +13,7 @@ static inline uint32_t law_shorter(const davar_config_t *config, uint32_t length
 static inline uint32_t law_longer(const davar_config_t *config, uint32_t length, bool filling)
 {
     /* Trailing: the head moves by one per sample, so growing faster would move the tail backwards. */
-    const bool trailing = (config->mode == DAVAR_MODE_TRAILING);
+    const bool trailing = !is_centred(config);
     const uint32_t most = trailing ? 1U : 2U;
     const uint32_t grow = (filling || (config->grow > most)) ? most : config->grow;
     const uint32_t step = grow * config->stride;
@@ -31,7 +31,7 @@ static inline uint32_t davar_law_next(const davar_config_t *config, uint32_t len
  * sample is half of window_max ahead of the epoch, the edge half of the window. */
 static inline uint32_t davar_law_lag(const davar_config_t *config, uint32_t length)
 {
-    return (config->mode == DAVAR_MODE_CENTRED) ? ((config->window_max - length) >> 1U) : 0U;
+    return is_centred(config) ? ((config->window_max - length) >> 1U) : 0U;
 }
 
 #endif

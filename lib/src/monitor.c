@@ -3,7 +3,6 @@
 
 #include "real.h"
 
-#include <assert.h>
 
 #define RATIO_LIMIT 1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
 #define LIMITS 32U
@@ -52,7 +51,7 @@ static double tolerance_of(const davar_model_tau_t *model)
 
 double davar_deviation(double adev, double edf, const davar_model_tau_t *model)
 {
-    assert((edf >= 1.0) && (model->adev_dps > 0.0));
+    DAVAR_ASSERT((edf >= 1.0) && (model->adev_dps > 0.0));
     return excess_of(adev, edf, model) / davar_root(scatter_of(edf) + tolerance_of(model));
 }
 
@@ -96,7 +95,7 @@ static bool is_usable(const davar_model_tau_t *model, uint8_t count)
 
 bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count, double memory)
 {
-    assert((monitor != NULL) && (model != NULL));
+    DAVAR_ASSERT((monitor != NULL) && (model != NULL));
     if (!is_usable(model, count) || !(memory >= 1.0) || !isfinite(memory)) {
         return false;
     }
@@ -174,7 +173,7 @@ static void judge(davar_misfit_t *misfit)
 
 void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result, davar_misfit_t *misfit)
 {
-    assert((monitor != NULL) && (result != NULL) && (misfit != NULL));
+    DAVAR_ASSERT((monitor != NULL) && (result != NULL) && (misfit != NULL));
     const double fresh = fresh_share(monitor, result);
     *misfit = (davar_misfit_t){.health = (double)NAN,
                                .fast = (double)NAN,

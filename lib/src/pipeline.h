@@ -18,15 +18,15 @@ static void window_move(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t lag = davar_law_lag(davar->config, window->next_length);
-    if (stages->grid != NULL) {
+    if (on_grid(stages)) {
         window->lag = lag;
         window->length = window->next_length;
-    } else if (stages->allan.warming) {
+    } else if (is_warming(&stages->allan)) {
         sliding_end_warm(stages, davar);
     } else {
         sliding_move(stages, davar, lag, window->next_length);
     }
-    window->at_start = window->at_start && ((int32_t)window_tail(window) < 0);
+    window->at_start = at_start(window) && ((int32_t)window_tail(window) < 0);
 }
 
 /* The verdict on the window, and with it the length of the next (4.1). */
@@ -35,7 +35,7 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     const davar_config_t *const config = davar->config;
     bool unstable = false;
-    if ((config->policy != DAVAR_POLICY_FIXED) && (window->length >= config->window_min)) {
+    if (is_adaptive(config) && (window->length >= config->window_min)) {
         davar_central_t whole;
         davar_central_t first;
         powers_t powers;
@@ -57,7 +57,7 @@ DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
     davar_gaps_forget(&davar->gaps, window);
     window->wait = davar->config->stride;
     const bool reported = (window->length >= davar->config->window_min);
-    if (reported && (stages->grid != NULL)) {
+    if (reported && on_grid(stages)) {
         grid_place(stages, davar);
     }
     return reported;
@@ -65,10 +65,10 @@ DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
 
 static steady_t steadiness(const stages_t *stages, const davar_window_t *window)
 {
-    if (stages->grid != NULL) {
+    if (on_grid(stages)) {
         return allan_leads_freely(&stages->allan) ? STEADY_GRID : STEADY_NOT;
     }
-    return (!stages->allan.warming && sliding_glides(&stages->allan, window)) ? STEADY_SLIDING : STEADY_NOT;
+    return (!is_warming(&stages->allan) && sliding_glides(&stages->allan, window)) ? STEADY_SLIDING : STEADY_NOT;
 }
 
 /* What comes after samples that did not glide: the epoch, when it is due, and how to go on. True when it is reported. */
@@ -87,11 +87,11 @@ static bool step_end(stages_t *stages, davar_t *davar)
 DAVAR_APART static void step_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    if (stages->grid != NULL) {
+    if (on_grid(stages)) {
         grid_advance_carefully(stages, davar);
     } else {
         window_receive(window, 1U);
-        if (stages->allan.warming) {
+        if (is_warming(&stages->allan)) {
             sliding_warm(stages, davar);
         }
     }
@@ -113,10 +113,10 @@ static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sampl
 {
     davar_window_t *const window = &davar->window;
     sliding_glide(stages, davar, limited(stages->highest, davar, sample));
-    if (window->at_start) {
+    if (at_start(window)) {
         window->at_start = (int32_t)window_tail(window) < 0;
     }
-    if (davar->config->policy != DAVAR_POLICY_FIXED) {
+    if (is_adaptive(davar->config)) {
         window_judge(stages, davar);
         if (window->next_length != window->length) {
             stages->steady = STEADY_NOT;
@@ -160,7 +160,7 @@ DAVAR_APART static uint32_t step_grid(stages_t *stages, davar_t *davar, const sa
 /* Takes in the first of `count` samples, and more when they can go together; returns how many. */
 static size_t step(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
-    if (stages->steady == STEADY_GRID) {
+    if (DAVAR_GRID && (stages->steady == STEADY_GRID)) {
         return step_grid(stages, davar, samples, count);
     }
     ring_put(&stages->ring, limited(stages->highest, davar, samples[0]));
@@ -207,11 +207,11 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
 }
 
 /* The memory has been read back: every pointer in it is set anew, the rest stands. */
-DAVAR_RARE static void pipeline_resume(davar_t *davar)
+DAVAR_RARE void NUMBER(resume)(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     (void)carve(stages, davar, davar->config, stages);
-    if ((stages->grid != NULL) && davar->ready) {
+    if (on_grid(stages) && davar->ready) {
         grid_place(stages, davar);
     }
 }
@@ -244,7 +244,7 @@ static bool between_windows(const davar_t *davar)
     return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
 }
 
-DAVAR_RARE static void pipeline_gap(davar_t *davar)
+DAVAR_RARE void NUMBER(gap)(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
@@ -262,9 +262,9 @@ DAVAR_RARE static void pipeline_gap(davar_t *davar)
         return; /* in front of the first sample: no boundary */
     }
     if (allan->to_gap == DAVAR_NO_GAP) {
-        allan->to_gap = (stages->grid == NULL) ? window->lag : 0U;
+        allan->to_gap = on_grid(stages) ? 0U : window->lag;
     }
-    if ((allan->room == DAVAR_NO_GAP) && !allan->warming) {
+    if ((allan->room == DAVAR_NO_GAP) && !is_warming(allan)) {
         allan->room = davar_gaps_after(&davar->gaps, window, window_tail(window));
     }
 }
@@ -274,7 +274,7 @@ DAVAR_RARE static void pipeline_gap(davar_t *davar)
 DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const uint32_t head = (stages->grid == NULL) ? window_head(window) : window->received;
+    const uint32_t head = on_grid(stages) ? window->received : window_head(window);
     davar_gaps_forget_last(&davar->gaps, window->received);
     window->finished = true;
     window->end = window->received;
@@ -284,12 +284,12 @@ DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
 }
 
 /* Pushes the mirror image of the record until an epoch is complete. False: none is left. */
-DAVAR_RARE static bool pipeline_flush(davar_t *davar)
+DAVAR_RARE bool NUMBER(flush)(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
     const uint32_t half = davar->config->window_max / 2U;
-    if (!window->finished) {
+    if (!is_finished(window)) {
         finish(stages, davar);
     }
     while ((window->received - window->end) < (half - 1U)) {
@@ -306,7 +306,7 @@ DAVAR_RARE static bool pipeline_flush(davar_t *davar)
 
 /* --- a result out ------------------------------------------------------------------------------------------------ */
 
-static bool pipeline_collect(davar_t *davar, davar_fit_plan_t *plan, davar_result_t *result)
+static bool pipeline_collect(davar_t *davar, davar_result_t *result)
 {
     readings_t readings;
     uint32_t before;
@@ -323,15 +323,14 @@ static bool pipeline_collect(davar_t *davar, davar_fit_plan_t *plan, davar_resul
     davar->health.missed = davar_missed(davar, produced, waits);
     davar->seen = produced;
     if (waits) {
-        evaluate(davar, &readings, plan, result);
+        evaluate(davar, &readings, result);
     }
     return waits;
 }
 
-#define PIPELINE_NUMBER                                                                                                \
+#define PIPELINE_NUMBER(wide)                                                                                          \
     {                                                                                                                  \
-        pipeline_memory_size, pipeline_start, pipeline_resume, pipeline_gap, pipeline_flush, pipeline_collect,         \
-            NUMBER_SUM_BITS, NUMBER_SAMPLE_BITS_MAX, NUMBER_SAMPLE_BITS_DEFAULT, NUMBER_WINDOW_MAX                     \
+        wide, pipeline_collect, NUMBER_SUM_BITS, NUMBER_SAMPLE_BITS_MAX, NUMBER_SAMPLE_BITS_DEFAULT, NUMBER_WINDOW_MAX                   \
     }
 
 #endif

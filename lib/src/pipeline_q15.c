@@ -4,16 +4,18 @@
 #include "davar/davar.h"
 #include "pipeline.h"
 
-#include <assert.h>
-
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
 _Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");
 
-const davar_number_t davar_number_q15 = PIPELINE_NUMBER;
+const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
 
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
 {
-    assert((davar->number == &davar_number_q15) && !davar->window.finished);
+    const bool belongs = (davar->number == &davar_number_q15) && !is_finished(&davar->window);
+    DAVAR_ASSERT(belongs);
+    if (!belongs) {
+        return 0U;
+    }
     davar_change_begin(davar);
     const size_t consumed = pipeline_push(davar, counts, count);
     davar_change_end(davar);

@@ -4,12 +4,10 @@
 #include "davar/davar.h"
 #include "pipeline.h"
 
-#include <assert.h>
-
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
 _Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
 
-const davar_number_t davar_number_q31 = PIPELINE_NUMBER;
+const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
 
 /* ... after the door of float samples, too. */
 size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
@@ -19,7 +17,11 @@ size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
 
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
 {
-    assert((davar->number == &davar_number_q31) && !davar->is_float && !davar->window.finished);
+    const bool belongs = (davar->number == &davar_number_q31) && !davar->is_float && !is_finished(&davar->window);
+    DAVAR_ASSERT(belongs);
+    if (!belongs) {
+        return 0U;
+    }
     davar_change_begin(davar);
     const size_t consumed = davar_q31_push(davar, counts, count);
     davar_change_end(davar);

@@ -223,14 +223,13 @@ double davar_root_of_quotient_by_integers(double dividend, double divisor, uint6
 
 /* --- products ------------------------------------------------------------------------------------------------------ */
 
-double davar_multiply_by_integers(double a, double b)
+double davar_scale_by_integers(double a, double b)
 {
     const uint64_t bits = davar_bits_of_double(a);
     const uint64_t by = davar_bits_of_double(b);
     uint32_t exponent = exponent_of(bits) + exponent_of(by) - 1022U;
-    if (!is_normal(exponent_of(bits)) || !is_normal(exponent_of(by)) || !is_normal(exponent) ||
-        !is_normal(exponent - 1U)) {
-        return a * b;
+    if (bits == 0U) {
+        return 0.0;
     }
     const davar_u128_t product = davar_multiply_u64(mantissa_of(bits) << 11U, mantissa_of(by) << 11U);
     uint64_t mantissa = product.high;
@@ -243,4 +242,15 @@ double davar_multiply_by_integers(double a, double b)
     const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
     const double size = davar_double_of_mantissa(mantissa | ((rest != 0U) ? 1U : 0U), exponent);
     return davar_double_of_bits(sign | davar_bits_of_double(size));
+}
+
+double davar_multiply_by_integers(double a, double b)
+{
+    const uint32_t of_a = exponent_of(davar_bits_of_double(a));
+    const uint32_t of_b = exponent_of(davar_bits_of_double(b));
+    const uint32_t exponent = of_a + of_b - 1022U;
+    if (!is_normal(of_a) || !is_normal(of_b) || !is_normal(exponent) || !is_normal(exponent - 1U)) {
+        return a * b; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
+    }
+    return davar_scale_by_integers(a, b);
 }

@@ -15,6 +15,9 @@ float davar_rootf_by_integers(float value);
 double davar_divide_by_integers(double dividend, double divisor);
 double davar_multiply_by_integers(double a, double b);
 
+/* a is 0 or normal, b and the product are normal: without the compiler's product for all else. */
+double davar_scale_by_integers(double a, double b);
+
 /* The root of a quotient whose divisor is known beforehand; both rounded. Normal numbers, dividend 0 too, whose quotient is
  * normal. */
 uint64_t davar_reciprocal_by_integers(double value);
@@ -34,21 +37,26 @@ static inline double davar_root(double value)
 #endif
 }
 
+/* On Arm in its own instruction: sqrtf would bring errno with it, whatever a user's flags say. */
+static inline float davar_rootf(float value)
+{
+#ifdef DAVAR_SOFT_FLOAT
+    return davar_rootf_by_integers(value);
+#elif defined(__arm__) && defined(__GNUC__)
+    float root;
+    __asm__("vsqrt.f32 %0, %1" : "=t"(root) : "t"(value));
+    return root;
+#else
+    return sqrtf(value);
+#endif
+}
+
 static inline uint32_t davar_root_of_mantissa(uint32_t m)
 {
 #ifdef DAVAR_SOFT_FLOAT
     return davar_root_of_mantissa_by_integers(m);
 #else
-    return (uint32_t)(sqrtf((float)m) * 256.0F); /* exact but for the root: 2^15 .. 2^16, of 24 bits */
-#endif
-}
-
-static inline float davar_rootf(float value)
-{
-#ifdef DAVAR_SOFT_FLOAT
-    return davar_rootf_by_integers(value);
-#else
-    return sqrtf(value);
+    return (uint32_t)(davar_rootf((float)m) * 256.0F); /* exact but for the root: 2^15 .. 2^16, of 24 bits */
 #endif
 }
 
@@ -79,6 +87,15 @@ static inline double davar_divide(double a, double b)
     return davar_divide_by_integers(a, b);
 #else
     return a / b;
+#endif
+}
+
+static inline double davar_scale(double a, double b)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_scale_by_integers(a, b);
+#else
+    return a * b;
 #endif
 }
 

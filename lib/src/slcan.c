@@ -1,7 +1,6 @@
 /* davar - SLCAN text. */
 #include "davar/slcan.h"
 
-#include <assert.h>
 
 #define HEAD 5U /* t5D08 */
 #define STAMP 4U
@@ -18,7 +17,7 @@ static size_t put_hex(char *text, size_t at, uint32_t value, uint32_t digits)
 
 size_t davar_slcan_encode(const davar_frame_t *frame, char *text)
 {
-    assert(frame->length <= 8U);
+    DAVAR_ASSERT(frame->length <= 8U);
     text[0] = 't';
     size_t at = put_hex(text, 1U, frame->identifier, 3U);
     at = put_hex(text, at, frame->length, 1U);

@@ -32,7 +32,7 @@ static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_
 DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     const uint32_t segment = davar->config->segment;
-    if (segment == 0U) {
+    if (!has_moments(davar->config)) {
         return;
     }
     sliding_add(&stages->moments.head, stages, index);
@@ -43,7 +43,7 @@ DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *dav
 
 DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
-    if (davar->config->segment != 0U) {
+    if (has_moments(davar->config)) {
         sliding_add(&stages->moments.tail, stages, index);
     }
 }
@@ -68,7 +68,7 @@ static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t samp
     const uint32_t tail = ring_before(ring, ring->next, window->lag + window->length);
     ring_put(ring, sample);
     window_glide(window);
-    if (segment != 0U) {
+    if (has_moments(davar->config)) {
         sliding_glide_moments(stages, segment, head, tail);
     }
     slide(stages, head, tail);
@@ -207,7 +207,7 @@ DAVAR_RARE static void sliding_warm_moments(stages_t *stages, const davar_config
     static const powers_t no_powers = {0};
     moments_t *const moments = &stages->moments;
     const uint32_t half = config->window_max / 2U;
-    if (config->segment == 0U) {
+    if (!has_moments(config)) {
         return;
     }
     sliding_add(&moments->head, stages, index);

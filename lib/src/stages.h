@@ -3,6 +3,7 @@
 #define DAVAR_SRC_STAGES_H
 
 #include "allan.h"
+#include "choice.h"
 #include "moments.h"
 #include "window.h"
 
@@ -59,5 +60,11 @@ typedef struct {
     sample_t highest; /* samples at or beyond it, or its complement, are saturated */
     uint8_t steady;   /* a steady_t */
 } stages_t;
+
+/* Results come from records on a grid, not from sums that follow both edges. */
+static inline bool on_grid(const stages_t *stages)
+{
+    return DAVAR_GRID && (stages->grid != NULL);
+}
 
 #endif

@@ -30,7 +30,7 @@ DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_con
     davar->gaps.capacity = config->gaps_max;
     stages->allan.m = config->taus;
     stages->grid = NULL;
-    if (config->stride > 1U) {
+    if (has_grid(config)) {
         grid_t only_counted;
         stages->grid = davar_arena_take(&arena, 1U, sizeof(grid_t));
         grid_carve(&arena, (memory == NULL) ? &only_counted : stages->grid, config);
@@ -38,7 +38,7 @@ DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_con
     return arena.used;
 }
 
-DAVAR_RARE static size_t pipeline_memory_size(const davar_config_t *config)
+DAVAR_RARE size_t NUMBER(memory_size)(const davar_config_t *config)
 {
     stages_t stages;
     davar_t davar;
@@ -66,7 +66,7 @@ DAVAR_RARE static bool are_octaves(const davar_config_t *config)
 
 static void start_allan(allan_t *allan, const davar_config_t *config)
 {
-    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    const bool centred = is_centred(config);
     allan->count = config->tau_count;
     allan->run = 0U;
     allan->to_gap = DAVAR_NO_GAP;
@@ -82,13 +82,13 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
 /* Samples up to the first epoch of a record. */
 static uint32_t first_wait(const davar_config_t *config)
 {
-    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    const bool centred = is_centred(config);
     return centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride;
 }
 
 static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
 {
-    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    const bool centred = is_centred(config);
     const bool longest = centred || (config->stride > config->window_max);
     const davar_window_t start = {
         .origin = origin,
@@ -111,12 +111,12 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     start_allan(&stages->allan, config);
     memset(&stages->moments, 0, sizeof stages->moments);
     start_window(&davar->window, config, origin, skip);
-    if (stages->grid != NULL) {
+    if (on_grid(stages)) {
         grid_start(stages->grid, config, &stages->allan);
     }
 }
 
-DAVAR_RARE static void pipeline_start(davar_t *davar, void *memory)
+DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)
 {
     davar->stages = memory;
     memset(memory, 0, carve(davar->stages, davar, davar->config, memory));

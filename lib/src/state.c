@@ -108,7 +108,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
 
 DAVAR_RARE static size_t memory_bytes(const davar_t *davar)
 {
-    return davar->number->memory_size(davar->config);
+    return is_wide(davar) ? davar_q31_memory_size(davar->config) : davar_q15_memory_size(davar->config);
 }
 
 DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
@@ -192,7 +192,11 @@ DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *stora
     davar->seen = saved.seen;
     davar->ready = saved.ready;
     davar->in_gap = saved.in_gap;
-    davar->number->resume(davar);
+    if (is_wide(davar)) {
+        davar_q31_resume(davar);
+    } else {
+        davar_q15_resume(davar);
+    }
     davar->gaps.count = saved.gaps;
     return true;
 }

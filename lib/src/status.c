@@ -8,6 +8,7 @@ const char *davar_status_text(davar_status_t status)
     static const char *const text[] = {
         [DAVAR_OK] = "ok",
         [DAVAR_ERR_NULL] = "a pointer is null (taus among them)",
+        [DAVAR_ERR_BUILD] = "left out of this build",
         [DAVAR_ERR_MEMORY_SIZE] = "memory smaller than davar_memory_size",
         [DAVAR_ERR_MEMORY_ALIGN] = "memory not aligned to 8 bytes",
         [DAVAR_ERR_RATE] = "rate_hz is not a positive number",

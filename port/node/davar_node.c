@@ -145,13 +145,17 @@ static davar_node_state_t send_pending(davar_node_t *node)
 
 static davar_node_state_t serve(davar_node_t *node, size_t c)
 {
+    const davar_node_channel_t *const channel = &node->channels[c];
     if (node->ended) {
         flush_one(node, c);
     } else {
         push_rest(node, c);
     }
-    node->pending = davar_take(node->channels[c].davar, &node->result);
+    node->pending = davar_take(channel->davar, &node->result);
     node->pending_channel = c;
+    if (node->pending && (channel->plan != NULL)) {
+        davar_fit(channel->plan, channel->davar->config->rate_hz, &node->result);
+    }
     return node->pending ? send_pending(node) : DAVAR_NODE_RUNNING;
 }
 

@@ -15,6 +15,7 @@ extern "C" {
 typedef struct {
     davar_t *davar;
     davar_port_number_t number;
+    davar_plan_t *plan; /* of the fit, for the taus of the configuration; channels with the same may share one. Null: ADEV only */
     size_t position; /* private: samples of the current block (after the end: flushed results) already done */
 } davar_node_channel_t;
 
@@ -57,7 +58,7 @@ void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t 
 /* One bounded piece of work: retry the waiting result, or push one channel up to its next result (or the end of its
  * block) and send that result, or read one block, or flush one result after the end. Never waits. Results leave epoch by
  * epoch, the channels of an epoch in order, and none is lost when send says "try again". Call it from one thread.
- * Cost: davar_push_* of at most one block, one davar_take, O(channels). */
+ * Cost: davar_push_* of at most one block, one davar_take and davar_fit, O(channels). */
 davar_node_state_t davar_node_step(davar_node_t *node);
 
 #ifdef __cplusplus

@@ -64,8 +64,8 @@ static void test_a_sample_or_a_gap_after_the_record_was_finished(void)
 
 static void test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span(void)
 {
-    davar_fit_plan_t plan;
-    TEST_ASSERT_TRUE(ASSERTS((davar_fit_plan(&plan, taus, 0U), 0)));
+    davar_plan_t plan;
+    TEST_ASSERT_TRUE(ASSERTS((davar_plan_init(&plan, taus, 0U), 0)));
     TEST_ASSERT_TRUE(ASSERTS(davar_edf(DAVAR_ANGLE_RANDOM_WALK, 2U, 3U)));
     TEST_ASSERT_FALSE(ASSERTS(davar_edf(DAVAR_ANGLE_RANDOM_WALK, 2U, 4U)));
 }

@@ -34,7 +34,7 @@ static void test_a_restart_in_centred_mode_continues_the_epochs(void)
     (void)feed(0U, 100U);
     davar_gap(&davar, 1U);
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
-    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+    TEST_ASSERT_FALSE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT32(0U, feed(100U, 119U));
     TEST_ASSERT_EQUAL_UINT32(1U, feed(119U, 120U));
     TEST_ASSERT_EQUAL_UINT64(100U, result.epoch);
@@ -69,7 +69,7 @@ static void test_a_restart_loses_a_waiting_result_and_counts_it(void)
     }
     davar_gap(&davar, 1U);
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).missed);
-    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+    TEST_ASSERT_FALSE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT32(1U, feed(20U, 40U));
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).missed);
 }
@@ -111,7 +111,7 @@ static void test_a_gap_behind_the_last_sample_is_none(void)
     (void)feed(0U, 100U);
     davar_gap(&davar, 1U);
     TEST_ASSERT_TRUE(davar_flush(&davar));
-    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT32(0U, result.gaps_in_window);
 }
 

@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "davar/davar.h"
+#include "fitted.h"
 #include "unity.h"
 
 #include <math.h>
@@ -81,7 +82,7 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
     uint32_t results = 0U;
     while (results < RESULTS) {
         davar_result_t result;
-        if (!davar_take(&davar, &result)) {
+        if (!take_fitted(&davar, &result)) {
             continue;
         }
         results++;
@@ -132,7 +133,7 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
         start_timer(50);
         for (uint32_t results = 0U; results < RESULTS;) {
             davar_result_t result;
-            if (davar_take(&davar, &result)) {
+            if (take_fitted(&davar, &result)) {
                 results++;
                 for (uint32_t t = 0U; t < 3U; t++) {
                     TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.window_samples - (2U * many[t]) + 1U,
@@ -162,7 +163,7 @@ static void test_take_and_health_wait_for_a_push_at_work_elsewhere(void)
     const struct itimerval once = {{0, 0}, {0, 2000}};
     davar.sequence = davar.sequence + 1U;
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &once, NULL));
-    (void)davar_take(&davar, &result);
+    (void)take_fitted(&davar, &result);
     TEST_ASSERT_EQUAL_UINT32(0U, davar.sequence % 2U);
     davar.sequence = davar.sequence + 1U;
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &once, NULL));

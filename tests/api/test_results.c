@@ -11,9 +11,9 @@ static void test_results_that_nobody_took_are_counted(void)
         (void)davar_push_q15(&davar, &sample, 1U);
     }
     TEST_ASSERT_EQUAL_UINT32(10U, davar_health(&davar).missed);
-    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(10U, result.epoch);
-    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+    TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 
 static void test_a_block_push_stops_at_each_result(void)
@@ -26,7 +26,7 @@ static void test_a_block_push_stops_at_each_result(void)
     start_q15();
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, block, 0U));
     TEST_ASSERT_EQUAL_size_t(29U, davar_push_q15(&davar, block, 64U)); /* epoch 9 needs samples to 9 + 20 - 1 */
-    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(9U, result.epoch);
     TEST_ASSERT_EQUAL_size_t(10U, davar_push_q15(&davar, &block[29], 35U));
 }
@@ -38,7 +38,7 @@ static void test_a_push_of_nothing_consumes_nothing(void)
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
     (void)feed(0U, 60U); /* the window glides now */
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
-    TEST_ASSERT_FALSE(davar_take(&davar, &result));
+    TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 
 static void test_saturated_samples_are_counted_and_clamped(void)
@@ -85,7 +85,7 @@ static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
     TEST_ASSERT_EQUAL_UINT32(81U, feed(0U, 100U));
     uint32_t flushed = 0U;
     while (davar_flush(&davar)) {
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        TEST_ASSERT_TRUE(take_fitted(&davar, &result));
         flushed++;
     }
     TEST_ASSERT_EQUAL_UINT32(19U, flushed);
@@ -120,7 +120,7 @@ static void test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation(void)
         const int16_t rail = INT16_MIN;
         (void)davar_push_q15(&davar, &rail, 1U);
     }
-    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_TRUE(isnan(result.kurtosis) && isnan(result.contribution) && !result.unstable);
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[3].adev);
     TEST_ASSERT_EQUAL_UINT32(60U, davar_health(&davar).saturated);

@@ -72,7 +72,7 @@ static void test_a_waiting_result_survives(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
     init(Q15, &restored, 1U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
-    TEST_ASSERT_TRUE(davar_take(&original, &expected) && davar_take(&restored, &actual));
+    TEST_ASSERT_TRUE(take_fitted(&original, &expected) && take_fitted(&restored, &actual));
     TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
 }
 

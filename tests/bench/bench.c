@@ -107,16 +107,16 @@ static double run_chain(const davar_config_t *config)
 {
     davar_t davar;
     davar_result_t result;
-    davar_fit_plan_t plan;
-    davar_config_t planned = *config;
-    planned.fit_plan = &plan;
-    const size_t bytes = davar_memory_size_q15(&planned);
+    davar_plan_t plan;
+    const size_t bytes = davar_memory_size_q15(config);
     void *const memory = memory_of(bytes);
-    (void)davar_init_q15(&davar, &planned, memory, bytes);
+    (void)davar_init_q15(&davar, config, memory, bytes);
+    davar_plan_init(&plan, config->taus, config->tau_count);
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
         i += davar_push_q15(&davar, &narrow[i], SAMPLES - i);
         if (davar_take(&davar, &result)) {
+            davar_fit(&plan, config->rate_hz, &result);
             sink += result.tau[0].adev;
         }
     }

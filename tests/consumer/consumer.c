@@ -5,6 +5,7 @@
 static const uint32_t taus[] = {1, 2, 4};
 static uint64_t memory[2048];
 static davar_t davar;
+static davar_plan_t plan; /* of the fit */
 
 int main(void)
 {
@@ -23,11 +24,14 @@ int main(void)
         puts(davar_status_text(status));
         return 1;
     }
+    davar_plan_init(&plan, taus, 3);
     davar_result_t result = {0};
     const int16_t count = 7;
     for (int i = 0; i < 100; i++) {
         (void)davar_push_q15(&davar, &count, 1);
-        (void)davar_take(&davar, &result);
+        if (davar_take(&davar, &result)) {
+            davar_fit(&plan, config.rate_hz, &result);
+        }
     }
     printf("davar %d.%d.%d epoch %d window %d\n", DAVAR_VERSION_MAJOR, DAVAR_VERSION_MINOR, DAVAR_VERSION_PATCH,
            (int)result.epoch, (int)result.window_samples);

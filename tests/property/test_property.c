@@ -1,5 +1,6 @@
 /* davar tests - random configurations and records, every epoch against brute force: integers bit for bit. */
 #include "davar/davar.h"
+#include "fitted.h"
 #include "random.h"
 #include "reference.h"
 #include "unity.h"
@@ -216,13 +217,13 @@ static void run_trial(const trial_t *trial, random_t *random)
         end = (end > trial->count) ? trial->count : end;
         while (i < end) {
             i += (int64_t)push(&davar, trial, i, end);
-            if (davar_take(&davar, &result)) {
+            if (take_fitted(&davar, &result)) {
                 expect_next(trial, &reference, &result);
             }
         }
     }
     while (davar_flush(&davar)) {
-        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+        TEST_ASSERT_TRUE(take_fitted(&davar, &result));
         expect_next(trial, &reference, &result);
     }
     if (trial->config.mode == DAVAR_MODE_CENTRED || trial->count > 0) {

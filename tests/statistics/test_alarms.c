@@ -1,6 +1,7 @@
 /* davar tests - false alarms and power of the monitor: noise with a known Allan variance through the whole library, fixed
  * seeds. Prints the table of DESIGN (9.6). */
 #include "davar/davar.h"
+#include "fitted.h"
 #include "davar/monitor.h"
 #include "gyro_noise.h"
 #include "unity.h"
@@ -82,7 +83,7 @@ static void watch(const scenario_t *scenario, random_t *random, alarms_t *alarms
     }
     for (size_t done = 0; done < SAMPLES;) {
         done += davar_push_f32(&davar, samples + done, SAMPLES - done);
-        if (davar_take(&davar, &result)) {
+        if (take_fitted(&davar, &result)) {
             count(alarms, results);
         }
     }

@@ -24,7 +24,7 @@ typedef struct {
     double arw_ratio;                            /* median of high / low: honest must not mean wide */
 } coverage_t;
 
-static davar_fit_plan_t plan;
+static davar_plan_t plan;
 static davar_result_t result;
 static coverage_t coverage;
 
@@ -49,7 +49,7 @@ static void set_taus(const scenario_t *scenario)
         result.tau[t].m = m[t];
         result.tau[t].differences = scenario->window - 2U * m[t] + 1U;
     }
-    davar_fit_plan(&plan, m, count);
+    davar_plan_init(&plan, m, count);
 }
 
 static double adev_of(const double *phase, uint32_t window, uint32_t m)

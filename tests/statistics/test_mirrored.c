@@ -18,7 +18,7 @@ static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U};
 static const uint64_t places[PLACES] = {0U, 50U, 150U, 250U, 300U, 800U, SAMPLES - 1U};
 static uint64_t memory[1024];
 static davar_config_t config;
-static davar_fit_plan_t plan;
+static davar_plan_t plan;
 static davar_t davar;
 static davar_result_t result;
 static unsigned adev_holds[PLACES][TAUS];
@@ -53,6 +53,15 @@ static bool wanted(void)
     return false;
 }
 
+static bool take(void)
+{
+    const bool waits = davar_take(&davar, &result);
+    if (waits) {
+        davar_fit(&plan, config.rate_hz, &result);
+    }
+    return waits;
+}
+
 static void record(random_t *random)
 {
     static double noise[SAMPLES];
@@ -62,12 +71,12 @@ static void record(random_t *random)
     for (unsigned i = 0U; i < SAMPLES; i++) {
         const int16_t sample = (int16_t)lround(noise[i] / COUNT);
         (void)davar_push_q15(&davar, &sample, 1U);
-        if (wanted() && davar_take(&davar, &result)) {
+        if (wanted() && take()) {
             count_result();
         }
     }
     while (davar_flush(&davar)) {
-        if (wanted() && davar_take(&davar, &result)) {
+        if (wanted() && take()) {
             count_result();
         }
     }
@@ -88,7 +97,7 @@ static void test_intervals_near_the_ends_hold_the_truth(void)
     config.policy = DAVAR_POLICY_FIXED;
     config.taus = taus;
     config.tau_count = TAUS;
-    config.fit_plan = &plan;
+    davar_plan_init(&plan, config.taus, config.tau_count);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     random_t random = random_seeded(7U);
     for (unsigned i = 0U; i < RECORDS; i++) {

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static davar_fit_plan_t plan;
+static davar_plan_t plan;
 static davar_result_t result;
 
 void setUp(void)
@@ -34,7 +34,7 @@ static void set_taus(uint32_t window, const uint32_t *m, uint8_t count)
         result.tau[t].m = m[t];
         result.tau[t].differences = (2U * m[t] <= window) ? window - 2U * m[t] + 1U : 0U;
     }
-    davar_fit_plan(&plan, m, count);
+    davar_plan_init(&plan, m, count);
 }
 
 static void set_octaves(uint32_t window, uint8_t count)

@@ -3,6 +3,7 @@
 #ifndef DAVAR_TESTS_STATE_FIXTURE_H
 #define DAVAR_TESTS_STATE_FIXTURE_H
 
+#include "fitted.h"
 #include "small_config.h"
 #include "unity.h"
 
@@ -13,7 +14,6 @@
 static const uint32_t taus[4] = {1U, 2U, 5U, 8U};
 static uint64_t memory[2][1024];
 static davar_config_t config;
-static davar_fit_plan_t plan;
 static davar_t original;
 static davar_t restored;
 
@@ -48,7 +48,6 @@ void setUp(void)
     budget = SIZE_MAX;
     reads = SIZE_MAX;
     config = small_config(taus, 4U);
-    config.fit_plan = &plan;
 }
 
 void tearDown(void) {}
@@ -92,7 +91,7 @@ static bool step(type_t type, davar_t *davar, uint32_t n, davar_result_t *result
         (void)davar_push_f32(davar, &rate, 1U);
     }
     memset(result, 0, sizeof *result);
-    return davar_take(davar, result);
+    return take_fitted(davar, result);
 }
 
 /* Epoch of the next result of what the storage holds. */

@@ -3,6 +3,7 @@
 #ifndef DAVAR_TESTS_STREAM_FIXTURE_H
 #define DAVAR_TESTS_STREAM_FIXTURE_H
 
+#include "fitted.h"
 #include "small_config.h"
 #include "unity.h"
 
@@ -33,7 +34,7 @@ static inline uint32_t feed(uint32_t from, uint32_t to)
     for (uint32_t i = from; i < to; i++) {
         const int16_t sample = ripple(i);
         TEST_ASSERT_EQUAL_size_t(1U, davar_push_q15(&davar, &sample, 1U));
-        results += davar_take(&davar, &result) ? 1U : 0U;
+        results += take_fitted(&davar, &result) ? 1U : 0U;
     }
     return results;
 }

@@ -15,7 +15,7 @@
 static const uint32_t octaves[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
 static int16_t samples[STRIDE * 16U];
 static uint64_t memory[780];
-static davar_fit_plan_t plan;
+static davar_plan_t plan;
 static davar_config_t config;
 static davar_t davar;
 static davar_result_t result;
@@ -48,12 +48,12 @@ static void start(davar_policy_t policy, uint32_t stride)
     config.mode = DAVAR_MODE_TRAILING;
     config.taus = octaves;
     config.tau_count = TAUS;
-    config.fit_plan = &plan;
     const size_t bytes = davar_memory_size_q15(&config);
     if (davar_init_q15(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
         board_figure("refused_needs_bytes", (uint32_t)bytes);
         board_exit(1);
     }
+    davar_plan_init(&plan, config.taus, config.tau_count);
     board_figure((stride == 1U) ? "ram_bytes" : "ram_grid_bytes", (uint32_t)(bytes + sizeof davar));
 }
 
@@ -67,6 +67,15 @@ static void feed(uint32_t count)
     for (uint32_t i = 0U; i < count; i++) {
         const int16_t sample = sample_at(i);
         (void)davar_push_q15(&davar, &sample, 1U);
+    }
+}
+
+/* A result with everything. */
+static void take(void)
+{
+    if (davar_take(&davar, &result)) {
+        davar_fit(&plan, config.rate_hz, &result);
+        sink++;
     }
 }
 
@@ -107,9 +116,11 @@ static void measure_grid(void)
 {
     start(DAVAR_POLICY_OR, STRIDE);
     feed(2U * WINDOW);
-    (void)davar_take(&davar, &result);
+    take();
     uint32_t push = 0U;
-    uint32_t take = 0U;
+    uint32_t adev = 0U;
+    uint32_t arw = 0U;
+    uint32_t all = 0U;
     const uint32_t rounds = 64U;
     for (uint32_t i = 0U; i < rounds; i++) {
         uint32_t mark = board_mark();
@@ -122,10 +133,18 @@ static void measure_grid(void)
         push += board_instructions_since(mark);
         mark = board_mark();
         sink += davar_take(&davar, &result) ? 1 : 0;
-        take += board_instructions_since(mark);
+        adev += board_instructions_since(mark);
+        mark = board_mark();
+        sink += davar_fit_white(&plan, config.rate_hz, &result) ? 1 : 0;
+        arw += board_instructions_since(mark);
+        mark = board_mark();
+        davar_fit(&plan, config.rate_hz, &result);
+        all += board_instructions_since(mark);
     }
     board_figure("grid_push_x100", (100U * push) / (rounds * STRIDE));
-    board_figure("grid_take", take / rounds);
+    board_figure("grid_take", (adev + all) / rounds);
+    board_figure("grid_take_adev", adev / rounds);
+    board_figure("grid_arw_x100", (100U * (push + adev + arw)) / (rounds * STRIDE));
     measure_single("grid_single_push_x100", NULL);
 }
 
@@ -161,7 +180,7 @@ static rough_t measure_roughly(uint32_t stride, uint32_t take_every)
         push_roughly(&rough, i);
         if ((i % take_every) == 0U) {
             const uint32_t mark = board_mark();
-            sink += davar_take(&davar, &result) ? 1 : 0;
+            take();
             const uint32_t spent = board_instructions_since(mark);
             rough.worst_take = (spent > rough.worst_take) ? spent : rough.worst_take;
         }
@@ -177,6 +196,32 @@ static void measure_default(void)
     const rough_t grid = measure_roughly(STRIDE, 1U);
     board_figure("grid_worst_push", grid.worst);
     board_figure("worst_take", (each.worst_take > grid.worst_take) ? each.worst_take : grid.worst_take);
+}
+
+/* The paper's law at its own settings in plain white noise, every result taken. */
+static void measure_white(void)
+{
+    start(DAVAR_POLICY_OR, 1U);
+    uint32_t push = 0U;
+    uint32_t adev = 0U;
+    uint32_t state = 7U;
+    const uint32_t count = 6000U;
+    for (uint32_t i = 0U; i < count; i++) {
+        int32_t sum = 0;
+        for (unsigned k = 0U; k < 12U; k++) { /* so many that the kurtosis is 2.9 */
+            state = (state * 1664525U) + 1013904223U;
+            sum += (int32_t)(state >> 24U) - 128;
+        }
+        const int16_t sample = (int16_t)(sum / 2);
+        uint32_t mark = board_mark();
+        (void)davar_push_q15(&davar, &sample, 1U);
+        push += board_instructions_since(mark);
+        mark = board_mark();
+        sink += davar_take(&davar, &result) ? 1 : 0;
+        adev += board_instructions_since(mark);
+    }
+    board_figure("adaptive_white", push / count);
+    board_figure("take_white_mean", adev / count);
 }
 
 /* For scale: the filter that everybody has written, plain and four taps a turn; which is faster depends on the core. */
@@ -258,7 +303,7 @@ static __attribute__((noinline)) uint32_t used(uintptr_t from)
 static void measure_stack(void)
 {
     uint32_t push = 0U;
-    uint32_t take = 0U;
+    uint32_t deepest = 0U;
     start(DAVAR_POLICY_OR, 1U);
     for (uint32_t i = 0U; i < 2000U; i++) {
         const int16_t sample = (int16_t)((((i / 300U) % 2U) == 0U) ? sample_at(i) : (20 * sample_at(i)));
@@ -272,13 +317,13 @@ static void measure_stack(void)
         push = (of_push > push) ? of_push : push;
         if ((i % 20U) == 0U) {
             paint(from);
-            sink += davar_take(&davar, &result) ? 1 : 0;
+            take();
             const uint32_t of_take = used(from);
-            take = (of_take > take) ? of_take : take;
+            deepest = (of_take > deepest) ? of_take : deepest;
         }
     }
     board_figure("stack_push_bytes", push);
-    board_figure("stack_take_bytes", take);
+    board_figure("stack_take_bytes", deepest);
 }
 
 int main(void)
@@ -287,6 +332,7 @@ int main(void)
     measure_every_sample();
     measure_grid();
     measure_default();
+    measure_white();
     measure_fir();
     measure_stack();
     board_figure("davar_t_bytes", (uint32_t)sizeof davar);

@@ -8,6 +8,7 @@ int main(void)
 {
     static davar_t davar;
     static davar_result_t result;
+    static davar_plan_t plan;
     const int16_t narrow = 0;
     const int32_t wide = 0;
     char command[8];
@@ -16,6 +17,7 @@ int main(void)
         (void)davar_push_q15(&davar, &narrow, 1U);
         (void)davar_push_q31(&davar, &wide, 1U);
         (void)davar_take(&davar, &result);
+        davar_fit(&plan, 1.0, &result);
     }
     return 0;
 }

@@ -10,7 +10,7 @@ static void test_white_noise_is_arw_and_nothing_else(void)
     const double white[] = {0, 4.0, 0, 0, 0};
     set_octaves(600, 7);
     set_model(white);
-    davar_fit(&plan, 0.01, &result);
+    davar_fit(&plan, 1.0 / 0.01, &result);
     assert_holds(60.0 * 2.0 * sqrt(0.01), term(DAVAR_ANGLE_RANDOM_WALK));
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
     assert_absent_below(0.01 * 1.0, term(DAVAR_QUANTIZATION));
@@ -28,19 +28,19 @@ static void test_every_term_comes_back_in_its_unit(void)
     const double ramp[] = {0, 1.0, 0, 0, 0.01 * 0.01 * tau0 * tau0 / 2.0};
     set_octaves(100000, 13);
     set_model(quantization);
-    davar_fit(&plan, tau0, &result);
+    davar_fit(&plan, 1.0 / tau0, &result);
     assert_holds(0.5, term(DAVAR_QUANTIZATION));
     assert_holds(60.0 * sqrt(tau0), term(DAVAR_ANGLE_RANDOM_WALK));
     set_model(instability);
-    davar_fit(&plan, tau0, &result);
+    davar_fit(&plan, 1.0 / tau0, &result);
     assert_holds(3600.0 * 0.3, term(DAVAR_BIAS_INSTABILITY));
     assert_holds(60.0 * sqrt(tau0), term(DAVAR_ANGLE_RANDOM_WALK));
     set_model(walk);
-    davar_fit(&plan, tau0, &result);
+    davar_fit(&plan, 1.0 / tau0, &result);
     assert_holds(216000.0 * 0.2, term(DAVAR_RATE_RANDOM_WALK));
     assert_holds(60.0 * sqrt(tau0), term(DAVAR_ANGLE_RANDOM_WALK));
     set_model(ramp);
-    davar_fit(&plan, tau0, &result);
+    davar_fit(&plan, 1.0 / tau0, &result);
     assert_holds(12960000.0 * 0.01, term(DAVAR_RATE_RAMP));
     assert_holds(60.0 * sqrt(tau0), term(DAVAR_ANGLE_RANDOM_WALK));
 }
@@ -294,11 +294,11 @@ static void test_the_longest_windows_and_lists_stay_finite(void)
     const double mix[] = {0, 1.0, 0, 0, 1e-20};
     set_taus(1U << 24U, m, DAVAR_TAUS_MAX);
     set_model(mix);
-    davar_fit(&plan, 1e-4, &result);
+    davar_fit(&plan, 1.0 / 1e-4, &result);
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 0.0);
     set_octaves(1U << 24U, 24);
     set_model(mix);
-    davar_fit(&plan, 1e-4, &result);
+    davar_fit(&plan, 1.0 / 1e-4, &result);
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
     TEST_ASSERT_TRUE(isfinite(term(DAVAR_RATE_RAMP)->high));
     TEST_ASSERT_TRUE(isfinite(term(DAVAR_ANGLE_RANDOM_WALK)->low));
@@ -339,7 +339,7 @@ static void test_limits_are_numbers_in_order_whatever_the_list(void)
             const double walk = (trial % 5U == 0U) ? (double)m[t] / 1000.0 : 0.0;
             result.tau[t].adev = fabs(noise) / sqrt((double)m[t]) + walk;
         }
-        davar_fit(&plan, 0.01, &result);
+        davar_fit(&plan, 1.0 / 0.01, &result);
         assert_in_order();
     }
 }
@@ -364,7 +364,7 @@ static void test_what_cannot_be_told_apart_has_no_bound(void)
             result.tau[t].differences = cases[i].differences[t];
             result.tau[t].adev = cases[i].adev[t];
         }
-        davar_fit(&plan, 0.01, &result);
+        davar_fit(&plan, 1.0 / 0.01, &result);
         assert_in_order();
         TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
         TEST_ASSERT_TRUE(isinf(term(DAVAR_QUANTIZATION)->high));

@@ -7,11 +7,11 @@
 static void assert_same_as_fresh(const uint32_t *m, uint8_t count)
 {
     davar_result_t again = result;
-    davar_fit_plan_t fresh;
+    davar_plan_t fresh;
     memset(&fresh, 0xA5, sizeof fresh);
-    davar_fit_plan(&fresh, m, count);
-    davar_fit(&fresh, 0.5, &again);
-    davar_fit(&plan, 0.5, &result);
+    davar_plan_init(&fresh, m, count);
+    davar_fit(&fresh, 1.0 / 0.5, &again);
+    davar_fit(&plan, 1.0 / 0.5, &result);
     TEST_ASSERT_EQUAL_MEMORY(again.tau, result.tau, sizeof result.tau);
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         TEST_ASSERT_EQUAL_INT(again.coefficient[k].present, result.coefficient[k].present);

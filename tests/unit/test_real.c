@@ -163,6 +163,7 @@ static void test_products(void)
         const double a = any_double(&random);
         const double b = any_double(&random);
         same_double(a * b, davar_multiply_by_integers(a, b), a, b);
+        same_double(0.0, davar_scale_by_integers(0.0, b), a, b);
         same_double(a * b, davar_multiply(a, b), a, b);
     }
     for (int i = -1074; i < 1024; i += 11) { /* all sizes, past both ends of what a double holds */

@@ -65,7 +65,7 @@ static void test_what_a_double_cannot_hold(void)
 static void test_white_noise_near_the_largest_double(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U, 8U};
-    davar_fit_plan_t plan;
+    davar_plan_t plan;
     davar_result_t result;
     memset(&result, 0, sizeof result);
     result.window_samples = 100U;
@@ -75,7 +75,7 @@ static void test_white_noise_near_the_largest_double(void)
         result.tau[t].differences = 101U - (2U * m[t]);
         result.tau[t].adev = (0.999 * DBL_MAX) / sqrt((double)m[t]);
     }
-    davar_fit_plan(&plan, m, 4U);
+    davar_plan_init(&plan, m, 4U);
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_TRUE(isinf(result.tau[0].high));
     TEST_ASSERT_TRUE(isfinite(result.tau[0].low));

@@ -2,6 +2,7 @@
 #include "number_q15.h"
 
 #include "davar/davar.h"
+#include "fitted.h"
 #include "stages.h"
 #include "unity.h"
 
@@ -69,7 +70,7 @@ static bool feed(davar_t *davar, uint32_t n, davar_result_t *result)
         davar_gap(davar, 1U);
     }
     (void)davar_push_q15(davar, &sample, 1U);
-    return davar_take(davar, result);
+    return take_fitted(davar, result);
 }
 
 static void same(const davar_result_t *a, const davar_result_t *b)
@@ -104,7 +105,7 @@ static void wrapped(uint32_t before)
     }
     while (davar_flush(&plain)) {
         TEST_ASSERT_TRUE(davar_flush(&wrapping));
-        TEST_ASSERT_TRUE(davar_take(&plain, &result[0]) && davar_take(&wrapping, &result[1]));
+        TEST_ASSERT_TRUE(take_fitted(&plain, &result[0]) && take_fitted(&wrapping, &result[1]));
         same(&result[0], &result[1]);
     }
     TEST_ASSERT_FALSE(davar_flush(&wrapping));
@@ -163,8 +164,8 @@ static void forgotten(uint32_t later)
         }
         (void)davar_push_q15(&plain, &sample, 1U);
         (void)davar_push_q15(&late, &sample, 1U);
-        const bool ready = davar_take(&plain, &result[0]);
-        TEST_ASSERT_EQUAL(ready, davar_take(&late, &result[1]));
+        const bool ready = take_fitted(&plain, &result[0]);
+        TEST_ASSERT_EQUAL(ready, take_fitted(&late, &result[1]));
         if (ready) {
             same(&result[0], &result[1]);
         }

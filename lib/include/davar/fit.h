@@ -1,5 +1,6 @@
 /* davar - stage [5]: the five noise coefficients from ADEV(tau), with honest intervals.
- * Pure functions in integers, and in IEEE floating point with + - * / and sqrt only: the same bits on every target (5.14). */
+ * Steps of their own behind davar_take, linked only where they are called: davar_fit_white for the angle random walk, davar_fit for
+ * all five. Pure functions in integers, and in IEEE floating point with + - * / and sqrt only: the same bits on every target (5.14). */
 #ifndef DAVAR_FIT_H
 #define DAVAR_FIT_H
 
@@ -24,8 +25,6 @@ typedef struct davar_plan {
     float misfit_spread;
     uint64_t misfit_limit;
     uint32_t window; /* window length without gaps or mirror images that the rest is made for (5.5); 0: none */
-    double divisor[DAVAR_TAUS_MAX]; /* 2 m^2 n (1.1) */
-    uint64_t reciprocal[DAVAR_TAUS_MAX];
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
@@ -37,23 +36,29 @@ typedef struct davar_plan {
     float white_high;
     double rate_hz; /* that the rest is made for; 0: none */
     double root[DAVAR_COEFFICIENT_COUNT];
-} davar_fit_plan_t;
+} davar_plan_t;
 
-/* Fills plan for `count` (1..DAVAR_TAUS_MAX) strictly ascending cluster sizes. The plan belongs to the caller. O(count^2). */
-#define davar_fit_plan DAVAR_SIZED(davar_fit_plan)
-void davar_fit_plan(davar_fit_plan_t *plan, const uint32_t *m, uint8_t count);
+/* Makes a plan for `count` (1..DAVAR_TAUS_MAX) strictly ascending cluster sizes. The plan belongs to the caller. O(count^2). */
+#define davar_plan_init DAVAR_SIZED(davar_plan_init)
+void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
+
+/* White noise alone: writes edf, low and high of every tau entry and the angle random walk with its interval, of the other terms
+ * the upper limits that white noise leaves them. False: white noise does not explain this window; then the angle random walk is
+ * absent, with the upper limit that the shortest tau gives it, and davar_fit knows more. In and out as for davar_fit.
+ * Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
+#define davar_fit_white DAVAR_SIZED(davar_fit_white)
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
  * entries from the first with differences == 0 on are left out), window length result->window_samples with
- * result->mirrored_samples in it, sample period tau0_s (> 0). Writes result->coefficient[], and edf, low, high of every tau
- * entry from the noise mix that was found.
- * A pure function of result and tau0_s: the plan only saves the work that the last window shares with this one, so
+ * result->mirrored_samples in it, at rate_hz (> 0) samples per second. Writes result->coefficient[], and edf, low, high of
+ * every tau entry from the noise mix that was found.
+ * A pure function of result and rate_hz: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.
  * Cost: white noise O(T), any other mix O(T^2) (at T = 8 about ten times as much, a hundred without a double FPU: the README's
- * table), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack. Formulas
- * (5.3) to (5.11). */
+ * table), a new window length O(T), a change in the number of usable taus O(T^2). Formulas (5.3) to (5.11). */
 #define davar_fit DAVAR_SIZED(davar_fit)
-void davar_fit(davar_fit_plan_t *plan, double tau0_s, davar_result_t *result);
+void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 #ifdef __cplusplus
 }

@@ -3,17 +3,14 @@
 #ifndef DAVAR_TYPES_H
 #define DAVAR_TYPES_H
 
+#include "davar/options.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
-#endif
-
-/* Most cluster sizes one instance can carry. Sizes davar_result_t; a build may lower it with -DDAVAR_TAUS_MAX=8. */
-#ifndef DAVAR_TAUS_MAX
-#define DAVAR_TAUS_MAX 32
 #endif
 
 /* Functions that fill a davar_result_t carry its size in their names: a library and a user that disagree about
@@ -26,6 +23,7 @@ extern "C" {
 typedef enum {
     DAVAR_OK = 0,
     DAVAR_ERR_NULL,          /* a pointer that must not be null is null */
+    DAVAR_ERR_BUILD,         /* left out of this build (options.h) */
     DAVAR_ERR_MEMORY_SIZE,   /* memory smaller than davar_memory_size_*() */
     DAVAR_ERR_MEMORY_ALIGN,  /* memory not aligned to 8 bytes */
     DAVAR_ERR_RATE,          /* rate_hz not a positive finite number */
@@ -66,8 +64,6 @@ typedef enum {
     DAVAR_MODE_TRAILING     /* epoch is the newest sample, no latency */
 } davar_mode_t;
 
-struct davar_plan; /* fit.h */
-
 /* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
 typedef struct {
     double rate_hz;        /* samples per second, 1e-50 .. 1e50; no default */
@@ -90,9 +86,6 @@ typedef struct {
     uint8_t tau_count;        /* 1..DAVAR_TAUS_MAX */
     uint16_t gaps_max;        /* gaps a window can remember; one more restarts the window (counted). Default 4 */
     bool mirrored_end;        /* keep what davar_flush needs; only a grid pays for it: window_max + 32 samples */
-    /* Work memory of the fit, prepared by init. Instances with the same taus that one thread takes from may share one.
-     * Null: davar_take makes its own on the stack each time, which is slower by O(T^2). The results are the same. */
-    struct davar_plan *fit_plan;
 } davar_config_t;
 
 /* Weather: things the world did, counted, never fatal. Saturating counters. */
@@ -110,9 +103,9 @@ typedef struct {
     uint32_t m;           /* cluster size, samples */
     uint32_t differences; /* differences D that the estimate rests on; 0: the window cannot support this tau */
     double adev;          /* overlapping Allan deviation, unit of the rate (deg/s); NaN when differences is 0 (1.1) */
-    double low;           /* 95 % interval from chi-square and edf (5.2); NaN when absent */
+    double low;           /* 95 % interval from chi-square and edf (5.2); NaN when absent, and until davar_fit */
     double high;
-    double edf; /* equivalent degrees of freedom (5.1) */
+    double edf; /* equivalent degrees of freedom (5.1); NaN until davar_fit */
 } davar_adev_t;
 
 /* The five noise coefficients, in the order of the powers of tau. */
@@ -145,7 +138,7 @@ typedef struct {
     double contribution;     /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
     uint8_t tau_count;
     davar_adev_t tau[DAVAR_TAUS_MAX];
-    davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT];
+    davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /* of davar_fit or davar_fit_white; absent until then */
 } davar_result_t;
 
 #ifdef __cplusplus

@@ -1,0 +1,46 @@
+/* davar - what a configuration asks for, as far as the build has it (davar/options.h): each of these is false for the compiler
+ * where it was left out, and what hangs on it is gone. */
+#ifndef DAVAR_SRC_CHOICE_H
+#define DAVAR_SRC_CHOICE_H
+
+#include "davar/instance.h"
+
+static inline bool is_centred(const davar_config_t *config)
+{
+    return DAVAR_CENTRED && (config->mode == DAVAR_MODE_CENTRED);
+}
+
+static inline bool is_adaptive(const davar_config_t *config)
+{
+    return DAVAR_ADAPTIVE && (config->policy != DAVAR_POLICY_FIXED);
+}
+
+static inline bool has_moments(const davar_config_t *config)
+{
+    return DAVAR_ADAPTIVE && (config->segment != 0U);
+}
+
+static inline bool has_grid(const davar_config_t *config)
+{
+    return DAVAR_GRID && (config->stride > 1U);
+}
+
+/* Samples pass the door of floats (2.3). */
+static inline bool is_float(const davar_t *davar)
+{
+    return DAVAR_Q31 && davar->is_float;
+}
+
+/* The trailing edge still is in the mirrored start. */
+static inline bool at_start(const davar_window_t *window)
+{
+    return DAVAR_CENTRED && window->at_start;
+}
+
+/* The leading edge runs into the mirrored end. */
+static inline bool is_finished(const davar_window_t *window)
+{
+    return DAVAR_CENTRED && window->finished;
+}
+
+#endif

@@ -1,0 +1,17 @@
+/* davar tests - a result with its fit, by a plan that is made for it alone. */
+#ifndef DAVAR_TESTS_FITTED_H
+#define DAVAR_TESTS_FITTED_H
+
+#include "davar/davar.h"
+
+static inline bool take_fitted(davar_t *davar, davar_result_t *result)
+{
+    davar_plan_t plan = {.count = 0U};
+    const bool waits = davar_take(davar, result);
+    if (waits) {
+        davar_fit(&plan, davar->config->rate_hz, result);
+    }
+    return waits;
+}
+
+#endif
