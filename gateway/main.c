@@ -205,7 +205,8 @@ static bool start(gateway_t *gateway, char *why)
         return false;
     }
     gateway->samples.q31 = &gateway->count;
-    gateway->channel = (davar_node_channel_t){.davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
+    gateway->channel =
+        (davar_node_channel_t){.davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 

@@ -67,8 +67,8 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     }
     davar_plan_init(&engine->plan, engine->config.taus, engine->config.tau_count); /* the same in all channels */
     for (size_t c = 0; c < count; c++) {
-        engine->channels[c] = (davar_node_channel_t){
-            .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
+        engine->channels[c] =
+            (davar_node_channel_t){.davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
         const davar_status_t status = init(engine->number, &engine->instances[c], &engine->config,
                                            engine->memory + c * words, words * sizeof *engine->memory);
         if (status != DAVAR_OK) {

@@ -18,10 +18,10 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     }
     const uint8_t session = davar_link_session();
     for (size_t c = 0; c < wire->engine->count; c++) {
-        const bool fits = (c <= UINT8_MAX) &&
-                          davar_encoder_init(&wire->encoder[c], &wire->engine->config, (uint16_t)options->can_base,
-                                             (uint8_t)c, (uint8_t)(options->can_content | DAVAR_SEND_MONITOR |
-                                                       (options->raw ? DAVAR_SEND_RAW : 0U)));
+        const bool fits = (c <= UINT8_MAX) && davar_encoder_init(&wire->encoder[c], &wire->engine->config,
+                                                                 (uint16_t)options->can_base, (uint8_t)c,
+                                                                 (uint8_t)(options->can_content | DAVAR_SEND_MONITOR |
+                                                                           (options->raw ? DAVAR_SEND_RAW : 0U)));
         if (!fits) {
             return sim_fail(error, "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
                             c, wire->engine->count, options->can_base);

@@ -1,7 +1,7 @@
 /* davar - every reason to refuse a configuration, one small test each. */
 #include "config.h"
 
-#include "real.h"
+#include "number/real.h"
 
 const davar_config_t davar_default_config = {
     .mode = DAVAR_MODE_CENTRED,
@@ -118,8 +118,7 @@ static bool overflows(const davar_config_t *config, const davar_number_t *number
 {
     const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
     const uint32_t room_bits = number->sum_bits - (2U * bits);
-    const double squares =
-        davar_scale(davar_double_of_u64((uint64_t)config->window_max * m), davar_double_of_u64(m));
+    const double squares = davar_scale(davar_double_of_u64((uint64_t)config->window_max * m), davar_double_of_u64(m));
     return davar_bits_of_double(squares) >= ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
 }
 
@@ -146,7 +145,8 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 static bool is_built(const davar_config_t *config)
 {
     const bool moments = (config->policy != DAVAR_POLICY_FIXED) || (config->segment != 0U);
-    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_ADAPTIVE || !moments) && (DAVAR_CENTRED || !centred(config));
+    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_ADAPTIVE || !moments) &&
+           (DAVAR_CENTRED || !centred(config));
 }
 
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)

@@ -2,12 +2,12 @@
  * pipeline.h. Hazard: davar_take reads while a push may interrupt it (sequence.h). */
 #include "davar/davar.h"
 
-#include "choice.h"
+#include "common/choice.h"
+#include "common/sequence.h"
 #include "config.h"
-#include "door.h"
-#include "machine.h"
-#include "number.h"
-#include "sequence.h"
+#include "number/machine.h"
+#include "pipeline/door.h"
+#include "pipeline/pipelines.h"
 
 #include <string.h>
 

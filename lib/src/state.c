@@ -2,8 +2,8 @@
  * it out anew, which overwrites every pointer. */
 #include "davar/state.h"
 
-#include "machine.h"
-#include "number.h"
+#include "number/machine.h"
+#include "pipeline/pipelines.h"
 
 #include "davar/davar.h"
 #include "davar/version.h"

@@ -1,7 +1,7 @@
 /* davar - cluster sizes: octaves and the log-spaced series, both with the 25 % rule 9 m <= window. */
 #include "davar/taus.h"
 
-#include "machine.h"
+#include "number/machine.h"
 
 /* Largest m that the 25 % rule of [FAST] allows, at least 1 (1.3). */
 static uint32_t largest(uint32_t window)

@@ -15,7 +15,8 @@ extern "C" {
 typedef struct {
     davar_t *davar;
     davar_port_number_t number;
-    davar_plan_t *plan; /* of the fit, for the taus of the configuration; channels with the same may share one. Null: ADEV only */
+    davar_plan_t *
+        plan; /* of the fit, for the taus of the configuration; channels with the same may share one. Null: ADEV only */
     size_t position; /* private: samples of the current block (after the end: flushed results) already done */
 } davar_node_channel_t;
 

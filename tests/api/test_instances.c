@@ -51,8 +51,7 @@ static void test_results_do_not_depend_on_the_plan(void)
     davar_plan_init(&plan, config.taus, config.tau_count);
     start_q15();
     for (uint32_t k = 0U; k < 2U; k++) {
-        TEST_ASSERT_EQUAL(DAVAR_OK,
-                          davar_init_q15(&planned[k], &config, planned_memory[k], sizeof planned_memory[k]));
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&planned[k], &config, planned_memory[k], sizeof planned_memory[k]));
     }
     for (uint32_t i = 0U; i < 600U; i++) {
         const int16_t sample = breathing(i);

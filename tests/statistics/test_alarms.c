@@ -1,8 +1,8 @@
 /* davar tests - false alarms and power of the monitor: noise with a known Allan variance through the whole library, fixed
  * seeds. Prints the table of DESIGN (9.6). */
 #include "davar/davar.h"
-#include "fitted.h"
 #include "davar/monitor.h"
+#include "fitted.h"
 #include "gyro_noise.h"
 #include "unity.h"
 

@@ -20,7 +20,7 @@ INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/lin
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
     "lib/include": (),
-    "lib/src": ("lib/include",),
+    "lib/src": ("lib/include", "lib/src"),
     "port/include": ("lib/include",),
     "port/node": ("lib/include", "port/include"),
     "port/": ("port/include", "lib/include"),
@@ -101,6 +101,33 @@ def functions(text):
                 # one line for the signature, then brace to brace
                 yield text.count("\n", 0, start[0]) + 1, start[1], text.count("\n", start[0], at) + 2
                 start = None
+
+
+# The rooms of lib/src: which others each may know. The door is what lies beside them.
+ROOMS = {
+    "number": set(), "common": set(), "change": {"number", "common"}, "window": {"number", "common", "change"},
+    "grid": {"number", "common", "change", "window"}, "pipeline": {"number", "common", "change", "window", "grid"},
+    "fit": {"number", "common"}, "wire": set(),
+}
+ROOM_FILES_MAX = 12
+
+
+class Rooms(unittest.TestCase):
+    def test_the_rooms_of_the_library_know_each_other_one_way_and_hold_a_dozen_files(self):
+        wrong, files = [], {}
+        for name in c_files("lib/src/"):
+            room = Path(name).parent.name
+            if room == "src":
+                continue
+            files[room] = files.get(room, 0) + 1
+            for included in includes(name):
+                target = resolve(name, included)
+                other = Path(target).parent.name if target and target.startswith("lib/src/") else room
+                if other != room and other not in ROOMS[room]:
+                    wrong.append(f"{name} includes {target}")
+        self.assertEqual([], wrong)
+        self.assertEqual(set(ROOMS), set(files))
+        self.assertLessEqual(max(files.values()), ROOM_FILES_MAX, files)
 
 
 class Includes(unittest.TestCase):

@@ -1,5 +1,5 @@
 /* davar tests - the wide integers against arithmetic done another way, and both ways to multiply. */
-#include "number_q31.h"
+#include "window/number_q31.h"
 
 #include "davar/davar.h"
 #include "random.h"

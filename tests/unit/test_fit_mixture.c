@@ -1,8 +1,8 @@
 /* davar tests - the general fit of a mix of noise terms: which terms it takes in, which out, and that it agrees with the short
  * cut for white noise. */
+#include "fit/mixture.h"
+#include "fit/plan.h"
 #include "fit_fixture.h"
-#include "fit_mixture.h"
-#include "fit_plan.h"
 
 /* The general fit of white noise must judge a further term as the short cut does. */
 static void test_general_fit_agrees_with_the_short_cut(void)

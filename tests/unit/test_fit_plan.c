@@ -1,6 +1,6 @@
 /* davar tests - the plan of a fit: a memo that changes no result, whose standard errors are those of brute force. */
+#include "fit/plan.h"
 #include "fit_fixture.h"
-#include "fit_plan.h"
 
 /* ---- the plan is a memo ---- */
 

@@ -1,8 +1,8 @@
 /* davar tests - the short cut of the fit, which is integers, against (5.4) to (5.11) in doubles, over random lists, windows and data. */
 #include "davar/confidence.h"
+#include "fit/plan.h"
+#include "fit/white.h"
 #include "fit_fixture.h"
-#include "fit_plan.h"
-#include "fit_white.h"
 #include "random.h"
 
 #define TERMS 5

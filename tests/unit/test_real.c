@@ -1,6 +1,6 @@
 /* davar tests - roots, quotients and conversions in integers against those of the compiler and its library, which are
  * correctly rounded: the same bits are expected, on every target. */
-#include "real.h"
+#include "number/real.h"
 
 #include "random.h"
 #include "unity.h"

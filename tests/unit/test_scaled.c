@@ -1,7 +1,7 @@
 /* davar tests - numbers of a mantissa and a power of two against doubles, and white noise at the ends of what a double holds. */
 #include "davar/fit.h"
+#include "number/scaled.h"
 #include "random.h"
-#include "scaled.h"
 #include "unity.h"
 
 #include <float.h>

@@ -1,5 +1,5 @@
 /* davar tests - decisions on the bounds themselves, where only exact arithmetic knows the side. */
-#include "number_q15.h"
+#include "window/number_q15.h"
 
 #include "davar/davar.h"
 #include "unity.h"

@@ -1,5 +1,5 @@
 /* davar tests - the moments of the widest counts in the longest window: nothing overflows, whatever the mean. */
-#include "number_q31.h"
+#include "window/number_q31.h"
 
 #include "unity.h"
 

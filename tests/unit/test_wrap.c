@@ -1,10 +1,10 @@
 /* davar tests - a stream so long that its 32-bit positions wrap goes on as if nothing had happened. */
-#include "number_q15.h"
+#include "window/number_q15.h"
 
 #include "davar/davar.h"
 #include "fitted.h"
-#include "stages.h"
 #include "unity.h"
+#include "window/stages.h"
 
 #include <string.h>
 

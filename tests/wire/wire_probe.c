@@ -134,8 +134,11 @@ static int run(char **argv)
 {
     static const uint32_t few[4] = {1, 2, 4, 8};
     random_t random = random_seeded(strtoull(argv[2], NULL, 10));
-    const davar_config_t own = {
-        .rate_hz = 100.0, .unit_per_count = 0.05, .stride = (uint32_t)strtoul(argv[5], NULL, 10), .taus = few, .tau_count = 4};
+    const davar_config_t own = {.rate_hz = 100.0,
+                                .unit_per_count = 0.05,
+                                .stride = (uint32_t)strtoul(argv[5], NULL, 10),
+                                .taus = few,
+                                .tau_count = 4};
     davar_encoder_t encoder;
     davar_result_t result;
     davar_wire_health_t health = {{0}};

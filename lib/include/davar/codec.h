@@ -168,9 +168,9 @@ typedef struct {
     uint8_t counter; /* Counter, 0..15 */
     uint8_t result;  /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
     uint8_t session; /* DAVAR_Health, DAVAR_Setup: davar_encoder_session */
-    uint8_t index;   /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form */
-    float value;     /* the float32 of the message; in DAVAR_ResultFd ARW */
-    uint32_t number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits) */
+    uint8_t index; /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form */
+    float value;   /* the float32 of the message; in DAVAR_ResultFd ARW */
+    uint32_t number;  /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits) */
     int32_t count[2]; /* DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
     uint32_t window_samples;
     bool unstable;

@@ -1,6 +1,8 @@
 /* davar - dynamic Allan variance on the device.
  *
- *   sample -> push -> [ring -> sliding Allan variance -> moments -> window law] -> take -> result
+ *   sample -> push -> [ring -> sliding Allan variance -> moments -> window law] -> take -> fit -> result
+ *
+ * Each step is a call of its own: what a program does not call is not linked, and options.h leaves out more.
  *
  * Three number types share one shape: _q15 (int16 counts), _q31 (int32 counts, 24 significant bits by default) and
  * _f32 (float, quantised once at the door with a power-of-two quantum and then exact for ever). Everything between
@@ -46,21 +48,34 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
 
 /* Takes samples in, up to and including the one that completes a result, so that a caller with a block can take every
  * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0). A result that nobody took
- * is overwritten and counted as missed. Any chunking gives the same results. The type must be the one of init (asserted).
+ * is overwritten and counted as missed. Any chunking gives the same results. Another type than that of init, or a push behind
+ * davar_flush, is asserted, and where asserts are off refused: 0.
  * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. */
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count);
 
+/* All of a block: `hear` is called with every result in *result, taken and not yet fitted. For the main loop. */
+typedef void (*davar_hear_t)(void *context, davar_result_t *result);
+#define davar_push_all_q15 DAVAR_SIZED(davar_push_all_q15)
+#define davar_push_all_q31 DAVAR_SIZED(davar_push_all_q31)
+#define davar_push_all_f32 DAVAR_SIZED(davar_push_all_f32)
+void davar_push_all_q15(davar_t *davar, const int16_t *counts, size_t count, davar_result_t *result, davar_hear_t hear,
+                        void *context);
+void davar_push_all_q31(davar_t *davar, const int32_t *counts, size_t count, davar_result_t *result, davar_hear_t hear,
+                        void *context);
+void davar_push_all_f32(davar_t *davar, const float *rates, size_t count, davar_result_t *result, davar_hear_t hear,
+                        void *context);
+
 /* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
  * the gap are left out of every sum. O(gaps_max), when it restarts the window O(T), with one 64-bit division. */
 void davar_gap(davar_t *davar, uint32_t missing);
 
-/* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution, ADEV and the fit here, not
- * in push. On a grid the result stays valid for K samples, otherwise until the next push (take always returns a
- * consistent one). Cost: O(T) where white noise is all there is (about 1 us on a PC), O(T^2) beside it or when the window
- * length has changed, O(T gaps) while gaps are inside. It reads integers first and again when a push has come between: now
- * and then that stretch (O(T gaps), a few hundred to a thousand instructions without gaps) must pass without a push. */
+/* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution and ADEV here, not in push;
+ * intervals and coefficients are absent until davar_fit_white or davar_fit. On a grid the result stays valid for K samples,
+ * otherwise until the next push (take always returns a consistent one). Cost: O(T), O(T gaps) while gaps are inside. It reads
+ * integers first and again when a push has come between: now and then that stretch (O(T gaps), a few hundred to a thousand
+ * instructions without gaps) must pass without a push. */
 #define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);
 

@@ -59,11 +59,4 @@
 #error "davar needs a double of 64 bits (avr-gcc: -mdouble=64; RX, rl78: -m64bit-doubles)"
 #endif
 
-/* A result that nobody looks at is a bug. */
-#ifdef __GNUC__
-#define DAVAR_NODISCARD __attribute__((warn_unused_result))
-#else
-#define DAVAR_NODISCARD
-#endif
-
 #endif

@@ -1,0 +1,188 @@
+/* davar - stationarity decisions without floating point: K = m4 / s^4 is compared with its bounds by cross-multiplying
+ * the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. */
+#include "change/stationarity.h"
+
+#include "number/real.h"
+
+/* Brings the top bit up; of 128 bits the top 64 are kept. */
+static davar_magnitude_t magnitude(uint64_t mantissa, int32_t exponent)
+{
+    davar_magnitude_t result = {mantissa, 0};
+    if (mantissa != 0U) {
+        const uint32_t zeros = davar_leading_zeros(mantissa);
+        result.mantissa = mantissa << zeros;
+        result.exponent = exponent - (int32_t)zeros;
+    }
+    return result;
+}
+
+void davar_magnitude_u64(davar_magnitude_t *result, uint64_t value)
+{
+    *result = magnitude(value, 0);
+}
+
+void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int32_t exponent)
+{
+    const bool wide = (high != 0U);
+    const davar_magnitude_t top = magnitude(wide ? high : low, wide ? (exponent + 64) : exponent);
+    const uint32_t zeros = (uint32_t)(exponent + 64 - top.exponent);
+    result->mantissa = top.mantissa | ((wide && (zeros > 0U)) ? (low >> (64U - zeros)) : 0U);
+    result->exponent = top.exponent;
+}
+
+/* A finite, non-negative double (-0.0 too) taken apart: exact, and free of floating-point instructions. */
+static davar_magnitude_t magnitude_of_double(const double *value)
+{
+    const uint64_t bits = davar_bits_of_double(*value) << 1U; /* without the sign */
+    const int32_t exponent = (int32_t)(uint32_t)(bits >> 53U);
+    if (exponent == 0) {
+        return magnitude(bits, -1075);
+    }
+    const davar_magnitude_t normal = {(UINT64_C(1) << 63U) | (bits << 10U), exponent - 1086};
+    return normal;
+}
+
+/* The product may be one of its factors. */
+static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a, const davar_magnitude_t *b)
+{
+    const uint64_t high = davar_multiply_u64(a->mantissa, b->mantissa).high;
+    const uint32_t shift = ((high >> 63U) == 0U) ? 1U : 0U; /* two top bits multiply to at least 2^126; or it is 0 */
+    product->exponent = a->exponent + b->exponent + 64 - (int32_t)shift;
+    product->mantissa = high << shift;
+}
+
+/* Of magnitudes that are not 0. */
+static bool greater(const davar_magnitude_t *a, const davar_magnitude_t *b)
+{
+    return (a->exponent == b->exponent) ? (a->mantissa > b->mantissa) : (a->exponent > b->exponent);
+}
+
+/* |a - b| of magnitudes that are not 0 and differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
+ * below the larger one's mantissa. */
+static davar_magnitude_t distance(const davar_magnitude_t *a, const davar_magnitude_t *b)
+{
+    const davar_magnitude_t *const large = greater(a, b) ? a : b;
+    const davar_magnitude_t *const small = (large == a) ? b : a;
+    const uint32_t shift = (uint32_t)(large->exponent - small->exponent);
+    return magnitude(large->mantissa - (small->mantissa >> shift), large->exponent);
+}
+
+/* over / under; there is no such ratio when under is 0. */
+typedef struct {
+    davar_magnitude_t over;
+    davar_magnitude_t under;
+} ratio_t;
+
+/* K = m4 / s^4 (3.1) */
+static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
+{
+    ratio->over.mantissa = whole->fourth.mantissa; /* not the struct, which a small core would call for */
+    ratio->over.exponent = whole->fourth.exponent;
+    multiply(&ratio->under, &whole->second, &whole->second);
+}
+
+/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
+static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_magnitude_t *whole_squared,
+                            const davar_central_t *first)
+{
+    davar_magnitude_t y;
+    multiply(&y, whole_squared, &first->fourth);
+    multiply(&ratio->under, &first->second, &first->second);
+    multiply(&ratio->under, &ratio->under, &whole->fourth);
+    ratio->over = distance(&ratio->under, &y);
+}
+
+/* over - bound under, its sign; all 64 bits of the mantissas are asked. */
+static int compare_exactly(const ratio_t *ratio, const davar_magnitude_t *bound)
+{
+    davar_magnitude_t product;
+    multiply(&product, bound, &ratio->under);
+    return (greater(&ratio->over, &product) ? 1 : 0) - (greater(&product, &ratio->over) ? 1 : 0);
+}
+
+/* ... which the exponents and the upper 32 bits nearly always tell: with the lower ones unknown, the product of the
+ * mantissas u and b is from u b to u b + u + b in units of 2^64. */
+static int compare(const ratio_t *ratio, const double *limit)
+{
+    const davar_magnitude_t bound = magnitude_of_double(limit);
+    if ((ratio->over.mantissa == 0U) || (bound.mantissa == 0U)) {
+        return ((ratio->over.mantissa != 0U) ? 1 : 0) - ((bound.mantissa != 0U) ? 1 : 0);
+    }
+    const int32_t ahead = ratio->over.exponent - ratio->under.exponent - bound.exponent - 64;
+    if ((ahead > 0) || (ahead < -1)) { /* two top bits multiply to at least 2^126 */
+        return (ahead > 0) ? 1 : -1;
+    }
+    const uint32_t u = (uint32_t)(ratio->under.mantissa >> 32U);
+    const uint32_t b = (uint32_t)(bound.mantissa >> 32U);
+    const uint64_t least = davar_multiply_u32(u, b);
+    const uint64_t over = (ahead < 0) ? (ratio->over.mantissa >> 1U) : ratio->over.mantissa;
+    if (over < least) {
+        return -1;
+    }
+    return (over > (least + u + b)) ? 1 : compare_exactly(ratio, &bound);
+}
+
+static bool is_outside(const ratio_t *ratio, const double *low, const double *high)
+{
+    return (compare(ratio, high) > 0) || (compare(ratio, low) < 0);
+}
+
+bool davar_stationarity_unstable(const davar_config_t *config, const davar_central_t *whole,
+                                 const davar_central_t *first)
+{
+    if (whole->second.mantissa == 0U) {
+        return false;
+    }
+    ratio_t kurtosis;
+    kurtosis_of(&kurtosis, whole);
+    const bool by_kurtosis = is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
+    const bool is_enough = (config->policy == DAVAR_POLICY_AND) ? !by_kurtosis : by_kurtosis;
+    if (is_enough || (config->policy == DAVAR_POLICY_KURTOSIS)) {
+        return by_kurtosis;
+    }
+    if (first->second.mantissa == 0U) {
+        return false;
+    }
+    ratio_t contribution;
+    contribution_of(&contribution, whole, &kurtosis.under, first);
+    return is_outside(&contribution, &config->contribution_low, &config->contribution_high);
+}
+
+/* The mantissa as a double in [1, 2), cut to its 53 bits. */
+static double fraction(const davar_magnitude_t *magnitude)
+{
+    return davar_double_of_bits((UINT64_C(1023) << 52U) | ((magnitude->mantissa << 1U) >> 12U));
+}
+
+/* The ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution are. */
+static double quotient(const ratio_t *ratio)
+{
+    if (ratio->over.mantissa == 0U) {
+        return 0.0;
+    }
+    const uint64_t power = (uint64_t)((int64_t)ratio->over.exponent - ratio->under.exponent) << 52U;
+    return davar_double_of_bits(davar_bits_of_double(davar_divide(fraction(&ratio->over), fraction(&ratio->under))) +
+                                power);
+}
+
+double davar_stationarity_kurtosis(const davar_central_t *whole)
+{
+    if (whole->second.mantissa == 0U) {
+        return (double)NAN;
+    }
+    ratio_t ratio;
+    kurtosis_of(&ratio, whole);
+    return quotient(&ratio);
+}
+
+double davar_stationarity_contribution(const davar_central_t *whole, const davar_central_t *first)
+{
+    if ((whole->second.mantissa == 0U) || (first->second.mantissa == 0U)) {
+        return (double)NAN;
+    }
+    ratio_t ratio;
+    davar_magnitude_t squared;
+    multiply(&squared, &whole->second, &whole->second);
+    contribution_of(&ratio, whole, &squared, first);
+    return quotient(&ratio);
+}

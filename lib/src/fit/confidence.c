@@ -1,0 +1,131 @@
+/* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8).
+ * The constants were fitted offline to exact values; tests/unit/test_confidence.c holds tables that they must meet. */
+#include "davar/confidence.h"
+
+#include "fit/noise.h"
+#include "number/scaled.h"
+
+DAVAR_APART static double at_least(double floor, double value)
+{
+    return (value > floor) ? value : floor;
+}
+
+/* White phase noise correlates only at lags 0, m and 2 m (1, -4/6, 1/6), so the count of pairs is exact. */
+static double edf_quantization(double m, double n)
+{
+    return 36.0 * n * n / (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
+}
+
+DAVAR_APART DAVAR_RARE double davar_noise_white_weight(double m)
+{
+    return 12.0 * m / (8.0 * m * m + 10.0);
+}
+
+static double edf_bias_instability(double m, double n)
+{
+    const double cube = m * m * m;
+    return 1.167 * (n / m + 0.5) * (cube / (cube + 1.0 / 3.0));
+}
+
+DAVAR_RARE double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences)
+{
+    double edf;
+    switch (noise) {
+    case DAVAR_QUANTIZATION:
+        edf = edf_quantization(m, differences);
+        break;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        edf = davar_noise_white_weight(m) * (differences + 0.5 * m);
+        break;
+    case DAVAR_BIAS_INSTABILITY:
+        edf = edf_bias_instability(m, differences);
+        break;
+    case DAVAR_RATE_RANDOM_WALK:
+    case DAVAR_RATE_RAMP:
+    case DAVAR_COEFFICIENT_COUNT:
+    default:
+        edf = 0.927 * (differences / m + 0.36);
+        break;
+    }
+    return at_least(1.0, edf);
+}
+
+DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window)
+{
+    DAVAR_ASSERT((m >= 1U) && (window / 2U >= m));
+    return davar_noise_edf(noise, (double)m, (double)window - 2.0 * (double)m + 1.0);
+}
+
+/* Three jumps +1 -2 +1 of the long kernel, each met by the triangle of the short one; neighbours overlap below 2:1. */
+DAVAR_RARE double davar_noise_white_overlap(double m_short, double m_long)
+{
+    const double shared = at_least(0.0, 2.0 * m_short - m_long);
+    return 4.0 * m_short * m_short * m_short + 2.0 * m_short - (4.0 / 3.0) * shared * (shared * shared - 1.0);
+}
+
+static double correlation_white(double m_short, double m_long)
+{
+    const double a = davar_noise_white_overlap(m_short, m_short);
+    const double b = davar_noise_white_overlap(m_long, m_long);
+    return davar_noise_white_overlap(m_short, m_long) / (davar_root(a) * davar_root(b));
+}
+
+DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long)
+{
+    const double q = m_long / m_short;
+    switch (noise) {
+    case DAVAR_QUANTIZATION:
+        return (q > 1.0) ? 0.5 : 1.0;
+    case DAVAR_ANGLE_RANDOM_WALK:
+        return correlation_white(m_short, m_long);
+    case DAVAR_BIAS_INSTABILITY:
+        return 2.7 * davar_root(q) / (q * q + 1.7);
+    case DAVAR_RATE_RANDOM_WALK:
+    case DAVAR_RATE_RAMP:
+    case DAVAR_COEFFICIENT_COUNT:
+    default:
+        return 1.34 * davar_root(q) / (q + 0.34 / q);
+    }
+}
+
+/* Cube root of chi2_p(edf) / edf as a polynomial in s = edf^-1/2: Wilson and Hilferty, corrected down to edf = 1. */
+
+/* As 2.30: a product of two is 4.28. */
+static uint32_t times(uint32_t a, uint32_t b)
+{
+    return davar_upper_product(a, b) << 2U;
+}
+
+/* 1 + 0.924108 s - 0.225576 s^2 + 0.00741269 s^3 + 0.0089802 s^4 - 0.00223456 s^5; no bracket is negative. */
+static uint32_t upper_root(uint32_t s)
+{
+    const uint32_t fourth = UINT32_C(9642416) - times(s, UINT32_C(2399341));
+    const uint32_t second = UINT32_C(242210386) - times(s, UINT32_C(7959315) + times(s, fourth));
+    return UINT32_C(1073741824) + times(s, UINT32_C(992253409) - times(s, second));
+}
+
+uint32_t davar_chi_square_low(uint32_t s)
+{
+    const uint32_t root = upper_root(s); /* 1 .. 1.72 */
+    const uint32_t square = davar_upper_product(root, root);
+    const uint32_t cube = davar_upper_product(square, root); /* 6.26 */
+    const uint32_t zeros = davar_leading_zeros_32(cube);
+    return davar_reciprocal_of_mantissa(cube << zeros) >> (7U - zeros);
+}
+
+static float chi_square_high(float s)
+{
+    static const float c[] = {1.0F, -0.919928F, -0.305956F, 0.606937F, -1.85701F, 3.23066F, -2.13078F, 0.475463F};
+    float root = c[7];
+    for (int k = 6; k >= 0; k--) {
+        root = root * s + c[k];
+    }
+    return 1.0F / (root * root * root);
+}
+
+void davar_chi_square_interval(double edf, double *low, double *high)
+{
+    const float s = davar_rootf((float)(1.0 / at_least(1.0, edf)));
+    *low = (double)davar_chi_square_low((uint32_t)(s * NOISE_ONE)) * (1.0 / (double)NOISE_ONE);
+    *high = (double)chi_square_high(s);
+}

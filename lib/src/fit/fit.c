@@ -1,0 +1,82 @@
+/* davar - coefficients and intervals, DESIGN (5.3) to (5.11). Most windows hold white noise and nothing else that they could
+ * show (fit_white.c); all else goes to fit_mixture.c. */
+#include "davar/fit.h"
+
+#include "fit/mixture.h"
+#include "fit/noise.h"
+#include "fit/plan.h"
+#include "fit/white.h"
+#include "number/real.h"
+
+#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
+
+/* From squares, a lower limit among them, to the coefficient. */
+static void write_present(davar_coefficient_t *coefficient, double square, double low_square, double high)
+{
+    const double value = davar_root(square);
+    *coefficient = (davar_coefficient_t){true, value, davar_root(low_square), value * high};
+}
+
+static void write_absent(davar_coefficient_t *coefficient, double bound)
+{
+    *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, bound};
+}
+
+/* Upper limit of an absent term. Were the term there, it would scatter too: sigma is raised by what the limit would add
+ * to the model's Allan variance where the term is strongest, the share being small * inverse_room (5.11). */
+static double bound(double a, double sigma, double inverse_room)
+{
+    const double margin = DAVAR_FIT_BOUND * sigma;
+    const double small = ((a > 0.0) ? a : 0.0) + margin;
+    return small + margin * (small * inverse_room);
+}
+
+static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
+{
+    for (int t = 0; t < model->count; t++) {
+        davar_adev_t *tau = &result->tau[t];
+        double low;
+        double high;
+        tau->edf = davar_mixture_edf(model, tau);
+        davar_deviation_interval(tau->edf, &low, &high);
+        tau->low = tau->adev * low;
+        tau->high = tau->adev * high;
+    }
+}
+
+static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
+{
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    davar_square_units(rate_hz, unit);
+    for (int k = 0; k < TERMS; k++) {
+        const double a = model->a[k];
+        if (((model->terms >> (unsigned)k) & 1U) != 0U) {
+            double low;
+            double high;
+            davar_deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
+            write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], high);
+        } else {
+            const double sigma = davar_root(model->variance[k]);
+            const double square = bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
+            write_absent(&result->coefficient[k], davar_root(square * unit[k]));
+        }
+    }
+}
+
+DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white, double rate_hz,
+                                   davar_result_t *result)
+{
+    davar_mixture_t model = {
+        .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = (double)plan->misfit_spread};
+    davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
+    write_mixture_intervals(&model, result);
+    write_mixture(&model, rate_hz, result);
+}
+
+void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    davar_white_t white;
+    if (!davar_white_suffices(plan, rate_hz, result, &white)) {
+        fit_mixture(plan, &white, rate_hz, result);
+    }
+}

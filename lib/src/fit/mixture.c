@@ -1,0 +1,353 @@
+/* davar - a mix of noise terms, its variances and its selection, DESIGN (5.6) to (5.10). Least squares with weights from the
+ * model, not from the data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated;
+ * the weights know that only as crowding (a full inverse is ill-conditioned), the variance of the outcome knows it in full. */
+#include "fit/mixture.h"
+
+#include "fit/least_squares.h"
+#include "fit/noise.h"
+#include "fit/plan.h"
+#include "number/real.h"
+
+#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
+#define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
+
+/* Rounds of reweighting: enough to compare models, and to settle to a small fraction of a standard error. */
+#define ROUNDS_TRIAL 2
+#define ROUNDS_FINAL 2
+
+static double square(double x)
+{
+    return x * x;
+}
+
+/* x[k] = m^(k - 2) */
+DAVAR_APART static void shapes(double m, double x[])
+{
+    const double inverse = 1.0 / m;
+    x[DAVAR_QUANTIZATION] = inverse * inverse;
+    x[DAVAR_ANGLE_RANDOM_WALK] = inverse;
+    x[DAVAR_BIAS_INSTABILITY] = 1.0;
+    x[DAVAR_RATE_RANDOM_WALK] = m;
+    x[DAVAR_RATE_RAMP] = m * m;
+}
+
+static double avar_of(const davar_mixture_t *model, double m)
+{
+    const double *a = model->a;
+    const double inverse = 1.0 / m;
+    return (a[4] * m + a[3]) * m + a[2] + (a[0] * inverse + a[1]) * inverse;
+}
+
+DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_adev_t *tau)
+{
+    const double m = (double)tau->m;
+    const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
+    double x[DAVAR_COEFFICIENT_COUNT];
+    shapes(m, x);
+    double inverse = 0.0;
+    for (int k = 0; k < TERMS; k++) {
+        if (davar_has_term(model->terms, k)) {
+            inverse += model->a[k] * x[k] / davar_noise_edf((davar_coefficient_kind_t)k, m, all);
+        }
+    }
+    const double lost = (double)tau->differences / all;
+    const double edf = avar_of(model, m) / inverse * lost * davar_fit_evidence(model->data);
+    return (edf > 1.0) ? edf : 1.0;
+}
+
+DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
+{
+    const int strongest = (term <= WHITE) ? 0 : model->count - 1;
+    const double m = (double)model->data->tau[strongest].m;
+    double x[DAVAR_COEFFICIENT_COUNT];
+    shapes(m, x);
+    return avar_of(model, m) / x[term];
+}
+
+/* ---- least squares ---- */
+
+/* trust: 1 takes the weights from the model; less mixes in the data, for a model that may still be far off. */
+static void normal_equations(const davar_mixture_t *model, double trust, davar_normal_t *normal)
+{
+    *normal = (davar_normal_t){0};
+    for (int t = 0; t < model->count; t++) {
+        const davar_adev_t *tau = &model->data->tau[t];
+        const double m = (double)tau->m;
+        const double avar = tau->adev * tau->adev;
+        const double expected = trust * avar_of(model, m) + (1.0 - trust) * avar;
+        davar_normal_add(normal, m, avar, (double)model->weight[t] / square(expected * m));
+    }
+    davar_normal_scale(normal);
+}
+
+/* Iteratively reweighted least squares. trust: see normal_equations, for the first round. */
+static bool converge(davar_mixture_t *model, unsigned terms, double trust, int rounds)
+{
+    davar_normal_t normal;
+    for (int round = 0; round < rounds; round++) {
+        normal_equations(model, (round == 0) ? trust : 1.0, &normal);
+        const unsigned left = davar_solve_non_negative(&normal, terms, model->a);
+        if (left == 0U) {
+            return false;
+        }
+        model->terms = left;
+    }
+    return true;
+}
+
+/* ---- variances ---- */
+
+/* Covariance of two Allan variances of the model, over the product of sqrt(variance / avar). Each term brings its own
+ * correlation, weighted with a power of the geometric mean of the two cluster sizes (5.8). */
+static double covariance(const davar_mixture_t *model, double m_short, double m_long)
+{
+    double x[DAVAR_COEFFICIENT_COUNT];
+    shapes(davar_root(m_short * m_long), x);
+    double sum = 0.0;
+    for (int k = 0; k < TERMS; k++) {
+        if (davar_has_term(model->terms, k)) {
+            sum += model->a[k] * x[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
+        }
+    }
+    return sum;
+}
+
+static void add_symmetric(davar_matrix_t *h, const double x[], const double y[])
+{
+    for (int k = 0; k < TERMS; k++) {
+        for (int l = 0; l < TERMS; l++) {
+            h->at[k][l] += x[k] * y[l] + y[k] * x[l];
+        }
+    }
+}
+
+/* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without the logarithm. */
+DAVAR_APART static double loss(double ratio)
+{
+    return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
+}
+
+/* Row j of C W X up to the diagonal, half of which stays for its mirror image; factor: W * sqrt(variance / avar). */
+static void covariance_row(const davar_mixture_t *model, int j, const double factor[], double row[])
+{
+    const double m_long = (double)model->data->tau[j].m;
+    for (int i = 0; i <= j; i++) {
+        const double m_short = (double)model->data->tau[i].m;
+        const double share = (i < j) ? covariance(model, m_short, m_long) : 0.5 * avar_of(model, m_long);
+        double x[DAVAR_COEFFICIENT_COUNT];
+        shapes(m_short, x);
+        for (int k = 0; k < TERMS; k++) {
+            row[k] += share * factor[i] * x[k];
+        }
+    }
+}
+
+/* X' W C W X, the middle of the sandwich, scaled as the normal equations. Returns the misfit: twice the log-likelihood
+ * that the data lose against a perfect model. */
+static double scatter(const davar_mixture_t *model, const davar_normal_t *normal, davar_matrix_t *h)
+{
+    double factor[DAVAR_TAUS_MAX];
+    double misfit = 0.0;
+    *h = (davar_matrix_t){0};
+    for (int j = 0; j < model->count; j++) {
+        const davar_adev_t *tau = &model->data->tau[j];
+        const double avar = avar_of(model, (double)tau->m);
+        const double edf = davar_mixture_edf(model, tau);
+        double row[DAVAR_COEFFICIENT_COUNT] = {0};
+        double x[DAVAR_COEFFICIENT_COUNT];
+        misfit += edf * loss(square(tau->adev) / avar);
+        factor[j] = (double)model->weight[j] / avar * davar_root(2.0 / (edf * avar));
+        covariance_row(model, j, factor, row);
+        shapes((double)tau->m, x);
+        for (int k = 0; k < TERMS; k++) {
+            row[k] *= factor[j] * normal->scale[k];
+            x[k] *= normal->scale[k];
+        }
+        add_symmetric(h, row, x);
+    }
+    return misfit;
+}
+
+static int term_count(unsigned terms)
+{
+    int count = 0;
+    for (int k = 0; k < TERMS; k++) {
+        count += davar_has_term(terms, k) ? 1 : 0;
+    }
+    return count;
+}
+
+/* A model that does not fit (a filtered sensor, a sinusoid) must not boast: its variances grow by the misfit. */
+static double inflation(const davar_mixture_t *model, double misfit)
+{
+    const double freedom = (double)(model->count - term_count(model->terms));
+    const bool real = misfit > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
+    return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
+}
+
+static void lower(double *least, double value)
+{
+    *least = (value < *least) ? value : *least;
+}
+
+DAVAR_APART static double lower_limit(double a, double variance)
+{
+    const double s = davar_root(0.5 * variance) / a;
+    const double one = (double)NOISE_ONE;
+    return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
+}
+
+/* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
+static void doubt(davar_mixture_t *model, const davar_normal_t *normal, const davar_inverse_t *inverse,
+                  const davar_matrix_t *h)
+{
+    for (int i = 0; i < inverse->size; i++) {
+        const int k = inverse->term[i];
+        if (davar_has_term(model->terms, k)) {
+            const double a = davar_solution(normal, inverse, i);
+            const double variance = davar_solution_variance(normal, inverse, h, i) * model->grow;
+            const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
+            lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
+        }
+    }
+}
+
+/* The model's noise gives weights and scatter, so for an absent term this is a test of the model without it (a score
+ * test). */
+static void judge_absent(davar_mixture_t *model, const davar_normal_t *normal, const davar_matrix_t *h, int term)
+{
+    davar_inverse_t inverse;
+    model->beside[term] = 0.0;
+    model->variance[term] = (double)INFINITY;
+    if (davar_invert(normal, model->terms | davar_term_bit(term), &inverse)) {
+        const int i = term_count(model->terms & (davar_term_bit(term) - 1U));
+        model->beside[term] = davar_solution(normal, &inverse, i);
+        model->variance[term] = davar_solution_variance(normal, &inverse, h, i) * model->grow;
+        if (model->beside[term] > DAVAR_FIT_DOUBT * davar_root(model->variance[term])) {
+            doubt(model, normal, &inverse, h);
+        }
+    }
+}
+
+static void judge_present(davar_mixture_t *model, const davar_normal_t *normal, const davar_matrix_t *h)
+{
+    davar_inverse_t inverse;
+    (void)davar_invert(normal, model->terms, &inverse); /* as it was in the fit */
+    for (int i = 0; i < inverse.size; i++) {
+        const int k = inverse.term[i];
+        model->variance[k] = davar_solution_variance(normal, &inverse, h, i) * model->grow;
+        model->least[k] = lower_limit(model->a[k], model->variance[k]);
+    }
+}
+
+/* Fills beside, variance, least and grow. */
+static void judge(davar_mixture_t *model)
+{
+    davar_normal_t normal;
+    davar_matrix_t h;
+    normal_equations(model, 1.0, &normal);
+    model->grow = inflation(model, scatter(model, &normal, &h));
+    judge_present(model, &normal, &h);
+    for (int k = 0; k < TERMS; k++) {
+        if (!davar_has_term(model->terms, k)) {
+            judge_absent(model, &normal, &h, k);
+        }
+    }
+}
+
+/* ---- selection ---- */
+
+/* In standard errors. A misfit is no excuse: terms are tested against the noise as modelled. */
+static double significance(const davar_mixture_t *model, int term)
+{
+    const double a = davar_has_term(model->terms, term) ? model->a[term] : model->beside[term];
+    return a / davar_root(model->variance[term] / model->grow);
+}
+
+static unsigned missing_terms(const davar_mixture_t *model)
+{
+    unsigned found = 0U;
+    for (int k = 0; k < TERMS; k++) {
+        found |= (!davar_has_term(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD))
+                     ? davar_term_bit(k)
+                     : 0U;
+    }
+    return found;
+}
+
+static void settle(davar_mixture_t *model)
+{
+    (void)converge(model, model->terms, 1.0, ROUNDS_FINAL);
+    judge(model);
+}
+
+/* What the model leaves unexplained, to compare it with others. */
+static double unexplained(const davar_mixture_t *model)
+{
+    double sum = 0.0;
+    for (int t = 0; t < model->count; t++) {
+        const davar_adev_t *tau = &model->data->tau[t];
+        sum += (double)model->weight[t] * loss(square(tau->adev) / avar_of(model, (double)tau->m));
+    }
+    return sum;
+}
+
+/* The one of `suspects` that explains most: drifts look alike, and the most significant one need not be the right one.
+ * -1: none, or the cluster sizes cannot tell them apart after all. */
+static int add_best(davar_mixture_t *model, unsigned suspects)
+{
+    const davar_mixture_t before = *model;
+    int best = -1;
+    double least = (double)INFINITY;
+    for (int k = 0; k < TERMS; k++) {
+        davar_mixture_t trial = before;
+        if (davar_has_term(suspects, k) && converge(&trial, before.terms | davar_term_bit(k), 0.5, ROUNDS_TRIAL)) {
+            const double left = unexplained(&trial);
+            if (left < least) {
+                least = left;
+                best = k;
+                *model = trial;
+            }
+        }
+    }
+    return best;
+}
+
+/* Takes `term` out if it is not significant beside the others. */
+static void reconsider(davar_mixture_t *model, int term)
+{
+    davar_mixture_t trial = *model;
+    (void)converge(&trial, model->terms & ~davar_term_bit(term), 0.5,
+                   ROUNDS_TRIAL); /* fewer terms are easier to tell apart */
+    settle(&trial);
+    if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
+        *model = trial;
+    }
+}
+
+/* Adds a term and takes out what it makes superfluous. False: nothing to add. */
+static bool grow(davar_mixture_t *model, unsigned suspects)
+{
+    const int added = add_best(model, suspects);
+    if (added < 0) {
+        return false;
+    }
+    settle(model);
+    for (int k = 0; k < TERMS; k++) {
+        if (davar_has_term(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
+            reconsider(model, k);
+        }
+    }
+    return true;
+}
+
+DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
+{
+    model->terms = davar_term_bit(WHITE);
+    model->a[WHITE] = white;
+    if (!grow(model, suspects)) {
+        settle(model);
+    }
+    for (int round = 1; (round < TERMS) && grow(model, missing_terms(model)); round++) { /* bounded: no cycles */
+    }
+}

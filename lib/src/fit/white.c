@@ -1,0 +1,329 @@
+/* davar - white noise and nothing else that could be seen: what most windows hold. The fit is then a handful of sums over numbers
+ * that only the window length changes, in integers (5.14). Units: tau in samples, y = avar * m, so that white noise is a
+ * constant y = N^2; shares are amplitudes over that. */
+#include "fit/white.h"
+
+#include "common/absent.h"
+#include "fit/noise.h"
+#include "fit/plan.h"
+
+#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
+#define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
+
+_Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
+
+/* y has 28 bits at most, so that 32 products with a functional of 29 bits fit 62, and 32 of those make a share. */
+#define Y_SPARE 4U
+#define SUM_SPARE 30U
+
+#define FRACTION_32 4294967296.0 /* 1.0 as 0.32 */
+#define ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
+#define SHARE_ONE (UINT32_C(1) << DAVAR_FIT_SHARE_BITS)
+
+/* Of an Allan variance: 64 times what white noise has; more is a misfit by itself. */
+#define SHARE_MOST (SHARE_ONE << 6U)
+
+/* Of the amplitude of white noise: enough for a root and a reciprocal. */
+#define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
+
+/* --- the data ---------------------------------------------------------------------------------------------------- */
+
+/* y as a mantissa of 29 to 32 bits. */
+static scaled_t mantissa_of_y(scaled_t adev, float m)
+{
+    const scaled_t size = scaled_of_float(m);
+    const uint32_t square = davar_upper_product(adev.mantissa, adev.mantissa);
+    const scaled_t y = {davar_upper_product(square, size.mantissa), (2 * adev.exponent) + size.exponent + 64};
+    return y;
+}
+
+/* Brings every y to one exponent; a smaller one loses what lies below its last bit. */
+static void align(uint32_t y[], const int32_t exponent[], int count, int32_t largest)
+{
+    for (int t = 0; t < count; t++) {
+        const uint32_t shift = (uint32_t)(largest - exponent[t]);
+        y[t] = (shift > 31U) ? 0U : (y[t] >> shift);
+    }
+}
+
+/* False: all are 0. */
+static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+{
+    int32_t exponent[DAVAR_TAUS_MAX];
+    int32_t largest = INT32_MIN;
+    uint32_t any = 0U;
+    for (int t = 0; t < plan->count; t++) {
+        const scaled_t adev = scaled_of_double(result->tau[t].adev);
+        const scaled_t y = mantissa_of_y(adev, plan->m[t]);
+        white->adev[t] = adev;
+        white->y[t] = y.mantissa;
+        exponent[t] = y.exponent;
+        largest = (y.exponent > largest) ? y.exponent : largest;
+        any |= y.mantissa;
+    }
+    white->exponent = largest + (int32_t)Y_SPARE;
+    align(white->y, exponent, plan->count, white->exponent);
+    return any != 0U;
+}
+
+/* --- the fit ----------------------------------------------------------------------------------------------------- */
+
+/* Not below 0. */
+static uint64_t amplitude(const davar_plan_t *plan, const uint32_t y[], int term)
+{
+    uint64_t sum = 0U; /* modulo 2^64 */
+    for (int t = 0; t < plan->count; t++) {
+        sum += davar_multiply_i32(plan->functional[term][t], (int32_t)y[t]);
+    }
+    return sum & ((sum >> 63U) - 1U);
+}
+
+/* N^2, and its reciprocal for shares. */
+static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
+{
+    const uint64_t found = amplitude(plan, white->y, WHITE);
+    const uint64_t sum = (found > AMPLITUDE_LEAST) ? found : AMPLITUDE_LEAST;
+    const uint32_t zeros = davar_leading_zeros(sum);
+    const uint32_t spare = 63U - SUM_SPARE - DAVAR_FIT_SHARE_BITS;
+    white->square.mantissa = (uint32_t)((sum << zeros) >> 32U);
+    white->square.exponent = white->exponent + 32 - (int32_t)(zeros + DAVAR_FIT_FUNCTIONAL_BITS);
+    white->drift = (zeros > spare) ? (zeros - spare) : 0U;
+    white->inverse = davar_reciprocal_of_mantissa(white->square.mantissa) >> (spare + white->drift - zeros);
+}
+
+/* A sum with a functional in it, over N^2, in the fixed point of shares; what it cannot hold is as much as it can. */
+static uint32_t share_of(const davar_white_t *white, uint64_t sum)
+{
+    const uint32_t share = davar_upper_product((uint32_t)(sum >> SUM_SPARE), white->inverse);
+    if (white->drift == 0U) {
+        return share;
+    }
+    return (share <= (UINT32_MAX >> white->drift)) ? (share << white->drift) : UINT32_MAX;
+}
+
+static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
+{
+    return (quarters * sigma) >> 2U; /* sigma is at most 2^26 */
+}
+
+/* The terms beside white noise, and which of them are significant (5.7). */
+static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
+{
+    white->suspects = 0U;
+    for (int k = 0; k < TERMS; k++) {
+        white->share[k] = (k == WHITE) ? SHARE_ONE : share_of(white, amplitude(plan, white->y, k));
+        if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k]))) {
+            white->suspects |= 1U << (unsigned)k;
+        }
+    }
+}
+
+/* |y / N^2 - 1| in standard errors, as 19.13. */
+static uint32_t deviation(const davar_white_t *white, uint32_t y, uint32_t root_edf)
+{
+    const uint32_t share = share_of(white, (uint64_t)y << DAVAR_FIT_FUNCTIONAL_BITS);
+    const uint32_t ratio = (share < SHARE_MOST) ? share : SHARE_MOST;
+    const uint32_t excess = ratio - SHARE_ONE; /* modulo 2^32 */
+    const uint32_t sign = 0U - (excess >> 31U);
+    return (uint32_t)(davar_multiply_u32((excess ^ sign) - sign, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
+}
+
+static bool explains(const davar_plan_t *plan, const davar_white_t *white)
+{
+    uint64_t misfit = 0U;
+    for (int t = 0; t < plan->count; t++) {
+        const uint32_t errors = deviation(white, white->y[t], plan->root_edf[t]);
+        misfit += davar_multiply_u32(errors, errors);
+        if (misfit > plan->misfit_limit) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool fit_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
+{
+    if (!read_data(plan, result, white)) {
+        return false;
+    }
+    fit_amplitude(plan, white);
+    fit_shares(plan, white);
+    white->explains = (white->suspects == 0U) && explains(plan, white);
+    return true;
+}
+
+/* --- what is reported -------------------------------------------------------------------------------------------- */
+
+/* Upper limit of an absent term, in units of N: sqrt((share + margin)(1 + margin)), see (5.11). */
+static scaled_t white_bound(const davar_plan_t *plan, uint32_t share, int term)
+{
+    const uint32_t sigma = plan->sigma[term];
+    const uint32_t margin = sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
+    const scaled_t root = scaled_root(scaled_of_u32(share + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
+    return scaled_times(root, scaled_of_float(plan->room[term]));
+}
+
+/* centre * share as 2.30; at most 1. A centre is at least 2^-32 and at most 2^20 shares. */
+static uint32_t taken(float centre, uint32_t share)
+{
+    const scaled_t per_share = scaled_of_float(centre);
+    const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - per_share.exponent);
+    const uint64_t product = davar_multiply_u32(per_share.mantissa, share) >> shift;
+    return (product < ONE) ? (uint32_t)product : ONE;
+}
+
+/* value / under as 2.30, for value < under / 2. */
+static uint32_t quotient(uint32_t value, uint32_t under)
+{
+    const uint32_t zeros = davar_leading_zeros_32(under);
+    return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
+}
+
+/* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). As 2.30. */
+static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
+{
+    const uint32_t left = ONE - taken(plan->centre[term], share);
+    const uint32_t uncertain = plan->doubt[term];
+    if (uncertain >= davar_upper_product(left, (uint32_t)(DAVAR_FIT_NOTHING * FRACTION_32))) {
+        return 0U;
+    }
+    return davar_upper_product(left, davar_chi_square_low(quotient(uncertain, left))) << 2U;
+}
+
+static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *white)
+{
+    uint32_t least = plan->white_low;
+    for (int k = 0; k < TERMS; k++) {
+        if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_DOUBT_QUARTERS, plan->sigma[k]))) {
+            const uint32_t low = doubted(plan, white->share[k], k);
+            least = (low < least) ? low : least;
+        }
+    }
+    return least;
+}
+
+static void write_intervals(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+{
+    for (int t = 0; t < plan->count; t++) {
+        davar_adev_t *const tau = &result->tau[t];
+        tau->edf = plan->edf[t];
+        tau->low = scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->low[t])));
+        tau->high = scaled_to_double(scaled_times(white->adev[t], scaled_of_float(plan->high[t])));
+    }
+}
+
+static void write_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, int term,
+                         davar_coefficient_t *coefficient)
+{
+    coefficient->present = false;
+    coefficient->value = (double)NAN;
+    coefficient->low = (double)NAN;
+    coefficient->high = (double)INFINITY;
+    if (plan->sigma[term] <= DAVAR_FIT_SIGMA_MOST) {
+        const scaled_t bound = scaled_times(white_bound(plan, white->share[term], term), root);
+        coefficient->high = scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
+    }
+}
+
+static void write_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
+                          davar_coefficient_t *coefficient)
+{
+    const scaled_t value = scaled_times(root, scaled_of_double(plan->root[WHITE]));
+    const uint32_t least = least_square(plan, white);
+    const scaled_t low = scaled_root(scaled_of_u32((least == 0U) ? 1U : least, -30));
+    coefficient->present = true;
+    coefficient->value = scaled_to_double(value);
+    coefficient->low = (least == 0U) ? 0.0 : scaled_to_double(scaled_times(value, low));
+    coefficient->high = scaled_to_double(scaled_times(value, scaled_of_float(plan->white_high)));
+}
+
+static void write_white(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+{
+    const scaled_t root = scaled_root(white->square);
+    write_intervals(plan, white, result);
+    for (int k = 0; k < TERMS; k++) {
+        if (k == WHITE) {
+            write_present(plan, white, root, &result->coefficient[k]);
+        } else {
+            write_absent(plan, white, root, k, &result->coefficient[k]);
+        }
+    }
+}
+
+/* --- the step --------------------------------------------------------------------------------------------------------- */
+
+void davar_square_units(double rate_hz, double unit[])
+{
+    const double tau0_s = 1.0 / rate_hz;
+    unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
+    unit[WHITE] = 3600.0 * tau0_s;
+    unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
+    unit[DAVAR_RATE_RANDOM_WALK] = 216000.0 * 216000.0 * 3.0 * rate_hz;
+    unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
+}
+
+/* From roots of amplitudes to the coefficients in their units. */
+static void plan_roots(davar_plan_t *plan, double rate_hz)
+{
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    davar_square_units(rate_hz, unit);
+    for (int k = 0; k < TERMS; k++) {
+        plan->root[k] = davar_root((double)plan->unit[k] * unit[k]);
+    }
+    plan->rate_hz = rate_hz;
+}
+
+/* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
+ * nothing. */
+DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *result)
+{
+    for (int t = 0; t < plan->count; t++) {
+        result->tau[t].edf = plan->edf[t];
+        result->tau[t].low = 0.0;
+        result->tau[t].high = (double)INFINITY;
+    }
+    davar_absent_coefficients(result);
+}
+
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+{
+    davar_fit_prepare(plan, result);
+    if ((result->tau_count == 0U) || (result->tau[0].differences == 0U)) {
+        davar_absent_taus(result, 0U);
+        davar_absent_coefficients(result);
+        return true;
+    }
+    davar_absent_taus(result, plan->count);
+    if (!fit_data(plan, result, white)) {
+        write_constant(plan, result);
+        return true;
+    }
+    if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
+        plan_roots(plan, rate_hz);
+    }
+    if (white->explains) {
+        write_white(plan, white, result);
+    }
+    return white->explains;
+}
+
+/* Whatever else is there adds to the Allan variance: white noise is no more than all of it (5.11). */
+static void write_beside(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+{
+    const davar_adev_t *const shortest = &result->tau[0];
+    const scaled_t y = scaled_root(scaled_of_float(plan->m[0]));
+    write_intervals(plan, white, result);
+    davar_absent_coefficients(result);
+    const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
+    result->coefficient[WHITE].high = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
+}
+
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    davar_white_t white;
+    const bool suffices = davar_white_suffices(plan, rate_hz, result, &white);
+    if (!suffices) {
+        write_beside(plan, &white, result);
+    }
+    return suffices;
+}

@@ -1,0 +1,74 @@
+/* davar - a window out of a grid: the records at its edges, wherever the law has placed them, and their differences. */
+#ifndef DAVAR_SRC_GRID_WINDOW_H
+#define DAVAR_SRC_GRID_WINDOW_H
+
+#include "window/stages.h"
+
+/* Whole strides in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
+static uint32_t whole_strides(uint32_t *back, uint32_t stride)
+{
+    uint32_t power = 1U;
+    uint32_t strides = 0U;
+    while ((stride * power) <= (*back >> 1U)) {
+        power <<= 1U;
+    }
+    for (; power > 0U; power >>= 1U) {
+        if ((stride * power) <= *back) {
+            *back -= stride * power;
+            strides += power;
+        }
+    }
+    return strides;
+}
+
+/* Slot of `position` among the records of a track, or slots when it is not one of its positions. */
+static uint32_t track_find(const track_t *track, uint32_t position, uint32_t stride)
+{
+    uint32_t back = track->due - position;
+    const uint32_t strides = whole_strides(&back, stride);
+    if (back != 0U) {
+        return track->slots;
+    }
+    return (track->slot >= strides) ? (track->slot - strides) : ((track->slot + track->slots) - strides);
+}
+
+/* The track that recorded `position`, and where. Null: the start of a trailing record, where running sums are 0. */
+static const track_t *tracks_find(const track_t *tracks, uint8_t count, uint32_t position, uint32_t stride,
+                                  uint32_t *slot)
+{
+    for (uint8_t i = 0U; i < count; i++) {
+        *slot = track_find(&tracks[i], position, stride);
+        if (*slot < tracks[i].slots) {
+            return &tracks[i];
+        }
+    }
+    return NULL;
+}
+
+/* Finds the records of the window that the law has placed. */
+static void grid_place(stages_t *stages, const davar_t *davar)
+{
+    grid_t *const grid = stages->grid;
+    const uint32_t head_at = window_head(&davar->window);
+    const uint32_t stride = davar->config->stride;
+    const uint32_t taus = stages->allan.count;
+    uint32_t slot = 0U;
+    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, stride, &slot);
+    grid->records.head_powers = &head->powers[slot];
+    grid->records.head_sums = &head->sums[(size_t)slot * taus];
+    const uint32_t middle_position = head_at - davar->config->segment;
+    const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, stride, &slot);
+    grid->records.middle_powers = &middle->powers[slot];
+    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window_tail(&davar->window), stride, &slot);
+    grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[slot];
+    grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)slot * taus];
+}
+
+/* The sum of squared differences of the window for one tau. */
+static sum_t records_sum(const records_t *records, uint32_t t)
+{
+    const sum_t zero = {0};
+    return sum_between(records->head_sums[t], (records->tail_sums == NULL) ? zero : records->tail_sums[t]);
+}
+
+#endif

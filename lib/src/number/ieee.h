@@ -1,0 +1,77 @@
+/* davar - floating-point numbers as bits, and from integers: exact, and free of floating-point instructions. */
+#ifndef DAVAR_SRC_IEEE_H
+#define DAVAR_SRC_IEEE_H
+
+#include "number/machine.h"
+
+static inline uint64_t davar_bits_of_double(double value)
+{
+    const union {
+        double value;
+        uint64_t bits;
+    } number = {.value = value};
+    return number.bits;
+}
+
+static inline double davar_double_of_bits(uint64_t bits)
+{
+    const union {
+        uint64_t bits;
+        double value;
+    } number = {.bits = bits};
+    return number.value;
+}
+
+static inline uint32_t davar_bits_of_float(float value)
+{
+    const union {
+        float value;
+        uint32_t bits;
+    } number = {.value = value};
+    return number.bits;
+}
+
+static inline float davar_float_of_bits(uint32_t bits)
+{
+    const union {
+        uint32_t bits;
+        float value;
+    } number = {.bits = bits};
+    return number.value;
+}
+
+/* 1 / value, a power of two. */
+static inline double davar_inverse_of_power(float value)
+{
+    return davar_double_of_bits((uint64_t)(1023U + 127U - (davar_bits_of_float(value) >> 23U)) << 52U);
+}
+
+/* mantissa * 2^(exponent - 1086), to the nearest double, ties to even; the top bit of the mantissa is set. */
+static inline double davar_double_of_mantissa(uint64_t mantissa, uint32_t exponent)
+{
+    const uint64_t kept = mantissa >> 11U;
+    const uint32_t rest = (uint32_t)mantissa & 0x7FFU;
+    const uint32_t up = ((rest > 0x400U) || ((rest == 0x400U) && ((kept & 1U) != 0U))) ? 1U : 0U;
+    return davar_double_of_bits(((uint64_t)(exponent - 1U) << 52U) + kept + up);
+}
+
+/* As a conversion rounds. */
+static inline double davar_double_of_u64_by_parts(uint64_t value)
+{
+    if (value == 0U) {
+        return 0.0;
+    }
+    const uint32_t zeros = davar_leading_zeros(value);
+    return davar_double_of_mantissa(value << zeros, 1086U - zeros);
+}
+
+static inline double davar_double_of_u64(uint64_t value)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_double_of_u64_by_parts(value);
+#else
+    return (double)value;
+#endif
+}
+
+#endif

@@ -1,0 +1,112 @@
+/* davar - roots, quotients and products, correctly rounded as IEEE 754 has them, so the same bits on every target. A core whose
+ * floating-point unit has the instruction uses it; on the others they are taken in integers, much faster than by the
+ * compilers' libraries, which go digit by digit. */
+#ifndef DAVAR_SRC_REAL_H
+#define DAVAR_SRC_REAL_H
+
+#include "number/ieee.h"
+
+#include <math.h>
+
+/* 0, NaN and infinity are their own; of what is negative, NaN. */
+double davar_root_by_integers(double value);
+float davar_rootf_by_integers(float value);
+
+double davar_divide_by_integers(double dividend, double divisor);
+double davar_multiply_by_integers(double a, double b);
+
+/* a is 0 or normal, b and the product are normal: without the compiler's product for all else. */
+double davar_scale_by_integers(double a, double b);
+
+/* The root of a quotient whose divisor is known beforehand; both rounded. Normal numbers, dividend 0 too, whose quotient is
+ * normal. */
+uint64_t davar_reciprocal_by_integers(double value);
+double davar_root_of_quotient_by_integers(double dividend, double divisor, uint64_t reciprocal);
+
+/* Their steps of 32 bits. Of m in [1, 4), as 2.30 with 24 bits, the root as 9.23, correctly rounded. Of b in [1, 2), as 1.31,
+ * 1 / b as 0.32 within 3 units. */
+uint32_t davar_root_of_mantissa_by_integers(uint32_t m);
+uint32_t davar_reciprocal_of_mantissa(uint32_t b);
+
+static inline double davar_root(double value)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_root_by_integers(value);
+#else
+    return sqrt(value);
+#endif
+}
+
+/* On Arm in its own instruction: sqrtf would bring errno with it, whatever a user's flags say. */
+static inline float davar_rootf(float value)
+{
+#ifdef DAVAR_SOFT_FLOAT
+    return davar_rootf_by_integers(value);
+#elif defined(__arm__) && defined(__GNUC__)
+    float root;
+    __asm__("vsqrt.f32 %0, %1" : "=t"(root) : "t"(value));
+    return root;
+#else
+    return sqrtf(value);
+#endif
+}
+
+static inline uint32_t davar_root_of_mantissa(uint32_t m)
+{
+#ifdef DAVAR_SOFT_FLOAT
+    return davar_root_of_mantissa_by_integers(m);
+#else
+    return (uint32_t)(davar_rootf((float)m) * 256.0F); /* exact but for the root: 2^15 .. 2^16, of 24 bits */
+#endif
+}
+
+/* For davar_root_of_quotient(). */
+static inline uint64_t davar_reciprocal(double divisor)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_reciprocal_by_integers(divisor);
+#else
+    (void)divisor;
+    return 0U;
+#endif
+}
+
+static inline double davar_root_of_quotient(double dividend, double divisor, uint64_t reciprocal)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_root_of_quotient_by_integers(dividend, divisor, reciprocal);
+#else
+    (void)reciprocal;
+    return sqrt(dividend / divisor);
+#endif
+}
+
+static inline double davar_divide(double a, double b)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_divide_by_integers(a, b);
+#else
+    return a / b;
+#endif
+}
+
+static inline double davar_scale(double a, double b)
+{
+#ifdef DAVAR_SOFT_DOUBLE
+    return davar_scale_by_integers(a, b);
+#else
+    return a * b;
+#endif
+}
+
+/* The compiler's library for Thumb-2 is fast. */
+static inline double davar_multiply(double a, double b)
+{
+#if defined(DAVAR_SOFT_DOUBLE) && !defined(__thumb2__)
+    return davar_multiply_by_integers(a, b);
+#else
+    return a * b;
+#endif
+}
+
+#endif

@@ -1,0 +1,140 @@
+/* davar - what the stages hold, as a verdict and as a result. Reading and computing are apart: what is read may change under
+ * the reader's eyes and is read again then, what is computed may take its time. */
+#ifndef DAVAR_SRC_COLLECT_H
+#define DAVAR_SRC_COLLECT_H
+
+#include "common/absent.h"
+#include "common/sequence.h"
+#include "grid/grid_window.h"
+#include "number/real.h"
+
+static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
+{
+    static const powers_t no_powers = {0};
+    const powers_t *later = first_part ? &stages->moments.middle : &stages->moments.head;
+    const powers_t *earlier = &stages->moments.tail;
+    if (on_grid(stages)) {
+        const records_t *const records = &stages->grid->records;
+        later = first_part ? records->middle_powers : records->head_powers;
+        earlier = records->tail_powers;
+    }
+    davar_read_apart();
+    powers_between(powers, later, (earlier == NULL) ? &no_powers : earlier);
+}
+
+/* --- a result --------------------------------------------------------------------------------------------------- */
+
+/* What a result is computed from beside its own integers. */
+typedef struct {
+    sum_t sum[DAVAR_TAUS_MAX];
+    powers_t whole;
+    powers_t first;
+} readings_t;
+
+static uint32_t differences(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
+{
+    const uint32_t span = 2U * m;
+    return (window->length < span) ? 0U : ((window->length - span + 1U) - davar_gaps_spans_lost(gaps, window, m));
+}
+
+/* Samples of the window that are mirror images of others in it. */
+static uint32_t mirrored(const davar_window_t *window)
+{
+    const uint32_t in_front = at_start(window) ? (0U - window_tail(window)) : 0U;
+    const uint32_t behind = is_finished(window) ? (window_head(window) - window->end) : 0U;
+    return in_front + (((int32_t)behind > 0) ? behind : 0U);
+}
+
+static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, const davar_window_t *window,
+                        davar_result_t *result)
+{
+    const bool centred = is_centred(config);
+    result->tau_count = config->tau_count;
+    result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
+    result->window_samples = window->length;
+    result->mirrored_samples = mirrored(window);
+    result->gaps_in_window = davar_gaps_inside(gaps, window);
+    for (uint32_t t = 0U; t < config->tau_count; t++) {
+        result->tau[t].m = config->taus[t];
+        result->tau[t].differences = differences(gaps, window, config->taus[t]);
+    }
+}
+
+static void read_sums(const stages_t *stages, readings_t *readings)
+{
+    if (!on_grid(stages)) {
+        for (uint32_t t = 0U; t < stages->allan.count; t++) {
+            sum_copy(&readings->sum[t], &stages->allan.tau[t].sum);
+        }
+        return;
+    }
+    const records_t records = stages->grid->records;
+    davar_read_apart();
+    for (uint32_t t = 0U; t < stages->allan.count; t++) {
+        readings->sum[t] = records_sum(&records, t);
+    }
+}
+
+/* Reads everything that a push changes, and computes nothing that can wait: only a stretch as long as this must come
+ * without a push now and then. What a push tears may be wrong but must do no harm: what indices and loops depend on is
+ * copied first. */
+static void read_stages(const davar_t *davar, davar_result_t *result, readings_t *readings)
+{
+    const davar_window_t window = davar->window;
+    const davar_gaps_t gaps = davar->gaps;
+    davar_read_apart();
+    read_window(davar->config, &gaps, &window, result);
+    read_sums(davar->stages, readings);
+    if (has_moments(davar->config)) {
+        window_powers(&readings->whole, davar->stages, false);
+        window_powers(&readings->first, davar->stages, true);
+    }
+}
+
+/* (1.1) */
+static double deviation_of(sum_t sum, const davar_adev_t *tau)
+{
+    const double squares = davar_double_of_u64((uint64_t)(2U * tau->m) * tau->m);
+    const double divisor = davar_scale(squares, davar_double_of_u64(tau->differences));
+    return davar_root_of_quotient(sum_to_double(sum), divisor, davar_reciprocal(divisor));
+}
+
+static void evaluate_taus(const readings_t *readings, double unit_per_count, davar_result_t *result)
+{
+    for (uint32_t t = 0U; t < result->tau_count; t++) {
+        davar_adev_t *const tau = &result->tau[t];
+        tau->adev = (double)NAN;
+        if (tau->differences > 0U) {
+            tau->adev = davar_scale(deviation_of(readings->sum[t], tau), unit_per_count);
+        }
+    }
+}
+
+static void evaluate_stationarity(const davar_config_t *config, const readings_t *readings, davar_result_t *result)
+{
+    result->unstable = false;
+    result->kurtosis = (double)NAN;
+    result->contribution = (double)NAN;
+    if (has_moments(config)) {
+        davar_central_t whole;
+        davar_central_t first;
+        powers_central(&readings->whole, result->window_samples, &whole);
+        powers_central(&readings->first, result->window_samples - config->segment, &first);
+        result->unstable = davar_stationarity_unstable(config, &whole, &first);
+        result->kurtosis = davar_stationarity_kurtosis(&whole);
+        result->contribution = davar_stationarity_contribution(&whole, &first);
+    }
+}
+
+static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
+{
+    const davar_config_t *const config = davar->config;
+    const double unit_per_count =
+        is_float(davar) ? davar_inverse_of_power(davar->counts_per_unit) : config->unit_per_count;
+    evaluate_taus(readings, unit_per_count, result);
+    evaluate_stationarity(config, readings, result);
+    davar_absent_taus(result, 0U);
+    davar_absent_coefficients(result);
+}
+
+#endif

@@ -1,0 +1,23 @@
+/* davar - the pipeline of the number type q15, and the door of its samples. */
+#include "window/number_q15.h"
+
+#include "davar/davar.h"
+#include "pipeline/pipeline.h"
+
+_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
+_Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");
+
+const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
+
+size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
+{
+    const bool belongs = (davar->number == &davar_number_q15) && !is_finished(&davar->window);
+    DAVAR_ASSERT(belongs);
+    if (!belongs) {
+        return 0U;
+    }
+    davar_change_begin(davar);
+    const size_t consumed = pipeline_push(davar, counts, count);
+    davar_change_end(davar);
+    return consumed;
+}

@@ -1,0 +1,29 @@
+/* davar - the pipeline of the number type q31, and the door of its samples. */
+#include "window/number_q31.h"
+
+#include "davar/davar.h"
+#include "pipeline/pipeline.h"
+
+_Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
+_Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
+
+const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
+
+/* ... after the door of float samples, too. */
+size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
+{
+    return pipeline_push(davar, samples, count);
+}
+
+size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
+{
+    const bool belongs = (davar->number == &davar_number_q31) && !davar->is_float && !is_finished(&davar->window);
+    DAVAR_ASSERT(belongs);
+    if (!belongs) {
+        return 0U;
+    }
+    davar_change_begin(davar);
+    const size_t consumed = davar_q31_push(davar, counts, count);
+    davar_change_end(davar);
+    return consumed;
+}

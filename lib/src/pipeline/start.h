@@ -1,0 +1,128 @@
+/* davar - how a pipeline lies in the caller's memory, and how it begins. */
+#ifndef DAVAR_SRC_START_H
+#define DAVAR_SRC_START_H
+
+#include "grid/grid_setup.h"
+
+#include <string.h>
+
+/* --- memory ------------------------------------------------------------------------------------------------------ */
+
+/* A shrunk centred window lags behind the newest sample, and its longest span may reach further back than itself. */
+static uint32_t ring_capacity(const davar_config_t *config)
+{
+    const uint32_t span_max = 2U * config->taus[config->tau_count - 1U];
+    const bool whole_window = (config->stride == 1U) || config->mirrored_end;
+    const uint32_t lag = (config->stride == 1U) ? head_reach(config) : 0U;
+    const uint32_t span = lag + span_max;
+    const uint32_t block = (config->stride == 1U) ? 1U : GRID_BLOCK;
+    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + block;
+}
+
+DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
+{
+    davar_arena_t arena = {memory, 0U};
+    (void)davar_arena_take(&arena, 1U, sizeof(stages_t));
+    stages->allan.tau = davar_arena_take(&arena, config->tau_count, sizeof(tau_t));
+    stages->ring.capacity = ring_capacity(config);
+    stages->ring.sample = davar_arena_take(&arena, stages->ring.capacity, sizeof(sample_t));
+    davar->gaps.position = davar_arena_take(&arena, config->gaps_max, sizeof(uint32_t));
+    davar->gaps.capacity = config->gaps_max;
+    stages->allan.m = config->taus;
+    stages->grid = NULL;
+    if (has_grid(config)) {
+        grid_t only_counted;
+        stages->grid = davar_arena_take(&arena, 1U, sizeof(grid_t));
+        grid_carve(&arena, (memory == NULL) ? &only_counted : stages->grid, config);
+    }
+    return arena.used;
+}
+
+DAVAR_RARE size_t NUMBER(memory_size)(const davar_config_t *config)
+{
+    stages_t stages;
+    davar_t davar;
+    return carve(&stages, &davar, config, NULL);
+}
+
+/* --- start ------------------------------------------------------------------------------------------------------- */
+
+static void start_samples(stages_t *stages, const davar_config_t *config, bool is_float)
+{
+    const uint32_t given = (config->sample_bits == 0U) ? NUMBER_SAMPLE_BITS_DEFAULT : config->sample_bits;
+    const uint32_t bits = is_float ? NUMBER_SAMPLE_BITS_MAX : given;
+    stages->highest = (sample_t)((UINT32_C(1) << (bits - 1U)) - 1U);
+}
+
+DAVAR_RARE static bool are_octaves(const davar_config_t *config)
+{
+    for (uint32_t t = 1U; t < config->tau_count; t++) {
+        if (config->taus[t] != (2U * config->taus[t - 1U])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void start_allan(allan_t *allan, const davar_config_t *config)
+{
+    const bool centred = is_centred(config);
+    allan->count = config->tau_count;
+    allan->run = 0U;
+    allan->to_gap = DAVAR_NO_GAP;
+    allan->room = DAVAR_NO_GAP;
+    allan->starting = true;
+    allan->mirrored = centred;
+    allan->run_doubles = centred;
+    allan->warming = centred && (config->stride == 1U);
+    allan->octaves = are_octaves(config);
+    memset(allan->tau, 0, allan->count * sizeof *allan->tau);
+}
+
+/* Samples up to the first epoch of a record. */
+static uint32_t first_wait(const davar_config_t *config)
+{
+    const bool centred = is_centred(config);
+    return centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride;
+}
+
+static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
+{
+    const bool centred = is_centred(config);
+    const bool longest = centred || (config->stride > config->window_max);
+    const davar_window_t start = {
+        .origin = origin,
+        .skip = skip,
+        .next_length = longest ? config->window_max : config->stride,
+        .wait = first_wait(config),
+        .filling = !centred,
+        .at_start = centred,
+    };
+    *window = start;
+}
+
+DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t skip)
+{
+    const davar_config_t *const config = davar->config;
+    stages_t *const stages = davar->stages;
+    davar->gaps.count = 0U;
+    stages->steady = STEADY_NOT;
+    stages->ring.next = 0U;
+    start_allan(&stages->allan, config);
+    memset(&stages->moments, 0, sizeof stages->moments);
+    start_window(&davar->window, config, origin, skip);
+    if (on_grid(stages)) {
+        grid_start(stages->grid, config, &stages->allan);
+    }
+}
+
+DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)
+{
+    davar->stages = memory;
+    memset(memory, 0, carve(davar->stages, davar, davar->config, memory));
+    (void)carve(davar->stages, davar, davar->config, memory);
+    start_samples(davar->stages, davar->config, davar->is_float);
+    start_stages(davar, 0U, 0U);
+}
+
+#endif

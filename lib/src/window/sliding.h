@@ -1,0 +1,253 @@
+/* davar - a value at every sample: window sums that follow both edges of the window, one sample at a time.
+ *
+ * Nearly always the window glides (both edges move by one), grows or shrinks (one edge moves) with nothing near its
+ * edges; those steps are plain. The careful ones know about gaps, the start, and spans longer than the window. */
+#ifndef DAVAR_SRC_SLIDING_H
+#define DAVAR_SRC_SLIDING_H
+
+#include "window/slide.h"
+
+/* --- where the edges are in the ring ----------------------------------------------------------------------------- */
+
+/* The sample that the leading edge takes in next. */
+static uint32_t sliding_head_index(const ring_t *ring, const davar_window_t *window)
+{
+    return ring_index(ring, window->lag);
+}
+
+/* The sample that the trailing edge leaves behind next. */
+static uint32_t sliding_tail_index(const ring_t *ring, const davar_window_t *window)
+{
+    return ring_index(ring, window->lag + window->length);
+}
+
+/* --- moments ----------------------------------------------------------------------------------------------------- */
+
+/* The sample at `index` of the ring goes behind one of the cursors. */
+static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_t index)
+{
+    powers_add(powers, stages->ring.sample[index]);
+}
+
+DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+{
+    const uint32_t segment = davar->config->segment;
+    if (!has_moments(davar->config)) {
+        return;
+    }
+    sliding_add(&stages->moments.head, stages, index);
+    if (davar->window.length > segment) {
+        sliding_add(&stages->moments.middle, stages, ring_before(&stages->ring, index, segment));
+    }
+}
+
+DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+{
+    if (has_moments(davar->config)) {
+        sliding_add(&stages->moments.tail, stages, index);
+    }
+}
+
+/* Both edges, and the middle between them. */
+DAVAR_APART static void sliding_glide_moments(stages_t *stages, uint32_t segment, uint32_t head, uint32_t tail)
+{
+    sliding_add(&stages->moments.head, stages, head);
+    sliding_add(&stages->moments.middle, stages, ring_before(&stages->ring, head, segment));
+    sliding_add(&stages->moments.tail, stages, tail);
+}
+
+/* --- plain steps ------------------------------------------------------------------------------------------------- */
+
+/* Both edges, and a sample into the ring. What costs most comes last, when nothing else is waiting for registers. */
+static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t sample)
+{
+    davar_window_t *const window = &davar->window;
+    const uint32_t segment = davar->config->segment;
+    ring_t *const ring = &stages->ring;
+    const uint32_t head = ring_before(ring, ring->next, window->lag);
+    const uint32_t tail = ring_before(ring, ring->next, window->lag + window->length);
+    ring_put(ring, sample);
+    window_glide(window);
+    if (has_moments(davar->config)) {
+        sliding_glide_moments(stages, segment, head, tail);
+    }
+    slide(stages, head, tail);
+}
+
+DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    const ring_t *const ring = &stages->ring;
+    const uint32_t index = sliding_head_index(ring, window);
+    allan_lead(&stages->allan, allan_leading(ring, index));
+    window->lag--;
+    window->length++;
+    sliding_lead_moments(stages, davar, index);
+}
+
+DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    const ring_t *const ring = &stages->ring;
+    const uint32_t index = sliding_tail_index(ring, window);
+    allan_trail(&stages->allan, allan_trailing(ring, index));
+    sliding_trail_moments(stages, davar, index);
+    window->length--;
+}
+
+/* --- careful steps ----------------------------------------------------------------------------------------------- */
+
+/* `twice` while the mirrored start grows on both sides at once (2.6). */
+static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index, const davar_window_t *window,
+                              bool twice)
+{
+    const uint32_t position = window_head(window) - 1U;
+    const uint32_t length = window->length;
+    const uint32_t whole = smaller(length, allan->run);
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        tau_t *const tau = &allan->tau[t];
+        const uint32_t span = 2U * allan->m[t];
+        tau->head += allan_any_step(allan, ring, index, position, allan->m[t]);
+        if (span <= whole) {
+            sum_add_square(&tau->sum, tau->head);
+        }
+        if (twice && (span <= whole)) {
+            sum_add_square(&tau->sum, tau->head);
+        }
+        if (length == span) {
+            tau->tail = tau->head; /* the only span of the window: both edges see the same difference */
+        }
+    }
+}
+
+/* A span that has been in the sum was in the window, and no gap in it: `whole` samples are both. */
+DAVAR_APART static void sliding_trail_taus(const allan_t *allan, edge_t tail, uint32_t whole, uint32_t length)
+{
+    const uint32_t *m = allan->m;
+    tau_t *const end = allan->tau + allan->count;
+    for (tau_t *tau = allan->tau; tau != end; tau++, m++) {
+        const uint32_t span = 2U * *m;
+        if (span <= whole) {
+            sum_subtract_square(&tau->sum, tau->tail);
+        }
+        if (span < length) {
+            tau->tail += allan_trail_step(tail, *m);
+        }
+    }
+}
+
+static void sliding_lead_carefully(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    const uint32_t index = sliding_head_index(&stages->ring, window);
+    allan_extend_run(&stages->allan, &davar->gaps, window, window_head(window));
+    window->lag--;
+    window->length++;
+    sliding_lead_taus(&stages->allan, &stages->ring, index, window, false);
+    sliding_lead_moments(stages, davar, index);
+    allan_end_start(&stages->allan, window_head(window));
+}
+
+static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    const uint32_t index = sliding_tail_index(&stages->ring, window);
+    sliding_trail_taus(&stages->allan, allan_trailing(&stages->ring, index),
+                       smaller(window->length, stages->allan.room), window->length);
+    sliding_trail_moments(stages, davar, index);
+    window->length--;
+    allan_shrink_room(&stages->allan, &davar->gaps, window, window_tail(window));
+}
+
+/* --- a step of either kind --------------------------------------------------------------------------------------- */
+
+static void sliding_lead(stages_t *stages, davar_t *davar)
+{
+    if (allan_leads_freely(&stages->allan) && (davar->window.length >= allan_span_max(&stages->allan))) {
+        sliding_lead_plainly(stages, davar);
+    } else {
+        sliding_lead_carefully(stages, davar);
+    }
+}
+
+static void sliding_trail(stages_t *stages, davar_t *davar)
+{
+    if ((stages->allan.room == DAVAR_NO_GAP) && (davar->window.length > allan_span_max(&stages->allan))) {
+        sliding_trail_plainly(stages, davar);
+    } else {
+        sliding_trail_carefully(stages, davar);
+    }
+}
+
+/* Can the window glide from here on, sample by sample? Only a careful step, a gap or the law can change the answer. */
+static bool sliding_glides(const allan_t *allan, const davar_window_t *window)
+{
+    return allan_leads_freely(allan) && (allan->room == DAVAR_NO_GAP) && (window->length >= allan_span_max(allan)) &&
+           (window->next_length == window->length);
+}
+
+/* Moves the edges to where the law wants them, the leading one first so that no window gets shorter than the last. */
+static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_t length)
+{
+    const davar_window_t *const window = &davar->window;
+    while (window->lag != lag) {
+        sliding_lead(stages, davar);
+    }
+    while (window->length != length) {
+        sliding_trail(stages, davar);
+    }
+}
+
+/* --- the mirrored start ------------------------------------------------------------------------------------------ */
+
+/* By symmetry the sums in front of -p are the negatives of those in front of p (2.8). */
+DAVAR_RARE static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index,
+                                            uint32_t position)
+{
+    static const powers_t no_powers = {0};
+    moments_t *const moments = &stages->moments;
+    const uint32_t half = config->window_max / 2U;
+    if (!has_moments(config)) {
+        return;
+    }
+    sliding_add(&moments->head, stages, index);
+    powers_between(&moments->tail, &no_powers, &moments->head);
+    if ((position + config->segment) < half) {
+        powers_copy(&moments->middle, &moments->head);
+    } else if ((position + half) < config->segment) {
+        powers_copy(&moments->middle, &moments->tail);
+    } else { /* the middle is nearer to the start than this */
+    }
+}
+
+/* Centred start: the window grows on both sides of the first sample at once, [-n - 1, n + 1), until it is full. The
+ * mirror image is written into the ring for the trailing edge to find; its differences are those of the right half with
+ * the sign turned, so their squares are counted twice (2.6). */
+DAVAR_RARE static void sliding_warm(stages_t *stages, davar_t *davar)
+{
+    davar_window_t *const window = &davar->window;
+    ring_t *const ring = &stages->ring;
+    const uint32_t position = window_head(window);
+    const uint32_t index = ring_index(ring, 1U);
+    ring->sample[ring_before(ring, index, (2U * position) + 1U)] = ring->sample[index];
+    allan_extend_run(&stages->allan, &davar->gaps, window, position);
+    window->lag--;
+    window->length += 2U;
+    sliding_lead_taus(&stages->allan, ring, index, window, true);
+    sliding_warm_moments(stages, davar->config, index, position);
+    allan_end_start(&stages->allan, window_head(window));
+}
+
+/* The window is full: the trailing edge's differences are the mirror images of the leading edge's. */
+DAVAR_RARE static void sliding_end_warm(stages_t *stages, davar_t *davar)
+{
+    allan_t *const allan = &stages->allan;
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        allan->tau[t].tail = -allan->tau[t].head;
+    }
+    allan->warming = false;
+    allan->run_doubles = false;
+    allan->room = davar_gaps_after(&davar->gaps, &davar->window, window_tail(&davar->window));
+}
+
+#endif

@@ -1,0 +1,193 @@
+/* davar - frames to values: the mirror of encode.c, for gateways and other devices. */
+#include "davar/codec.h"
+
+#include "wire/frame_layout.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define KIND_COUNT 15U
+
+static uint32_t get(const davar_frame_t *frame, davar_signal_t at)
+{
+    uint32_t raw = 0U;
+    for (uint32_t bit = 0U; bit < at.bits; bit++) {
+        const uint32_t where = at.start + bit;
+        raw |= (((uint32_t)frame->data[where / 8U] >> (where % 8U)) & 1U) << bit;
+    }
+    return raw;
+}
+
+static float get_float(const davar_frame_t *frame, davar_signal_t at)
+{
+    const uint32_t raw = get(frame, at);
+    float value = 0.0F;
+    memcpy(&value, &raw, sizeof value);
+    return value;
+}
+
+static float get_scaled(const davar_frame_t *frame, const davar_scaled_t *scaled)
+{
+    const uint32_t raw = get(frame, scaled->at);
+    return (raw == (1U << scaled->at.bits) - 1U) ? NAN : (float)raw * scaled->unit;
+}
+
+/* Absent, or a magnitude that a sensor could have. */
+static bool is_magnitude(float value)
+{
+    const bool tiny = (value > 0.0F) && (value < DAVAR_WIRE_LEAST);
+    return isnan(value) || ((value >= 0.0F) && !tiny && (value <= DAVAR_WIRE_MOST));
+}
+
+static bool is_coefficient(const davar_wire_t *wire)
+{
+    const bool unbounded = (wire->index >= 2U * DAVAR_COEFFICIENT_COUNT) && (wire->value > FLT_MAX);
+    return unbounded || is_magnitude(wire->value);
+}
+
+static bool is_setup(const davar_wire_t *wire)
+{
+    if ((wire->index == (uint8_t)DAVAR_SETUP_RATE) || (wire->index == (uint8_t)DAVAR_SETUP_UNIT)) {
+        return (wire->value > 0.0F) && is_magnitude(wire->value);
+    }
+    return ((wire->index == (uint8_t)DAVAR_SETUP_STRIDE) || (wire->index >= (uint8_t)DAVAR_SETUP_TAU)) &&
+           (wire->number > 0U);
+}
+
+static bool is_monitor(const davar_wire_t *wire)
+{
+    return is_magnitude((wire->index < DAVAR_MONITOR_HEALTH) ? fabsf(wire->value) : wire->value);
+}
+
+static bool is_fd(const davar_wire_t *wire)
+{
+    bool good = (wire->window_samples > 0U);
+    for (uint8_t k = 0U; k < (uint8_t)DAVAR_COEFFICIENT_COUNT; k++) {
+        good = is_magnitude(wire->coefficient[k]) && good;
+    }
+    for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
+        good = is_magnitude(wire->adev[t]) && good;
+    }
+    return good;
+}
+
+static void read_fd(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY, DAVAR_RATE_RANDOM_WALK,
+                                     DAVAR_RATE_RAMP};
+    wire->number = get(frame, fd_epoch);
+    wire->window_samples = get(frame, fd_window);
+    wire->unstable = (get(frame, fd_unstable) != 0U);
+    wire->relative_uncertainty = get_scaled(frame, &fd_arw_uncertainty);
+    wire->kurtosis = get_scaled(frame, &fd_kurtosis);
+    wire->contribution = get_scaled(frame, &fd_contribution);
+    wire->coefficient[DAVAR_ANGLE_RANDOM_WALK] = wire->value;
+    for (uint8_t k = 0U; k < 4U; k++) {
+        const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
+        wire->coefficient[kinds[k]] = get_float(frame, at);
+    }
+    for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
+        const davar_signal_t at = {(uint16_t)(FD_ADEV + 32U * t), 32U};
+        wire->adev[t] = get_float(frame, at);
+    }
+}
+
+static void read_state(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    wire->window_samples = get(frame, signal_window);
+    wire->unstable = (get(frame, signal_unstable) != 0U);
+}
+
+static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t count, davar_wire_t *wire)
+{
+    wire->index = (uint8_t)get(frame, at);
+    return wire->index < count;
+}
+
+/* False: a form that no sender means, or an impossible rate. */
+static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    wire->index = (uint8_t)get(frame, signal_form);
+    wire->number = get(frame, signal_index);
+    if (wire->index == (uint8_t)DAVAR_RAW_PAIR) {
+        wire->count[0] = (int16_t)get(frame, signal_pair[0]);
+        wire->count[1] = (int16_t)get(frame, signal_pair[1]);
+        return true;
+    }
+    wire->count[0] = (wire->index == (uint8_t)DAVAR_RAW_COUNT) ? (int32_t)get(frame, signal_value) : 0;
+    return (wire->index == (uint8_t)DAVAR_RAW_COUNT) ||
+           ((wire->index == (uint8_t)DAVAR_RAW_RATE) && is_magnitude(fabsf(wire->value)));
+}
+
+/* Fills what this message has beside `value` and `number`; false: an index or a value that no sender means. */
+static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    bool good = true;
+    switch (wire->message) {
+    case DAVAR_MESSAGE_ARW:
+        wire->relative_uncertainty = get_scaled(frame, &scaled_arw_uncertainty);
+        good = is_magnitude(wire->value);
+        break;
+    case DAVAR_MESSAGE_STATE:
+        read_state(frame, wire);
+        good = (wire->window_samples > 0U);
+        break;
+    case DAVAR_MESSAGE_STATIONARITY:
+        wire->kurtosis = get_scaled(frame, &scaled_kurtosis);
+        wire->contribution = get_scaled(frame, &scaled_contribution);
+        break;
+    case DAVAR_MESSAGE_ADEV:
+        wire->index = (uint8_t)get(frame, signal_tau_index);
+        wire->relative_uncertainty = get_scaled(frame, &scaled_adev_uncertainty);
+        good = is_magnitude(wire->value);
+        break;
+    case DAVAR_MESSAGE_COEFFICIENT:
+        good = read_index(frame, signal_kind, KIND_COUNT, wire) && is_coefficient(wire);
+        break;
+    case DAVAR_MESSAGE_HEALTH:
+        good = read_index(frame, signal_health_index, (uint32_t)DAVAR_HEALTH_COUNT, wire);
+        wire->session = (uint8_t)get(frame, signal_session);
+        break;
+    case DAVAR_MESSAGE_SETUP:
+        good = read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) && is_setup(wire);
+        wire->session = (uint8_t)get(frame, signal_session);
+        break;
+    case DAVAR_MESSAGE_MONITOR:
+        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) && is_monitor(wire);
+        wire->worst = (uint8_t)get(frame, signal_worst_tau);
+        break;
+    case DAVAR_MESSAGE_RAW:
+        good = read_raw(frame, wire);
+        break;
+    case DAVAR_MESSAGE_RESULT_FD:
+    case DAVAR_MESSAGE_COUNT:
+    default:
+        read_fd(frame, wire);
+        good = is_fd(wire);
+        break;
+    }
+    return good;
+}
+
+davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire)
+{
+    const uint32_t offset = (uint32_t)frame->identifier - base; /* wraps below base: far beyond the last message */
+    const uint32_t message = offset % DAVAR_WIRE_STEP;
+    if ((frame->identifier < base) || (message_length(message) == 0U)) {
+        return DAVAR_DECODE_FOREIGN;
+    }
+    if (frame->length != message_length(message)) {
+        return DAVAR_DECODE_LENGTH;
+    }
+    if (get(frame, signal_crc) != davar_frame_crc(frame)) {
+        return DAVAR_DECODE_CRC;
+    }
+    *wire = (davar_wire_t){.message = (davar_message_t)message,
+                           .channel = (uint8_t)(offset / DAVAR_WIRE_STEP),
+                           .counter = (uint8_t)get(frame, signal_counter),
+                           .result = (uint8_t)get(frame, signal_result),
+                           .value = get_float(frame, signal_value),
+                           .number = get(frame, signal_value)};
+    return read_message(frame, wire) ? DAVAR_DECODED : DAVAR_DECODE_VALUE;
+}

@@ -1,0 +1,408 @@
+/* davar - result to frames. One table row per message, in the order on the wire. */
+#include "davar/codec.h"
+
+#include "wire/frame_layout.h"
+
+#include <math.h>
+#include <string.h>
+
+#define COUNTER_MASK 15U
+#define STATE_WINDOW_MAX 0x7FFFFU
+
+uint8_t davar_frame_crc(const davar_frame_t *frame)
+{
+    uint32_t crc = 0xFFU;
+    for (uint32_t i = 0U; i <= frame->length; i++) { /* two bytes of identifier, then the data without its first byte */
+        const uint32_t byte = (i == 0U) ? frame->identifier & 0xFFU
+                                        : ((i == 1U) ? (uint32_t)frame->identifier >> 8U : frame->data[i - 1U]);
+        crc ^= byte;
+        for (uint32_t bit = 0U; bit < 8U; bit++) {
+            crc = ((crc & 0x80U) != 0U) ? ((crc << 1U) ^ 0x1DU) & 0xFFU : crc << 1U;
+        }
+    }
+    return (uint8_t)(crc ^ 0xFFU);
+}
+
+static void put(davar_frame_t *frame, davar_signal_t at, uint32_t raw)
+{
+    for (uint32_t bit = 0U; bit < at.bits; bit++) {
+        const uint32_t where = at.start + bit;
+        const uint32_t one = (raw >> bit) & 1U;
+        frame->data[where / 8U] = (uint8_t)(frame->data[where / 8U] | (one << (where % 8U)));
+    }
+}
+
+static void put_float(davar_frame_t *frame, davar_signal_t at, double value)
+{
+    const float single = (float)value;
+    uint32_t raw = 0U;
+    memcpy(&raw, &single, sizeof raw);
+    put(frame, at, isnan(value) ? 0x7FC00000U : raw); /* one NaN only, whatever the machine makes */
+}
+
+static void put_scaled(davar_frame_t *frame, const davar_scaled_t *scaled, double value)
+{
+    const uint32_t absent = (1U << scaled->at.bits) - 1U;
+    const double raw = value * (double)scaled->per_unit + 0.5;
+    if (isnan(value)) {
+        put(frame, scaled->at, absent);
+    } else {
+        put(frame, scaled->at, (raw >= (double)absent) ? absent - 1U : (uint32_t)raw);
+    }
+}
+
+/* Half the 95 % interval over the value; NaN when there is no value. */
+static double relative_uncertainty(double value, double low, double high)
+{
+    return 0.5 * (high - low) / value;
+}
+
+static double arw_uncertainty(const davar_result_t *result)
+{
+    const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    return relative_uncertainty(arw->value, arw->low, arw->high);
+}
+
+static uint32_t window_raw(const davar_result_t *result)
+{
+    return (result->window_samples < STATE_WINDOW_MAX) ? result->window_samples : STATE_WINDOW_MAX;
+}
+
+static void fill_state(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    (void)index;
+    encoder->tag = encoder->counter[DAVAR_MESSAGE_STATE];
+    put(frame, signal_epoch, (uint32_t)encoder->result->epoch);
+    put(frame, signal_window, window_raw(encoder->result));
+    put(frame, signal_unstable, encoder->result->unstable ? 1U : 0U);
+}
+
+static void fill_stationarity(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    (void)index;
+    put_scaled(frame, &scaled_kurtosis, encoder->result->kurtosis);
+    put_scaled(frame, &scaled_contribution, encoder->result->contribution);
+}
+
+static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    (void)index;
+    put_float(frame, signal_value, encoder->result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
+    put_scaled(frame, &scaled_arw_uncertainty, arw_uncertainty(encoder->result));
+}
+
+static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const uint8_t first = ((encoder->content & DAVAR_SEND_FD) != 0U) ? DAVAR_FD_TAUS : 0U;
+    const uint8_t t = (uint8_t)(first + index);
+    const davar_adev_t *tau = &encoder->result->tau[t];
+    put(frame, signal_tau_index, t);
+    put_scaled(frame, &scaled_adev_uncertainty, relative_uncertainty(tau->adev, tau->low, tau->high));
+    put_float(frame, signal_value, tau->adev);
+}
+
+static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const davar_coefficient_t *coefficient = &encoder->result->coefficient[index % DAVAR_COEFFICIENT_COUNT];
+    const double shown[3] = {coefficient->value, coefficient->low, coefficient->high};
+    put(frame, signal_kind, index);
+    put_float(frame, signal_value, shown[index / DAVAR_COEFFICIENT_COUNT]);
+}
+
+static void put_fd_floats(const davar_result_t *result, davar_frame_t *frame)
+{
+    static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY, DAVAR_RATE_RANDOM_WALK,
+                                     DAVAR_RATE_RAMP};
+    for (uint8_t k = 0U; k < 4U; k++) {
+        const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
+        put_float(frame, at, result->coefficient[kinds[k]].value);
+    }
+    for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
+        const davar_signal_t at = {(uint16_t)(FD_ADEV + 32U * t), 32U};
+        put_float(frame, at, (t < result->tau_count) ? result->tau[t].adev : (double)NAN);
+    }
+}
+
+static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const davar_result_t *result = encoder->result;
+    (void)index;
+    encoder->tag = encoder->counter[DAVAR_MESSAGE_RESULT_FD];
+    put(frame, fd_window, window_raw(result));
+    put(frame, fd_unstable, result->unstable ? 1U : 0U);
+    put_float(frame, signal_value, result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
+    put(frame, fd_epoch, (uint32_t)result->epoch);
+    put_scaled(frame, &fd_arw_uncertainty, arw_uncertainty(result));
+    put_scaled(frame, &fd_contribution, result->contribution);
+    put_scaled(frame, &fd_kurtosis, result->kurtosis);
+    put_fd_floats(result, frame);
+}
+
+/* News first: the next counter that has changed, otherwise the next in turn. */
+static uint8_t next_health(const davar_encoder_t *encoder)
+{
+    for (uint8_t i = 0U; i < (uint8_t)DAVAR_HEALTH_COUNT; i++) {
+        const uint8_t item = (uint8_t)((encoder->health_next + i) % (uint8_t)DAVAR_HEALTH_COUNT);
+        if (encoder->told[item] != encoder->health->count[item]) {
+            return item;
+        }
+    }
+    return encoder->health_next;
+}
+
+static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const uint8_t item = (encoder->result != NULL) ? next_health(encoder) : index;
+    encoder->told[item] = encoder->health->count[item];
+    encoder->health_next = (uint8_t)((item + 1U) % (uint8_t)DAVAR_HEALTH_COUNT);
+    put(frame, signal_health_index, item);
+    put(frame, signal_session, encoder->session);
+    put(frame, signal_value, encoder->told[item]);
+}
+
+/* Before the cluster sizes. */
+static uint8_t setup_items(const davar_encoder_t *encoder)
+{
+    return ((encoder->content & DAVAR_SEND_RAW) != 0U) ? 3U : 2U;
+}
+
+static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const davar_config_t *config = encoder->config;
+    const uint8_t n = encoder->setup_next;
+    const uint8_t items = setup_items(encoder);
+    (void)index;
+    put(frame, signal_session, encoder->session);
+    if (n == 0U) {
+        put(frame, signal_item, (uint32_t)DAVAR_SETUP_RATE);
+        put_float(frame, signal_value, config->rate_hz);
+    } else if (n == 1U) {
+        put(frame, signal_item, (uint32_t)DAVAR_SETUP_STRIDE);
+        put(frame, signal_value, config->stride);
+    } else if (n < items) {
+        put(frame, signal_item, (uint32_t)DAVAR_SETUP_UNIT);
+        put_float(frame, signal_value, config->unit_per_count);
+    } else {
+        put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
+        put(frame, signal_value, config->taus[n - items]);
+    }
+    encoder->setup_next = (uint8_t)((n + 1U) % (items + config->tau_count));
+}
+
+static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const davar_misfit_t *misfit = encoder->misfit;
+    if (index < misfit->tau_count) {
+        put(frame, signal_monitor_index, index);
+        put_float(frame, signal_value, misfit->tau[index].deviation);
+    } else {
+        const bool none = (misfit->worst >= misfit->tau_count);
+        put(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH);
+        put(frame, signal_worst_tau, none ? DAVAR_MONITOR_NO_TAU : misfit->worst);
+        put_float(frame, signal_value, misfit->health);
+    }
+}
+
+static bool sends(const davar_encoder_t *encoder, uint8_t what)
+{
+    return (encoder->result != NULL) && ((encoder->content & what) != 0U);
+}
+
+static bool sends_parts(const davar_encoder_t *encoder)
+{
+    return (encoder->result != NULL) && ((encoder->content & DAVAR_SEND_FD) == 0U);
+}
+
+static uint8_t count_part(const davar_encoder_t *encoder)
+{
+    return sends_parts(encoder) ? 1U : 0U;
+}
+
+static uint8_t count_fd(const davar_encoder_t *encoder)
+{
+    return sends(encoder, DAVAR_SEND_FD) ? 1U : 0U;
+}
+
+static uint8_t count_adev(const davar_encoder_t *encoder)
+{
+    if (sends(encoder, DAVAR_SEND_FD)) {
+        const uint8_t taus = encoder->result->tau_count;
+        return (taus > DAVAR_FD_TAUS) ? (uint8_t)(taus - DAVAR_FD_TAUS) : 0U;
+    }
+    return sends(encoder, DAVAR_SEND_ADEV) ? encoder->result->tau_count : 0U;
+}
+
+static uint8_t count_coefficients(const davar_encoder_t *encoder)
+{
+    if (!sends_parts(encoder) || !sends(encoder, DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS)) {
+        return 0U;
+    }
+    return sends(encoder, DAVAR_SEND_INTERVALS) ? 15U : 5U;
+}
+
+static uint8_t count_monitor(const davar_encoder_t *encoder)
+{
+    const bool there = sends(encoder, DAVAR_SEND_MONITOR) && (encoder->misfit != NULL);
+    return there ? (uint8_t)(encoder->misfit->tau_count + 1U) : 0U;
+}
+
+static uint8_t count_health(const davar_encoder_t *encoder)
+{
+    return (encoder->result != NULL) ? 1U : (uint8_t)DAVAR_HEALTH_COUNT;
+}
+
+static uint8_t count_setup(const davar_encoder_t *encoder)
+{
+    return (encoder->result != NULL) ? 1U : 0U;
+}
+
+typedef struct {
+    davar_message_t message;
+    uint8_t (*count)(const davar_encoder_t *encoder);
+    void (*fill)(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index);
+} stage_t;
+
+static const stage_t stages[] = {
+    {DAVAR_MESSAGE_STATE, count_part, fill_state},
+    {DAVAR_MESSAGE_STATIONARITY, count_part, fill_stationarity},
+    {DAVAR_MESSAGE_ARW, count_part, fill_arw},
+    {DAVAR_MESSAGE_RESULT_FD, count_fd, fill_fd},
+    {DAVAR_MESSAGE_ADEV, count_adev, fill_adev},
+    {DAVAR_MESSAGE_COEFFICIENT, count_coefficients, fill_coefficient},
+    {DAVAR_MESSAGE_MONITOR, count_monitor, fill_monitor},
+    {DAVAR_MESSAGE_HEALTH, count_health, fill_health},
+    {DAVAR_MESSAGE_SETUP, count_setup, fill_setup},
+};
+#define STAGE_COUNT (sizeof stages / sizeof stages[0])
+
+bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base, uint8_t channel,
+                        uint8_t content)
+{
+    DAVAR_ASSERT((encoder != NULL) && (config != NULL));
+    const uint32_t first = base + DAVAR_WIRE_STEP * channel;
+    if (first + DAVAR_WIRE_STEP - 1U > DAVAR_WIRE_LAST_ID) {
+        return false;
+    }
+    *encoder = (davar_encoder_t){.config = config, .base = (uint16_t)first, .content = content, .stage = STAGE_COUNT};
+    return true;
+}
+
+void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health)
+{
+    DAVAR_ASSERT((result != NULL) && (health != NULL));
+    encoder->result = result;
+    encoder->health = health;
+    encoder->stage = 0U;
+    encoder->index = 0U;
+}
+
+void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit)
+{
+    DAVAR_ASSERT(encoder != NULL);
+    encoder->misfit = misfit;
+}
+
+void davar_encoder_session(davar_encoder_t *encoder, uint8_t session)
+{
+    DAVAR_ASSERT(encoder != NULL);
+    encoder->session = session;
+}
+
+void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)
+{
+    DAVAR_ASSERT(health != NULL);
+    encoder->result = NULL;
+    encoder->health = health;
+    encoder->stage = 0U;
+    encoder->index = 0U;
+}
+
+static void open_frame(const davar_encoder_t *encoder, davar_message_t message, davar_frame_t *frame)
+{
+    *frame = (davar_frame_t){.identifier = (uint16_t)(encoder->base + (uint32_t)message),
+                             .length = message_length((uint32_t)message)};
+}
+
+/* The header goes last: Crc covers everything. */
+static void seal(davar_encoder_t *encoder, davar_message_t message, davar_frame_t *frame)
+{
+    uint8_t *counter = &encoder->counter[message];
+    put(frame, signal_counter, *counter);
+    const bool of_result =
+        (message != DAVAR_MESSAGE_STATE) && (message != DAVAR_MESSAGE_RESULT_FD) && (message != DAVAR_MESSAGE_RAW);
+    if (of_result) {
+        put(frame, signal_result, encoder->tag);
+    }
+    *counter = (uint8_t)((*counter + 1U) & COUNTER_MASK);
+    put(frame, signal_crc, davar_frame_crc(frame));
+}
+
+bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
+{
+    while ((encoder->stage < STAGE_COUNT) && (encoder->index == stages[encoder->stage].count(encoder))) {
+        encoder->stage++;
+        encoder->index = 0U;
+    }
+    if (encoder->stage == STAGE_COUNT) {
+        return false;
+    }
+    const stage_t *stage = &stages[encoder->stage];
+    open_frame(encoder, stage->message, frame);
+    stage->fill(encoder, frame, encoder->index);
+    encoder->index++;
+    seal(encoder, stage->message, frame);
+    return true;
+}
+
+static void open_raw(const davar_encoder_t *encoder, davar_raw_form_t form, uint32_t index, davar_frame_t *frame)
+{
+    open_frame(encoder, DAVAR_MESSAGE_RAW, frame);
+    put(frame, signal_form, (uint32_t)form);
+    put(frame, signal_index, index);
+}
+
+static bool is_narrow(int32_t count)
+{
+    return (count >= INT16_MIN) && (count <= INT16_MAX);
+}
+
+bool davar_encoder_raw_rest(davar_encoder_t *encoder, davar_frame_t *frame)
+{
+    if (!encoder->raw_held) {
+        return false;
+    }
+    open_raw(encoder, DAVAR_RAW_COUNT, encoder->raw_index, frame);
+    put(frame, signal_value, (uint32_t)encoder->raw_count);
+    seal(encoder, DAVAR_MESSAGE_RAW, frame);
+    encoder->raw_held = false;
+    return true;
+}
+
+bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame)
+{
+    DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
+    const bool follows = encoder->raw_held && ((uint32_t)index == encoder->raw_index + 1U);
+    if (follows && is_narrow(encoder->raw_count) && is_narrow(count)) {
+        open_raw(encoder, DAVAR_RAW_PAIR, encoder->raw_index, frame);
+        put(frame, signal_pair[0], (uint32_t)encoder->raw_count);
+        put(frame, signal_pair[1], (uint32_t)count);
+        seal(encoder, DAVAR_MESSAGE_RAW, frame);
+        encoder->raw_held = false;
+        return true;
+    }
+    const bool sent = davar_encoder_raw_rest(encoder, frame);
+    encoder->raw_held = true;
+    encoder->raw_count = count;
+    encoder->raw_index = (uint32_t)index;
+    return sent;
+}
+
+void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame)
+{
+    DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
+    const float size = fabsf(rate_dps);
+    const float told = (size < DAVAR_WIRE_LEAST) ? 0.0F : rate_dps;
+    open_raw(encoder, DAVAR_RAW_RATE, (uint32_t)index, frame);
+    put_float(frame, signal_value, (size <= DAVAR_WIRE_MOST) ? (double)told : (double)NAN);
+    seal(encoder, DAVAR_MESSAGE_RAW, frame);
+}
