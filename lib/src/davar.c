@@ -16,7 +16,7 @@
 DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_t *config, const void *memory,
                                        const davar_number_t *number, bool is_float)
 {
-    const bool built = number->wide ? DAVAR_Q31 : DAVAR_Q15;
+    const bool built = (DAVAR_Q31 || !number->wide) && (DAVAR_Q15 || number->wide);
     if ((davar == NULL) || (memory == NULL)) {
         return DAVAR_ERR_NULL;
     }
@@ -160,7 +160,7 @@ static size_t float_run(davar_t *davar, const float *rates, size_t most, int32_t
 
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
 {
-    const bool belongs = (davar->number == &davar_number_q31) && davar->is_float && !is_finished(&davar->window);
+    const bool belongs = (davar->accepts == ACCEPTS_F32);
     DAVAR_ASSERT(belongs);
     if (!belongs) {
         return 0U;

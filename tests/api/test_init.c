@@ -70,6 +70,7 @@ static void test_bad_pointers_and_memory_are_refused(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_ALIGN,
                       davar_init_q15(&davar, &config, (unsigned char *)memory + 4, sizeof memory - 8U));
     TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_f32(NULL));
+    TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q31(NULL));
 }
 
 static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(void)

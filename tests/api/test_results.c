@@ -126,6 +126,33 @@ static void test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation(void)
     TEST_ASSERT_EQUAL_UINT32(60U, davar_health(&davar).saturated);
 }
 
+/* One difference of clusters so long that 2 m^2 n is beyond what the quick way holds. */
+static void test_the_longest_clusters(void)
+{
+    enum { M = 20000 };
+    static const uint32_t longest[] = {M};
+    static uint64_t room[(4 * (2 * M + 64)) / 8 + 200];
+    config = small_config(longest, 1U);
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.segment = 0U;
+    config.window_max = 2U * M + 2U;
+    config.window_min = config.window_max;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&davar, &config, room, sizeof room));
+    for (uint32_t i = 0U; i < config.window_max; i++) {
+        const int32_t sample = (i <= M) ? 0 : 7;
+        (void)davar_push_q31(&davar, &sample, 1U);
+    }
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_EQUAL_UINT32(3U, result.tau[0].differences);
+    const double middle = 7.0 * M; /* the neighbours see one sample of the step less */
+    const double sum = middle * middle + 2.0 * (middle - 7.0) * (middle - 7.0);
+    const double m = M;
+    TEST_ASSERT_EQUAL_DOUBLE(config.unit_per_count * sqrt(sum / (2.0 * m * m * 3.0)), result.tau[0].adev);
+    TEST_ASSERT_TRUE(isnan(result.tau[0].edf) && isnan(result.tau[0].high)); /* nothing is fitted yet */
+    TEST_ASSERT_TRUE(!result.coefficient[0].present && isinf(result.coefficient[0].high));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -138,5 +165,6 @@ int main(void)
     RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no);
     RUN_TEST(test_moments_can_be_switched_off_with_the_fixed_window);
     RUN_TEST(test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation);
+    RUN_TEST(test_the_longest_clusters);
     return UNITY_END();
 }

@@ -76,6 +76,36 @@ static void test_a_waiting_result_survives(void)
     TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
 }
 
+/* A record that was finished stays finished, and its results go on coming. */
+static void test_a_finished_record_survives(void)
+{
+    davar_result_t expected;
+    davar_result_t actual;
+    uint32_t results = 0U;
+    const int16_t sample = 3;
+    init(Q15, &original, 0U);
+    feed(0U, 100U);
+    TEST_ASSERT_TRUE(davar_flush(&original));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    init(Q15, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+#ifdef NDEBUG
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&restored, &sample, 1U));
+#endif
+    while (davar_flush(&original)) {
+        TEST_ASSERT_TRUE(davar_flush(&restored));
+        memset(&expected, 0, sizeof expected);
+        memset(&actual, 0, sizeof actual);
+        TEST_ASSERT_TRUE(take_fitted(&original, &expected) && take_fitted(&restored, &actual));
+        TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
+        results++;
+    }
+    TEST_ASSERT_FALSE(davar_flush(&restored));
+    TEST_ASSERT_GREATER_THAN_UINT32(2U, results);
+    davar_reset(&restored);
+    TEST_ASSERT_EQUAL_size_t(1U, davar_push_q15(&restored, &sample, 1U));
+}
+
 static void test_a_refused_image_leaves_the_instance_as_init_made_it(void)
 {
     init(Q15, &original, 0U);
@@ -157,6 +187,7 @@ int main(void)
     RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
     RUN_TEST(test_a_restored_grid_goes_on_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
+    RUN_TEST(test_a_finished_record_survives);
     RUN_TEST(test_a_refused_image_leaves_the_instance_as_init_made_it);
     RUN_TEST(test_an_image_of_another_configuration_is_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_refused);

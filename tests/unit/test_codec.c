@@ -313,6 +313,82 @@ static void test_slcan_text_that_is_no_frame_is_refused(void)
     }
 }
 
+static davar_decode_status_t seen(void)
+{
+    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+}
+
+static void assert_raw(davar_raw_form_t form, uint32_t number, int32_t first, int32_t second)
+{
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, seen());
+    TEST_ASSERT_EQUAL(DAVAR_MESSAGE_RAW, wire.message);
+    TEST_ASSERT_EQUAL_UINT8(form, wire.index);
+    TEST_ASSERT_EQUAL_UINT32(number, wire.number);
+    TEST_ASSERT_EQUAL_INT32(first, wire.count[0]);
+    TEST_ASSERT_EQUAL_INT32(second, wire.count[1]);
+}
+
+static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other(void)
+{
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
+    TEST_ASSERT_FALSE(davar_encoder_raw_rest(&encoder, &frame));
+    TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, 0x123456789AU, -32768, &frame));
+    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 0x123456789BU, 32767, &frame));
+    assert_raw(DAVAR_RAW_PAIR, 0x2789AU, -32768, 32767);
+    TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, 10U, 5, &frame));
+    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 12U, 6, &frame)); /* a gap */
+    assert_raw(DAVAR_RAW_COUNT, 10U, 5, 0);
+    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 13U, 32768, &frame)); /* too wide */
+    assert_raw(DAVAR_RAW_COUNT, 12U, 6, 0);
+    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 14U, -32769, &frame));
+    assert_raw(DAVAR_RAW_COUNT, 13U, 32768, 0);
+    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 15U, INT32_MIN, &frame));
+    assert_raw(DAVAR_RAW_COUNT, 14U, -32769, 0);
+    TEST_ASSERT_TRUE(davar_encoder_raw_rest(&encoder, &frame));
+    assert_raw(DAVAR_RAW_COUNT, 15U, INT32_MIN, 0);
+    TEST_ASSERT_EQUAL_UINT8(5U, wire.counter);
+}
+
+static void test_raw_rates_are_float32_and_what_cannot_be_is_refused(void)
+{
+    static const float rates[] = {-2.5F, 0.0F, 1e-40F, 1e31F, -INFINITY, NAN};
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
+    for (size_t i = 0; i < 6U; i++) {
+        davar_encoder_raw_f32(&encoder, i, rates[i], &frame);
+        assert_raw(DAVAR_RAW_RATE, (uint32_t)i, 0, 0);
+        if (i < 3U) {
+            TEST_ASSERT_EQUAL_FLOAT((i == 0U) ? -2.5F : 0.0F, wire.value);
+        } else {
+            TEST_ASSERT_TRUE(isnan(wire.value));
+        }
+    }
+    static const float none = INFINITY;
+    memcpy(&frame.data[4], &none, sizeof none);
+    frame.data[0] = davar_frame_crc(&frame);
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, seen());
+    frame.data[1] |= 0x30U; /* form 3 */
+    frame.data[0] = davar_frame_crc(&frame);
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, seen());
+}
+
+static void test_the_setup_tells_the_size_of_a_count_when_counts_are_sent(void)
+{
+    bool told = false;
+    config.unit_per_count = 0.05;
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
+    for (unsigned n = 0U; n < 6U; n++) {
+        davar_encoder_begin(&encoder, &result, &health);
+        while (davar_encoder_next(&encoder, &frame)) {
+            TEST_ASSERT_EQUAL(DAVAR_DECODED, seen());
+            if ((wire.message == DAVAR_MESSAGE_SETUP) && (wire.index == DAVAR_SETUP_UNIT)) {
+                TEST_ASSERT_EQUAL_FLOAT(0.05F, wire.value);
+                told = true;
+            }
+        }
+    }
+    TEST_ASSERT_TRUE(told);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -330,5 +406,8 @@ int main(void)
     RUN_TEST(test_health_and_setup_tell_the_session);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
+    RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);
+    RUN_TEST(test_raw_rates_are_float32_and_what_cannot_be_is_refused);
+    RUN_TEST(test_the_setup_tells_the_size_of_a_count_when_counts_are_sent);
     return UNITY_END();
 }

@@ -400,6 +400,31 @@ static void test_white_noise_of_any_size_is_found(void)
     }
 }
 
+/* White noise alone: the same as davar_fit where it explains all, otherwise an upper limit that the truth is below. */
+static void test_the_fit_of_white_noise_alone(void)
+{
+    const double white[] = {0.0, 4.0, 0.0, 0.0, 0.0};
+    const double drifting[] = {0.0, 4.0, 0.0, 0.3, 0.0};
+    davar_result_t whole;
+    set_octaves(600U, 7U);
+    set_model(white);
+    whole = result;
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 50.0, &result));
+    davar_fit(&plan, 50.0, &whole);
+    TEST_ASSERT_EQUAL_MEMORY(whole.tau, result.tau, 7U * sizeof result.tau[0]);
+    TEST_ASSERT_EQUAL_MEMORY(whole.coefficient, result.coefficient, sizeof result.coefficient);
+    set_model(drifting);
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));
+    const davar_coefficient_t *arw = term(DAVAR_ANGLE_RANDOM_WALK);
+    TEST_ASSERT_FALSE(arw->present);
+    TEST_ASSERT_TRUE((arw->high > 60.0 * sqrt(4.0 / 50.0)) && (arw->high < 1.3 * 60.0 * sqrt(4.3 / 50.0)));
+    TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high) && isfinite(result.tau[6].low));
+    memset(&result, 0, sizeof result);
+    set_octaves(1U, 3U);
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 50.0, &result)); /* nothing is there that it could not explain */
+    TEST_ASSERT_TRUE(isinf(arw->high));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -427,5 +452,6 @@ int main(void)
     RUN_TEST(test_white_noise_of_any_size_is_found);
     RUN_TEST(test_limits_are_numbers_in_order_whatever_the_list);
     RUN_TEST(test_what_cannot_be_told_apart_has_no_bound);
+    RUN_TEST(test_the_fit_of_white_noise_alone);
     return UNITY_END();
 }

@@ -17,7 +17,9 @@ import targets
 RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
 MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
-TAKE_SOURCES = ("fit.c", "fit_plan.c", "fit_white.c", "fit_mixture.c", "least_squares.c", "confidence.c")
+COSTS = targets.ROOT / "docs/COST.md"
+LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")
+LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "everything": (3, ("-DDAVAR_TAUS_MAX=8",))}  # tests/target/linked.c
 STRIDE = 60
 
 
@@ -43,8 +45,26 @@ def symbols(target, path):
 
 def sources(target, where):
     """Symbol -> source file of lib/ that it comes from."""
-    objects = (where / "davar/lib/CMakeFiles/davar.dir/src").glob("*.obj")
-    return {name: path.name[:-4] for path in objects for name in symbols(target, path)}
+    src = where / "davar/lib/CMakeFiles/davar.dir/src"
+    return {name: str(path.relative_to(src))[:-4] for path in src.rglob("*.obj") for name in symbols(target, path)}
+
+
+def linked_bytes(target, where, what, options):
+    """Text and data of a program of tests/target/linked.c at -Os, with all that the compiler adds."""
+    flags = next(line for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines() if line.startswith("C_FLAGS"))
+    cpu = [word for word in flags.split() if word.startswith(("-mcpu", "-mfpu", "-mfloat", "-mthumb", "-march", "-mabi", "--specs"))]
+    image = where / f"linked-{what}.elf"
+    tool(target, "gcc", *cpu, "-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections", "-ffreestanding", *options, f"-DWHAT={what}",
+         "-I", targets.ROOT / "lib/include", "-I", targets.ROOT / "lib/src", targets.ROOT / "tests/target/linked.c",
+         *sorted((targets.ROOT / "lib/src").rglob("*.c")), "-nostartfiles", "-Wl,--gc-sections", "-o", image, "-lm")
+    text, data = tool(target, "size", image).splitlines()[1].split()[:2]
+    return int(text) + int(data)
+
+
+def linked(target, where):
+    """What each use of the library links, a program that does nothing taken off."""
+    nothing = linked_bytes(target, where, 0, ())
+    return {f"linked_{name}_bytes": linked_bytes(target, where, *how) - nothing for name, how in LINKED.items()}
 
 
 def flash(target, where):
@@ -55,7 +75,7 @@ def flash(target, where):
     sizes = {"flash_push_bytes": 0, "flash_take_bytes": 0, "flash_compiler_bytes": 0}
     for name, size in symbols(target, where / "cost.elf").items():
         if name in home:
-            sizes["flash_take_bytes" if home[name] in TAKE_SOURCES else "flash_push_bytes"] += size
+            sizes["flash_take_bytes" if home[name].startswith("fit/") else "flash_push_bytes"] += size
         elif name not in own:
             sizes["flash_compiler_bytes"] += size
     return sizes
@@ -74,6 +94,10 @@ def measure(target):
         "every_sample_instructions_per_sample_per_tau": round(raw["every_sample_push_x100"] / 800, 2),
         "grid_push_instructions_per_sample": raw["grid_push_x100"] / 100,
         "grid_take_instructions_per_result": raw["grid_take"],
+        "grid_take_adev_instructions_per_result": raw["grid_take_adev"],
+        "grid_arw_instructions_per_sample": raw["grid_arw_x100"] / 100,
+        "adaptive_white_instructions_per_sample": raw["adaptive_white"],
+        "take_white_mean_instructions": raw["take_white_mean"],
         "pipeline_grid_instructions_per_sample": round(raw["grid_push_x100"] / 100 + raw["grid_take"] / STRIDE, 2),
         "grid_single_push_instructions_per_sample": raw["grid_single_push_x100"] / 100,
         "fir64_q15_instructions_per_sample": raw["fir64_q15_x100"] / 100,
@@ -86,7 +110,7 @@ def measure(target):
         "plan_bytes": raw["plan_bytes"], "result_bytes": raw["result_bytes"],
         "stack_bytes": raw["stack_push_bytes"], "stack_take_bytes": raw["stack_take_bytes"],
     }
-    figures.update(flash(target, where))
+    figures.update(flash(target, where) | linked(target, where))
     figures["flash_bytes"] = figures["flash_push_bytes"] + figures["flash_take_bytes"]
     return figures
 
@@ -146,32 +170,37 @@ def offences(target, image, roots):
 
 # --- the table ---------------------------------------------------------------------------------------------------------
 
+SHORT = (
+    ("ADEV, flash", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("everything", "linked_everything_bytes"),
+    ("RAM", "ram_bytes"), ("every sample", "every_sample_instructions_per_sample"), ("adaptive", "adaptive_white_instructions_per_sample"),
+    ("grid with ARW", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"))
 COLUMNS = (
     ("every sample", "every_sample_instructions_per_sample"), ("per tau", "every_sample_instructions_per_sample_per_tau"),
     ("adaptive", "default_instructions_per_sample"), ("grid push", "grid_push_instructions_per_sample"),
     ("with take", "pipeline_grid_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"),
     ("worst fixed push", "fixed_worst_push_instructions"), ("worst push", "worst_push_instructions"),
     ("worst grid push", "grid_worst_push_instructions"), ("take", "grid_take_instructions_per_result"),
+    ("ADEV alone", "grid_take_adev_instructions_per_result"), ("ADEV alone, adaptive", "take_white_mean_instructions"),
     ("worst take", "worst_take_instructions"),
     ("flash push", "flash_push_bytes"), ("flash take", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"),
     ("RAM", "ram_bytes"), ("RAM grid", "ram_grid_bytes"), ("stack push", "stack_bytes"),
     ("stack take", "stack_take_bytes"))
 
 
-def table(figures):
-    rows = ["| target | " + " | ".join(title for title, _ in COLUMNS) + " |", "|---" * (len(COLUMNS) + 1) + "|"]
+def table(figures, columns):
+    rows = ["| target | " + " | ".join(title for title, _ in columns) + " |", "|---" * (len(columns) + 1) + "|"]
     for target, values in figures.items():
-        cells = [f"{values[key]:.0f}" for _, key in COLUMNS]
+        cells = [f"{values[key]:.0f}" for _, key in columns]
         rows.append(f"| {target} | " + " | ".join(cells) + " |")
     return "\n".join(rows)
 
 
 def write(figures):
     RECORD.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    text = README.read_text(encoding="utf-8")
-    before, rest = text.split(MARKS[0])
-    after = rest.split(MARKS[1])[1]
-    README.write_text(f"{before}{MARKS[0]}\n{table(figures)}\n{MARKS[1]}{after}", encoding="utf-8")
+    for page, columns in ((README, SHORT), (COSTS, COLUMNS)):
+        before, rest = page.read_text(encoding="utf-8").split(MARKS[0])
+        after = rest.split(MARKS[1])[1]
+        page.write_text(f"{before}{MARKS[0]}\n{table(figures, columns)}\n{MARKS[1]}{after}", encoding="utf-8")
 
 
 def main():
@@ -186,7 +215,7 @@ def main():
         return 2
     if options.write:
         write(figures)
-    print(json.dumps(figures, indent=1) if options.json else table(figures))
+    print(json.dumps(figures, indent=1) if options.json else table(figures, SHORT) + "\n\n" + table(figures, COLUMNS))
     return 0
 
 

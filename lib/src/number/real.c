@@ -199,12 +199,7 @@ double davar_divide_by_integers(double dividend, double divisor)
         sign | (((uint64_t)exponent << FRACTION_BITS) + quotient_of_mantissas(a, b, reciprocal_of(b << 11U))));
 }
 
-uint64_t davar_reciprocal_by_integers(double value)
-{
-    return reciprocal_of(mantissa_of(davar_bits_of_double(value)) << 11U);
-}
-
-double davar_root_of_quotient_by_integers(double dividend, double divisor, uint64_t reciprocal)
+double davar_root_of_quotient_by_integers(double dividend, double divisor)
 {
     const uint64_t bits = davar_bits_of_double(dividend);
     const uint64_t by = davar_bits_of_double(divisor);
@@ -218,7 +213,7 @@ double davar_root_of_quotient_by_integers(double dividend, double divisor, uint6
         a <<= 1U;
         exponent--;
     }
-    return root_of(quotient_of_mantissas(a, b, reciprocal) << 11U, exponent);
+    return root_of(quotient_of_mantissas(a, b, reciprocal_of(b << 11U)) << 11U, exponent);
 }
 
 /* --- products ------------------------------------------------------------------------------------------------------ */

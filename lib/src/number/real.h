@@ -18,10 +18,8 @@ double davar_multiply_by_integers(double a, double b);
 /* a is 0 or normal, b and the product are normal: without the compiler's product for all else. */
 double davar_scale_by_integers(double a, double b);
 
-/* The root of a quotient whose divisor is known beforehand; both rounded. Normal numbers, dividend 0 too, whose quotient is
- * normal. */
-uint64_t davar_reciprocal_by_integers(double value);
-double davar_root_of_quotient_by_integers(double dividend, double divisor, uint64_t reciprocal);
+/* The root of a quotient; both rounded. The dividend is 0 or normal, the divisor and the quotient are normal. */
+double davar_root_of_quotient_by_integers(double dividend, double divisor);
 
 /* Their steps of 32 bits. Of m in [1, 4), as 2.30 with 24 bits, the root as 9.23, correctly rounded. Of b in [1, 2), as 1.31,
  * 1 / b as 0.32 within 3 units. */
@@ -60,23 +58,11 @@ static inline uint32_t davar_root_of_mantissa(uint32_t m)
 #endif
 }
 
-/* For davar_root_of_quotient(). */
-static inline uint64_t davar_reciprocal(double divisor)
+static inline double davar_root_of_quotient(double dividend, double divisor)
 {
 #ifdef DAVAR_SOFT_DOUBLE
-    return davar_reciprocal_by_integers(divisor);
+    return davar_root_of_quotient_by_integers(dividend, divisor);
 #else
-    (void)divisor;
-    return 0U;
-#endif
-}
-
-static inline double davar_root_of_quotient(double dividend, double divisor, uint64_t reciprocal)
-{
-#ifdef DAVAR_SOFT_DOUBLE
-    return davar_root_of_quotient_by_integers(dividend, divisor, reciprocal);
-#else
-    (void)reciprocal;
     return sqrt(dividend / divisor);
 #endif
 }

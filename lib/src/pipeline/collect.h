@@ -94,9 +94,11 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
 /* (1.1) */
 static double deviation_of(sum_t sum, const davar_adev_t *tau)
 {
-    const double squares = davar_double_of_u64((uint64_t)(2U * tau->m) * tau->m);
-    const double divisor = davar_scale(squares, davar_double_of_u64(tau->differences));
-    return davar_root_of_quotient(sum_to_double(sum), divisor, davar_reciprocal(divisor));
+    const uint64_t squares = davar_multiply_u32(2U * tau->m, tau->m);
+    const bool exact = (squares >> 29U) == 0U; /* the product with n <= 2^24 */
+    const double divisor = exact ? davar_double_of_u64(davar_scale_u64(squares, tau->differences))
+                                 : davar_scale(davar_double_of_u64(squares), davar_double_of_u64(tau->differences));
+    return davar_root_of_quotient(sum_to_double(sum), divisor);
 }
 
 static void evaluate_taus(const readings_t *readings, double unit_per_count, davar_result_t *result)

@@ -211,6 +211,7 @@ DAVAR_RARE void NUMBER(resume)(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     (void)carve(stages, davar, davar->config, stages);
+    accept(davar);
     if (on_grid(stages) && davar->ready) {
         grid_place(stages, davar);
     }
@@ -277,6 +278,7 @@ DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
     const uint32_t head = on_grid(stages) ? window->received : window_head(window);
     davar_gaps_forget_last(&davar->gaps, window->received);
     window->finished = true;
+    davar->accepts = ACCEPTS_NONE;
     window->end = window->received;
     const uint32_t after = davar_gaps_after(&davar->gaps, window, head - 1U);
     stages->allan.to_gap = (after == DAVAR_NO_GAP) ? DAVAR_NO_GAP : (after - 1U);

@@ -32,6 +32,12 @@ NUMBER_PIPELINE(q31)
 
 size_t davar_q31_push(davar_t *davar, const int32_t *samples, size_t count);
 
+/* davar->accepts. */
+#define ACCEPTS_NONE 0U
+#define ACCEPTS_Q15 1U
+#define ACCEPTS_Q31 2U
+#define ACCEPTS_F32 3U
+
 /* Which of them an instance has. */
 static inline bool is_wide(const davar_t *davar)
 {

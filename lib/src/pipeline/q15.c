@@ -11,7 +11,7 @@ const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
 
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
 {
-    const bool belongs = (davar->number == &davar_number_q15) && !is_finished(&davar->window);
+    const bool belongs = (davar->accepts == ACCEPTS_Q15);
     DAVAR_ASSERT(belongs);
     if (!belongs) {
         return 0U;

@@ -17,7 +17,7 @@ size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
 
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
 {
-    const bool belongs = (davar->number == &davar_number_q31) && !davar->is_float && !is_finished(&davar->window);
+    const bool belongs = (davar->accepts == ACCEPTS_Q31);
     DAVAR_ASSERT(belongs);
     if (!belongs) {
         return 0U;

@@ -116,6 +116,13 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     }
 }
 
+static void accept(davar_t *davar)
+{
+    const uint8_t counts = (NUMBER_SAMPLE_BITS_MAX == 16U) ? ACCEPTS_Q15 : ACCEPTS_Q31;
+    const uint8_t type = is_float(davar) ? ACCEPTS_F32 : counts;
+    davar->accepts = is_finished(&davar->window) ? ACCEPTS_NONE : type;
+}
+
 DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)
 {
     davar->stages = memory;
@@ -123,6 +130,7 @@ DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)
     (void)carve(davar->stages, davar, davar->config, memory);
     start_samples(davar->stages, davar->config, davar->is_float);
     start_stages(davar, 0U, 0U);
+    accept(davar);
 }
 
 #endif

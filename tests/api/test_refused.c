@@ -1,0 +1,142 @@
+/* davar tests - where asserts are off a push of another type than the init's, or behind the end of a record, is refused and harms
+ * nothing; and a whole block with all its results in one call. Compiled with the library's sources and without asserts, whatever
+ * the build. */
+#include "stream_fixture.h"
+
+#include <string.h>
+
+#define SAMPLES 300U
+
+static int16_t narrow[SAMPLES];
+static int32_t wide[SAMPLES];
+static float rates[SAMPLES];
+static uint32_t heard;
+static double last;
+
+static void make_samples(void)
+{
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        narrow[i] = ripple(i);
+        wide[i] = narrow[i];
+        rates[i] = (float)narrow[i];
+    }
+}
+
+static void hear(void *context, davar_result_t *found)
+{
+    TEST_ASSERT_EQUAL_PTR(&config, context);
+    TEST_ASSERT_EQUAL_PTR(&result, found);
+    heard++;
+    last = found->tau[0].adev;
+}
+
+static davar_status_t start(uint32_t type)
+{
+    switch (type) {
+    case 0U:
+        return davar_init_q15(&davar, &config, memory, sizeof memory);
+    case 1U:
+        return davar_init_q31(&davar, &config, memory, sizeof memory);
+    default:
+        return davar_init_f32(&davar, &config, memory, sizeof memory);
+    }
+}
+
+static size_t push(uint32_t type)
+{
+    switch (type) {
+    case 0U:
+        return davar_push_q15(&davar, narrow, 1U);
+    case 1U:
+        return davar_push_q31(&davar, wide, 1U);
+    default:
+        return davar_push_f32(&davar, rates, 1U);
+    }
+}
+
+static void push_all(uint32_t type)
+{
+    switch (type) {
+    case 0U:
+        davar_push_all_q15(&davar, narrow, SAMPLES, &result, hear, &config);
+        break;
+    case 1U:
+        davar_push_all_q31(&davar, wide, SAMPLES, &result, hear, &config);
+        break;
+    default:
+        davar_push_all_f32(&davar, rates, SAMPLES, &result, hear, &config);
+        break;
+    }
+}
+
+static void test_a_push_of_another_type_is_refused_and_touches_nothing(void)
+{
+    static uint64_t before[sizeof memory / sizeof memory[0]];
+    make_samples();
+    config.full_scale = 100.0;
+    for (uint32_t type = 0U; type < 3U; type++) {
+        for (uint32_t other = 0U; other < 3U; other++) {
+            memset(memory, 0, sizeof memory);
+            TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
+            const davar_t as_it_was = davar;
+            memcpy(before, memory, sizeof before);
+            heard = 0U;
+            if (other == type) {
+                TEST_ASSERT_EQUAL_size_t(1U, push(other));
+                continue;
+            }
+            TEST_ASSERT_EQUAL_size_t(0U, push(other));
+            push_all(other);
+            TEST_ASSERT_EQUAL_UINT32(0U, heard);
+            TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
+            TEST_ASSERT_EQUAL_MEMORY(before, memory, sizeof before);
+        }
+    }
+}
+
+static void test_a_push_behind_the_end_is_refused_until_the_reset(void)
+{
+    make_samples();
+    config.full_scale = 100.0;
+    for (uint32_t type = 0U; type < 3U; type++) {
+        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
+        push_all(type);
+        TEST_ASSERT_TRUE(davar_flush(&davar));
+        TEST_ASSERT_EQUAL_size_t(0U, push(type));
+        davar_reset(&davar);
+        TEST_ASSERT_EQUAL_size_t(1U, push(type));
+    }
+}
+
+static void test_a_block_gives_every_result(void)
+{
+    make_samples();
+    config.full_scale = 100.0;
+    for (uint32_t type = 0U; type < 3U; type++) {
+        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
+        uint32_t wanted = 0U;
+        for (uint32_t i = 0U; i < SAMPLES; i++) {
+            (void)((type == 0U)   ? davar_push_q15(&davar, &narrow[i], 1U)
+                   : (type == 1U) ? davar_push_q31(&davar, &wide[i], 1U)
+                                  : davar_push_f32(&davar, &rates[i], 1U));
+            wanted += davar_take(&davar, &result) ? 1U : 0U;
+        }
+        const double adev = result.tau[0].adev;
+        TEST_ASSERT_GREATER_THAN_UINT32(200U, wanted);
+        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
+        heard = 0U;
+        push_all(type);
+        TEST_ASSERT_EQUAL_UINT32(wanted, heard);
+        TEST_ASSERT_EQUAL_MEMORY(&adev, &last, sizeof adev);
+        TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_push_of_another_type_is_refused_and_touches_nothing);
+    RUN_TEST(test_a_push_behind_the_end_is_refused_until_the_reset);
+    RUN_TEST(test_a_block_gives_every_result);
+    return UNITY_END();
+}

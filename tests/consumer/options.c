@@ -1,0 +1,108 @@
+/* One stream through every configuration that a build may leave out: what init says, and a sum over the bits of all results. */
+#include "davar/davar.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SAMPLES 3000
+
+static const uint32_t taus[] = {1, 2, 5, 11};
+static uint64_t memory[2048];
+static davar_t davar;
+static davar_plan_t plan;
+static uint64_t sum;
+
+static void add(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    sum = (sum ^ (isnan(value) ? 1U : bits)) * UINT64_C(1099511628211);
+}
+
+static void hear(void *context, davar_result_t *result)
+{
+    const davar_config_t *config = context;
+    davar_fit(&plan, config->rate_hz, result);
+    add((double)result->epoch);
+    add((double)result->window_samples + result->kurtosis);
+    for (int t = 0; t < result->tau_count; t++) {
+        add(result->tau[t].adev);
+        add(result->tau[t].high);
+    }
+    for (int k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        add(result->coefficient[k].value);
+        add(result->coefficient[k].high);
+    }
+}
+
+static int32_t count_at(int i)
+{
+    const uint32_t x = (uint32_t)i * 2654435761U;
+    return (int32_t)(((x >> 16U) % 201U) + ((x >> 8U) % 101U)) - 150 + ((i / 700) % 2 != 0 ? (int32_t)(x >> 24U) : 0);
+}
+
+static void push(char type, const davar_config_t *config)
+{
+    static davar_result_t result;
+    static int16_t narrow[SAMPLES];
+    static int32_t wide[SAMPLES];
+    static float rates[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++) {
+        wide[i] = count_at(i);
+        narrow[i] = (int16_t)wide[i];
+        rates[i] = 0.01F * (float)wide[i];
+    }
+    if (type == 'q') {
+        davar_push_all_q15(&davar, narrow, SAMPLES / 2, &result, hear, (void *)config);
+        davar_gap(&davar, 3);
+        davar_push_all_q15(&davar, narrow, SAMPLES, &result, hear, (void *)config);
+    } else if (type == 'w') {
+        davar_push_all_q31(&davar, wide, SAMPLES, &result, hear, (void *)config);
+    } else {
+        davar_push_all_f32(&davar, rates, SAMPLES, &result, hear, (void *)config);
+    }
+    while (davar_flush(&davar) && davar_take(&davar, &result)) {
+        hear((void *)config, &result);
+    }
+}
+
+static davar_status_t start(char type, const davar_config_t *config)
+{
+    switch (type) {
+    case 'q':
+        return davar_init_q15(&davar, config, memory, sizeof memory);
+    case 'w':
+        return davar_init_q31(&davar, config, memory, sizeof memory);
+    default:
+        return davar_init_f32(&davar, config, memory, sizeof memory);
+    }
+}
+
+int main(void)
+{
+    static const char types[] = {'q', 'w', 'f'};
+    davar_plan_init(&plan, taus, 4);
+    for (int way = 0; way < 24; way++) {
+        davar_config_t config = davar_default_config;
+        config.rate_hz = 100.0;
+        config.unit_per_count = 0.01;
+        config.full_scale = 100.0;
+        config.window_max = 200;
+        config.window_min = 120;
+        config.segment = (way & 1) != 0 ? 40 : 0;
+        config.policy = (way & 1) != 0 ? DAVAR_POLICY_OR : DAVAR_POLICY_FIXED;
+        config.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        config.stride = (way & 4) != 0 ? 20 : 1;
+        config.taus = taus;
+        config.tau_count = 4;
+        const char type = types[way / 8];
+        const davar_status_t status = start(type, &config);
+        sum = 0;
+        if (status == DAVAR_OK) {
+            push(type, &config);
+        }
+        printf("%c%d %s %016llx\n", type, way % 8, davar_status_text(status), (unsigned long long)sum);
+    }
+    return 0;
+}

@@ -1,0 +1,44 @@
+"""The README's commands for an installation, as they are typed, for this machine and for microcontrollers, in every build type; and a program that
+uses what was installed."""
+
+import re
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+TYPED = re.search(r"^    (cmake -S davar .*)$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)[1]
+ARM = ROOT / "port/bare_metal/targets/arm.cmake"
+BARE = ("-DCMAKE_EXE_LINKER_FLAGS=--specs=nosys.specs", "-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY")
+CORES = {"host": (), **{core: (f"-DCMAKE_TOOLCHAIN_FILE={ARM}", f"-DDAVAR_TARGET={core}") for core in ("cortex-m0", "cortex-m4f", "cortex-m7")}}
+TYPES = ("", "Debug", "MinSizeRel")
+
+
+def run(command, folder):
+    done = subprocess.run(["sh", "-ec", command], cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode == 0, f"{command}:\n{done.stdout}"
+    return done.stdout
+
+
+class Install(unittest.TestCase):
+    def test_as_the_readme_says_for_every_core_and_build_type(self):
+        for core, settings in CORES.items():
+            for kind in TYPES:
+                with self.subTest(core=core, kind=kind), tempfile.TemporaryDirectory() as folder:
+                    (Path(folder) / "davar").symlink_to(ROOT)
+                    wanted = [*settings, *([f"-DCMAKE_BUILD_TYPE={kind}"] if kind else [])]
+                    run(TYPED.replace("-B b", " ".join(["-B b", *map(str, wanted)])), folder)
+                    found = {path.name for path in Path(folder, "P").rglob("*") if path.is_file()}
+                    self.assertTrue({"libdavar.a", "davar.h", "options.h"} <= found, found)
+                    bare = BARE if settings else ()
+                    run(f"cmake -S {HERE}/find_package -B user -DCMAKE_PREFIX_PATH={folder}/P {' '.join(map(str, [*wanted, *bare]))} && cmake --build user", folder)
+                    if not settings:
+                        self.assertRegex(run("user/consumer", folder), r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$")
+                    if not kind:  # what was installed is fast, without being asked for
+                        self.assertIn("CMAKE_BUILD_TYPE:STRING=Release", (Path(folder) / "b/CMakeCache.txt").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,59 @@
+"""What a build leaves out (davar/options.h) is refused by name, all else has the same bits; a wrong combination does not compile."""
+
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
+FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
+# What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, grid 4.
+NEEDS = {"ADAPTIVE": lambda way: int(way[1]) & 1, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: int(way[1]) & 4,
+         "Q15": lambda way: way[0] == "q", "Q31": lambda way: way[0] in "wf"}
+LEAN = ("GRID", "ADAPTIVE", "CENTRED", "Q31")
+
+
+def compiled(folder, *options):
+    """What the compiler says, and the program."""
+    program = Path(folder) / "options"
+    done = subprocess.run(["gcc", *FLAGS, *options, ROOT / "tests/consumer/options.c", *SOURCES, "-o", program, "-lm"], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return done.stdout, program if done.returncode == 0 else None
+
+
+def ways(*options):
+    """{way: (what init says, the sum over the results)}."""
+    with tempfile.TemporaryDirectory() as folder:
+        said, program = compiled(folder, *options)
+        assert program, said
+        lines = subprocess.run([program], text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()
+    return {line.split()[0]: (line.split(" ", 1)[1].rsplit(" ", 1)[0], line.split()[-1]) for line in lines}
+
+
+class Options(unittest.TestCase):
+    def test_what_is_left_out_is_refused_and_all_else_has_the_same_bits(self):
+        whole = ways()
+        self.assertEqual({status for status, _ in whole.values()}, {"ok"})
+        self.assertGreater(len({total for _, total in whole.values()}), 15)
+        for left_out in (("GRID",), ("ADAPTIVE",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
+            found = ways(*(f"-DDAVAR_{name}=0" for name in left_out))
+            for way, (status, total) in found.items():
+                with self.subTest(left_out=left_out, way=way):
+                    refused = any(NEEDS[name](way) for name in left_out)
+                    self.assertEqual(("left out of this build", "0" * 16) if refused else whole[way], (status, total))
+
+    def test_the_portable_build_without_asserts_has_the_same_bits(self):
+        self.assertEqual(ways(), ways("-DDAVAR_PORTABLE", "-DDAVAR_ASSERT(condition)=((void)0)", "-DDAVAR_TAUS_MAX=4"))
+
+    def test_a_wrong_combination_does_not_compile(self):
+        for options, why in ((("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"), (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
+                             (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"), (("-ffast-math",), "without -ffast-math")):
+            with tempfile.TemporaryDirectory() as folder:
+                said, program = compiled(folder, *options)
+            self.assertIsNone(program)
+            self.assertIn(why, said)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,105 @@
+/* davar tests - the smallest program for each use of the library, for what it links. WHAT: 0 nothing, 1 Allan deviations,
+ * 2 and the angle random walk, 3 everything: five terms, gaps, flush, reset, the saved state, the monitor and frames. */
+#include "davar/codec.h"
+#include "davar/davar.h"
+
+#define TAUS 4U
+
+volatile int16_t input;
+volatile double output;
+
+int main(void);
+void _start(void);
+void _exit(int status);
+
+#if WHAT > 0
+static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U};
+static const davar_config_t config = {.rate_hz = 100.0,
+                                      .unit_per_count = 0.01,
+                                      .taus = taus,
+                                      .tau_count = TAUS,
+                                      .window_max = 600U,
+                                      .window_min = 600U,
+#if WHAT == 3
+                                      .policy = DAVAR_POLICY_OR,
+                                      .segment = 100U,
+                                      .kurtosis_high = 3.3,
+                                      .contribution_high = 0.07,
+                                      .stride = 60U,
+                                      .mode = DAVAR_MODE_CENTRED,
+#else
+                                      .stride = 1U,
+                                      .mode = DAVAR_MODE_TRAILING,
+#endif
+                                      .gaps_max = 4U};
+static uint64_t memory[1024];
+static davar_t davar;
+static davar_result_t result;
+#endif
+
+#if WHAT > 1
+static davar_plan_t plan;
+#endif
+
+#if WHAT == 3
+static davar_storage_t storage;
+static davar_encoder_t encoder;
+static davar_frame_t frame;
+static davar_wire_health_t health;
+static davar_monitor_t monitor;
+static davar_misfit_t misfit;
+
+static void more(void)
+{
+    davar_gap(&davar, 1U);
+    (void)davar_flush(&davar);
+    davar_reset(&davar);
+    (void)davar_state_save(&davar, &storage);
+    (void)davar_state_restore(&davar, &storage);
+    davar_monitor_update(&monitor, &result, &misfit);
+    davar_encoder_begin(&encoder, &result, &health);
+    (void)davar_encoder_next(&encoder, &frame);
+    output = (double)davar_health(&davar).gaps;
+}
+#endif
+
+int main(void)
+{
+#if WHAT > 0
+    if (davar_init_q15(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
+        return 1;
+    }
+#endif
+#if WHAT > 1
+    davar_plan_init(&plan, taus, TAUS);
+#endif
+    for (;;) {
+        const int16_t sample = input;
+#if WHAT == 0
+        output = sample;
+#else
+        if ((davar_push_q15(&davar, &sample, 1U) > 0U) && davar_take(&davar, &result)) {
+            output = result.tau[0].adev;
+#if WHAT == 2
+            (void)davar_fit_white(&plan, 100.0, &result);
+#elif WHAT == 3
+            davar_fit(&plan, 100.0, &result);
+            more();
+#endif
+            output = result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value;
+        }
+#endif
+    }
+}
+
+void _start(void)
+{
+    (void)main();
+}
+
+void _exit(int status)
+{
+    (void)status;
+    for (;;) {
+    }
+}
