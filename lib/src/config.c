@@ -142,10 +142,14 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
+static bool wants_moments(const davar_config_t *config)
+{
+    return (config->policy != DAVAR_POLICY_FIXED) || (config->segment != 0U);
+}
+
 static bool is_built(const davar_config_t *config)
 {
-    const bool moments = (config->policy != DAVAR_POLICY_FIXED) || (config->segment != 0U);
-    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_ADAPTIVE || !moments) &&
+    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_ADAPTIVE || !wants_moments(config)) &&
            (DAVAR_CENTRED || !centred(config));
 }
 

@@ -237,6 +237,8 @@ static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(v
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 1e-40F)); /* bits of a small count */
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_TAU, 0.0F));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT, 0.0F));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT + 1U, 1.0F)); /* no such item */
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D1U, 1U, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D1U, 0U, 0.0F));
 }
