@@ -1,4 +1,4 @@
-"""README.md, "On the wire": its commands run as they stand, each in a terminal of its own, on a kernel that has the bus, the
+"""docs/STREAMS.md: its commands run as they stand, each in a terminal of its own, on a kernel that has the bus, the
 pins and the tty that they name. A stand-in for the sensor's driver: the file that davar-node reads."""
 
 import csv
@@ -18,7 +18,7 @@ from test_serial import take
 
 from davarlab.wire import frames as wire
 
-SECTION = (ROOT / "README.md").read_text(encoding="utf-8").split("\n## On the wire\n")[1].split("\n## ")[0]
+SECTION = (ROOT / "docs/STREAMS.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^```sh\n(.*?)\n```$", SECTION, re.DOTALL | re.MULTILINE)
 IIO = "iio/devices/iio:device0/in_anglvel_z_raw"
 SIM_CSV = ("tools/davar-sim", "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
@@ -28,7 +28,7 @@ EDGE_LINE, EDGES, RESULTS = 17, 1500, 60
 def command(*words):
     """The command of the section that has all these words."""
     found = [one for one in COMMANDS if all(word in one for word in words)]
-    assert len(found) == 1, f"README.md, On the wire: {len(found)} commands with {words}"
+    assert len(found) == 1, f"docs/STREAMS.md: {len(found)} commands with {words}"
     return found[0]
 
 

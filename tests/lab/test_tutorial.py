@@ -1,4 +1,4 @@
-"""The tutorial of README.md: its commands run as they stand, in order, and print what it says they print."""
+"""The tutorial of docs/WORKBENCH.md: its commands run as they stand, in order, and print what it says they print."""
 
 import re
 import subprocess

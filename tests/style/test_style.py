@@ -212,15 +212,19 @@ class Tree(unittest.TestCase):
                  for number, line in enumerate(text_of(name).splitlines(), 1) if version.search(line)]
         self.assertEqual(wrong, [])
 
-    def test_every_path_that_the_readme_names_exists(self):
-        if not README.exists():
-            self.skipTest("there is no README.md yet")
-        text = re.sub(r"^```.*?^```$", "", README.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    def test_every_path_that_the_pages_name_exists(self):
+        for page in (README, *(ROOT / "docs").glob("*.md"), ROOT / "lib/DESIGN.md", ROOT / "lib/WIRE.md"):
+            with self.subTest(page=page.name):
+                self.check_paths(page)
+
+    def check_paths(self, page):
+        text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
         folders = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"build", ".git"}
         codes = (code.split()[0] for code in re.findall(r"`([^`\n]+)`", text) if code.strip())
         paths = [code for code in codes if "/" in code and code.split("/")[0] in folders]
-        paths += [link for link in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"\w+:", link)]
-        self.assertEqual([path for path in paths if not list(ROOT.glob(path.strip("/")))], [])
+        wrong = [path for path in paths if not list(ROOT.glob(path.strip("/")))]
+        links = [link for link in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"\w+:", link)]
+        self.assertEqual(wrong + [link for link in links if not (page.parent / link).exists()], [])
 
 
 if __name__ == "__main__":

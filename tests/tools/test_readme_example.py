@@ -1,4 +1,4 @@
-"""The README's firmware examples compile as they stand, without a warning; the first is short enough to be read."""
+"""The firmware examples of the README and of docs/FIRMWARE.md compile as they stand, without a warning; the first is short enough to be read."""
 
 import re
 import subprocess
@@ -13,7 +13,8 @@ LINES_MAX = 30
 
 def examples():
     """The texts of the ```c blocks; each goes on where the one before ended."""
-    return re.findall(r"^```c\n(.*?)^```$", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    text = README.read_text(encoding="utf-8") + (ROOT / "docs/FIRMWARE.md").read_text(encoding="utf-8")
+    return re.findall(r"^```c\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 
 class ReadmeExample(unittest.TestCase):

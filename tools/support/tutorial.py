@@ -1,4 +1,4 @@
-"""The tutorial of README.md: its commands, what it shows of their output, and the pictures of its report and of the workbench.
+"""The tutorial of docs/WORKBENCH.md: its commands, what it shows of their output, and the pictures of its report and of the workbench.
 
     build/venv-browser/bin/python tools/support/tutorial.py    runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
 """
@@ -15,14 +15,14 @@ HEADING = "## Which effect is missing"
 
 
 def section():
-    """The part of README.md that tells the story."""
-    return (ROOT / "README.md").read_text(encoding="utf-8").split(f"\n{HEADING}\n")[1].split("\n## ")[0]
+    """The part of the page that tells the story."""
+    return (ROOT / "docs/WORKBENCH.md").read_text(encoding="utf-8").split(f"\n{HEADING}\n")[1].split("\n## ")[0]
 
 
 def block(language):
     """The text of its one fenced block of this language."""
     found = re.findall(rf"^```{language}\n(.*?)^```$", section(), re.DOTALL | re.MULTILINE)
-    assert len(found) == 1, f"README.md, {HEADING}: {len(found)} blocks ```{language}"
+    assert len(found) == 1, f"docs/WORKBENCH.md, {HEADING}: {len(found)} blocks ```{language}"
     return found[0]
 
 
