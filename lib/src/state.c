@@ -11,7 +11,7 @@
 #include <string.h>
 
 #define MAGIC 0x52564144U /* "DAVR" */
-#define FORMAT 1U
+#define FORMAT 2U
 #define SLOTS 2U
 
 /* In front of each image; `check` covers all fields above it and the payload. */
@@ -32,6 +32,7 @@ typedef struct {
     uint16_t gaps;
     bool ready;
     bool in_gap;
+    bool unstable;
 } saved_t;
 
 /* CRC-32 (IEEE 802.3, reflected), four bits at a time. */
@@ -192,6 +193,7 @@ DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *stora
     davar->seen = saved.seen;
     davar->ready = saved.ready;
     davar->in_gap = saved.in_gap;
+    davar->unstable = saved.unstable;
     if (is_wide(davar)) {
         davar_q31_resume(davar);
     } else {
@@ -239,6 +241,7 @@ DAVAR_RARE static saved_t saved_of(const davar_t *davar)
     saved.gaps = davar->gaps.count;
     saved.ready = davar->ready;
     saved.in_gap = davar->in_gap;
+    saved.unstable = davar->unstable;
     return saved;
 }
 

@@ -65,8 +65,8 @@ static void test_a_waiting_result_survives(void)
     davar_result_t actual = {0};
     config.stride = 20U;
     init(Q15, &original, 0U);
-    for (uint32_t n = 0U; !original.ready || (n % 20U != 7U); n++) {
-        const int16_t sample = (int16_t)((n * 31U) % 17U);
+    for (uint32_t n = 0U; !original.ready || (n % 20U != 7U) || !original.unstable; n++) {
+        const int16_t sample = (int16_t)(((n * 31U) % 17U) * (((n / 50U) % 2U == 0U) ? 1U : 9U));
         (void)davar_push_q15(&original, &sample, 1U);
     }
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
@@ -74,6 +74,7 @@ static void test_a_waiting_result_survives(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
     TEST_ASSERT_TRUE(take_fitted(&original, &expected) && take_fitted(&restored, &actual));
     TEST_ASSERT_EQUAL_MEMORY(&expected, &actual, sizeof expected);
+    TEST_ASSERT_TRUE(actual.unstable);
 }
 
 /* A record that was finished stays finished, and its results go on coming. */

@@ -19,7 +19,7 @@ README = targets.ROOT / "README.md"
 MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
 COSTS = targets.ROOT / "docs/COST.md"
 LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")
-LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "everything": (3, ("-DDAVAR_TAUS_MAX=8",))}  # tests/target/linked.c
+LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "everything": (3, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
 STRIDE = 60
 
 

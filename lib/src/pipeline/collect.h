@@ -29,6 +29,7 @@ typedef struct {
     sum_t sum[DAVAR_TAUS_MAX];
     powers_t whole;
     powers_t first;
+    bool unstable;
 } readings_t;
 
 static uint32_t differences(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
@@ -85,6 +86,7 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     davar_read_apart();
     read_window(davar->config, &gaps, &window, result);
     read_sums(davar->stages, readings);
+    readings->unstable = davar->unstable;
     if (has_moments(davar->config)) {
         window_powers(&readings->whole, davar->stages, false);
         window_powers(&readings->first, davar->stages, true);
@@ -122,7 +124,8 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
         davar_central_t first;
         powers_central(&readings->whole, result->window_samples, &whole);
         powers_central(&readings->first, result->window_samples - config->segment, &first);
-        result->unstable = davar_stationarity_unstable(config, &whole, &first);
+        result->unstable =
+            is_adaptive(config) ? readings->unstable : davar_stationarity_unstable(config, &whole, &first);
         result->kurtosis = davar_stationarity_kurtosis(&whole);
         result->contribution = davar_stationarity_contribution(&whole, &first);
     }

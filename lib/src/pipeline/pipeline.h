@@ -45,6 +45,7 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
         powers_central(&powers, window->length - config->segment, &first);
         unstable = davar_stationarity_unstable(config, &whole, &first);
     }
+    davar->unstable = unstable;
     window->filling = window->filling && !unstable && (window->length < config->window_max);
     window->next_length = davar_law_next(config, window->length, unstable, window->filling);
 }
