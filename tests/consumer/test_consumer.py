@@ -42,6 +42,10 @@ class Consumer(unittest.TestCase):
         self.assertFalse(list(self.work.rglob("davar-sim*")))
         self.assertFalse(list(self.work.rglob("unity*")))
 
+    def test_add_subdirectory_in_a_project_that_builds_in_unity(self):
+        build(HERE / "add_subdirectory", self.work / "user", f"-DDAVAR_SOURCE={ROOT}", "-DCMAKE_UNITY_BUILD=ON")
+        self.assert_works(self.work / "user/consumer")
+
 
 if __name__ == "__main__":
     unittest.main()
