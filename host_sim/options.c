@@ -126,6 +126,10 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
         (void)sim_fail(error, "--pace: not with --device, which has a clock of its own");
         status = OPTIONS_BAD;
     }
+    if ((status == OPTIONS_RUN) && options->raw && (options->device != NULL)) {
+        (void)sim_fail(error, "--raw: not with --device, which takes all samples before the first result");
+        status = OPTIONS_BAD;
+    }
     if ((status == OPTIONS_RUN) && options->raw && (options->out != OUT_LINK)) {
         (void)sim_fail(error, "--raw: frames go to --out can:IFACE or slcan:PATH only");
         status = OPTIONS_BAD;

@@ -142,15 +142,10 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
-static bool wants_moments(const davar_config_t *config)
-{
-    return (config->policy != DAVAR_POLICY_FIXED) || (config->segment != 0U);
-}
-
 static bool is_built(const davar_config_t *config)
 {
-    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_ADAPTIVE || !wants_moments(config)) &&
-           (DAVAR_CENTRED || !centred(config));
+    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_CENTRED || !centred(config)) &&
+           (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U)));
 }
 
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)

@@ -186,7 +186,10 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
 
 DAVAR_RARE void davar_gap(davar_t *davar, uint32_t missing)
 {
-    DAVAR_ASSERT(!is_finished(&davar->window));
+    DAVAR_ASSERT(davar->accepts != ACCEPTS_NONE);
+    if (davar->accepts == ACCEPTS_NONE) {
+        return;
+    }
     davar_change_begin(davar);
     gap(davar, missing);
     davar_change_end(davar);

@@ -1,6 +1,6 @@
 /* davar - the port contract: everything the node loop asks of the world.
  *
- *   world -> read -> [node: push -> take] -> send -> world
+ *   world -> read -> [node: push -> take -> fit] -> send -> world
  *
  * A port is one davar_port_t: four functions and the context they share. CSV replay, CAN, serial line, Linux gpio and
  * bare metal implement it; the node loop (port/node) is its only caller; no port knows another. A new port starts here

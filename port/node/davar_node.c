@@ -113,7 +113,12 @@ static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *sa
 static void push_rest(davar_node_t *node, size_t c)
 {
     davar_node_channel_t *channel = &node->channels[c];
-    channel->position += push(channel, &node->block.samples[c], node->block.count - channel->position);
+    const size_t consumed = push(channel, &node->block.samples[c], node->block.count - channel->position);
+    if (consumed == 0U) { /* refused: not the number type that the channel was started with */
+        channel->position = node->block.count;
+        (void)fault(node->port, DAVAR_PORT_FAULT_READ, &node->counters.read_faults);
+    }
+    channel->position += consumed;
 }
 
 static void flush_one(davar_node_t *node, size_t c)

@@ -1,4 +1,4 @@
-/* davar - the node loop: read -> push -> take -> send, the only joint between the library and the world.
+/* davar - the node loop: read -> push -> take -> fit -> send, the only joint between the library and the world.
  * No heap, no I/O, no clock of its own: all of that is behind the port contract (davar_port.h). */
 #ifndef DAVAR_NODE_H
 #define DAVAR_NODE_H

@@ -103,6 +103,9 @@ static void test_a_push_behind_the_end_is_refused_until_the_reset(void)
         push_all(type);
         TEST_ASSERT_TRUE(davar_flush(&davar));
         TEST_ASSERT_EQUAL_size_t(0U, push(type));
+        const davar_t as_it_was = davar;
+        davar_gap(&davar, 3U);
+        TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
         davar_reset(&davar);
         TEST_ASSERT_EQUAL_size_t(1U, push(type));
     }

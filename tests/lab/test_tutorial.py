@@ -65,7 +65,7 @@ class Tutorial(unittest.TestCase):
         pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", self.story)
         self.assertEqual(len(pictures), 2)
         for picture in pictures:
-            data = (ROOT / picture).read_bytes()
+            data = (ROOT / "docs" / picture).read_bytes()
             self.assertEqual(data[:4], b"\x89PNG")
             self.assertLess(len(data), PICTURE_BYTES_MAX, picture)
 

@@ -378,12 +378,13 @@ static void test_the_setup_tells_the_size_of_a_count_when_counts_are_sent(void)
     bool told = false;
     config.unit_per_count = 0.05;
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
-    for (unsigned n = 0U; n < 6U; n++) {
+    for (unsigned n = 0U; n < 12U; n++) {
+        config.unit_per_count = (n < 6U) ? 0.05 : 0.0; /* floats have none */
         davar_encoder_begin(&encoder, &result, &health);
         while (davar_encoder_next(&encoder, &frame)) {
             TEST_ASSERT_EQUAL(DAVAR_DECODED, seen());
             if ((wire.message == DAVAR_MESSAGE_SETUP) && (wire.index == DAVAR_SETUP_UNIT)) {
-                TEST_ASSERT_EQUAL_FLOAT(0.05F, wire.value);
+                TEST_ASSERT_EQUAL_FLOAT((n < 6U) ? 0.05F : 1.0F, wire.value);
                 told = true;
             }
         }

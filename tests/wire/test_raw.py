@@ -37,27 +37,22 @@ def counts(source, number, first=0, width=16, gaps=0.02):
     return found
 
 
-def stream(samples, session=7, stride=100, channel=0, what="raw"):
-    """Frames as a sender sends them: a result when its newest sample has gone."""
-    sent, raw, last = [], encoded(samples, channel, what), samples[-1][0]
-    results = frames_by_result(samples[0][0] // stride * stride, last, session, stride, channel)
-    for epoch, burst in results:
-        while raw and (first_index(raw[0]) - epoch + (1 << 17)) % (1 << 18) <= 1 << 17:
+def stream(samples, session=7, stride=100, channel=0, what="raw", first=0):
+    """Frames as a sender sends them: a result when its newest sample has gone. Epochs count the samples that there were, from `first`; their indices
+    also those that were lost."""
+    raw, sent, gone = encoded(samples, channel, what), [], 0
+    number = len(samples) // stride + 1
+    for n, burst in enumerate(run(5, number, session, stride, content=3 | SEND_RAW, first=first, channel=channel).results):
+        while raw and gone < min(stride * (n + 1), len(samples) - 1) or raw and n == number:
+            gone += held_by(raw[0])
             sent.append(raw.pop(0))
         sent += burst
     return sent
 
 
-def first_index(frame):
-    return int.from_bytes(frame[1][1:4], "little") >> 6
-
-
-def frames_by_result(first, last, session, stride, channel):
-    """[(epoch, frames)] from the library's encoder; the last one is the farewell."""
-    number = (last - first) // stride + 1
-    one = run(5, number, session, stride, content=3 | SEND_RAW, first=first, channel=channel)
-    epochs = [first + stride * (n + 1) - 1 for n in range(number)] + [first + stride * number]
-    return list(zip(epochs, one.results))
+def held_by(frame):
+    """How many samples a frame has."""
+    return 2 if frame[1][1] >> 4 & 3 == 0 else 1
 
 
 def received(sent):
@@ -102,9 +97,43 @@ class Raw(unittest.TestCase):
     def test_every_sample_arrives_with_its_index(self):
         for seed, width, gaps, first in ((1, 16, 0, 0), (2, 16, 0.05, 0), (3, 24, 0.02, 0), (4, 32, 0, 0), (5, 16, 0.01, 261000), (6, 17, 0.3, 999900)):
             samples = counts(seeded("raw", seed), 3000, first, width, gaps)
-            found, faults = received(stream(samples))
+            found, faults = received(stream(samples, first=first))
             self.assert_samples(samples, found[0, 1])
             self.assertEqual(faults.total(), 0, faults)
+
+    def test_losses_of_the_sensor_that_add_up_beyond_what_the_index_holds(self):
+        source, samples, index = seeded("losses"), [], 0
+        for n in range(20000):
+            index += 1 + (9000 if n % 400 == 399 else 0)
+            samples.append((index, source.randrange(-30000, 30000)))
+        self.assertGreater(index, 1 << 18)
+        found, faults = received(stream(samples))
+        self.assert_samples(samples, found[0, 1])
+        self.assertEqual(faults.total(), 0, faults)
+
+    def test_a_silence_longer_than_the_index_holds(self):
+        samples = counts(seeded("silence"), 300000, gaps=0)
+        sent = stream(samples, stride=5000)
+        found, faults = received([frame for n, frame in enumerate(sent) if not len(sent) // 8 < n < 7 * len(sent) // 8])
+        truth = dict(samples)
+        self.assertGreater(max(found[0, 1]), 290000)
+        for index, value in found[0, 1].items():
+            self.assertAlmostEqual(UNIT * truth[index], value, delta=1e-6)
+
+    def test_an_index_that_is_damaged_costs_its_own_samples(self):
+        samples = counts(seeded("damaged"), 3000, gaps=0)
+        sent = stream(samples)
+        for place in range(40, len(sent), 397):
+            frame = bytearray(sent[place][1])
+            if sent[place][0] != 0x5D9:
+                continue
+            frame[3] ^= 0x5A
+            frame[0] = wire.crc(sent[place][0], bytes(frame))
+            found, faults = received([*sent[:place], (sent[place][0], bytes(frame)), *sent[place + 1:]])
+            truth = dict(samples)
+            wrong = [index for index, value in found[0, 1].items() if abs(truth.get(index, 1e9) * UNIT - value) > 1e-6]
+            self.assertLessEqual(len(wrong), 2, (place, wrong))
+            self.assertGreaterEqual(len(found[0, 1]), len(samples) - 4, (place, faults))
 
     def test_a_pair_shares_a_frame_and_a_wide_count_has_its_own(self):
         self.assertEqual(500, len(encoded([(n, n - 500) for n in range(1000)])))
@@ -124,14 +153,16 @@ class Raw(unittest.TestCase):
         for seed in range(30):
             source = seeded("bad line", seed)
             samples = counts(source, 4000, source.choice((0, 0, 260000)), 16, 0.005)
-            one = type("One", (), {"results": [stream(samples)]})
-            found, faults = received(disturbed(one, source, 0.02))
+            one = type("One", (), {"results": [stream(samples, first=samples[0][0])]})
+            came = disturbed(one, source, 0.02)
+            found, faults = received(came)
             truth = dict(samples)
             together = [(index, value) for _, part in sorted(found.items()) for index, value in part.items()]
             for index, value in together:
                 self.assertAlmostEqual(UNIT * truth[index], value, delta=1e-6, msg=(seed, index))
             self.assertEqual(len({index for index, _ in together}), len(together))
-            self.assertGreater(len(together), 0.5 * len(samples), (seed, faults))
+            there = sum(map(held_by, {frame for frame in came if frame[0] == 0x5D9}))
+            self.assertGreater(len(together), 0.9 * there, (seed, faults))
 
     def test_a_restart_begins_another_recording_with_its_first_samples(self):
         source = seeded("restart")

@@ -177,14 +177,14 @@ SHORT = (
 COLUMNS = (
     ("every sample", "every_sample_instructions_per_sample"), ("per tau", "every_sample_instructions_per_sample_per_tau"),
     ("adaptive", "default_instructions_per_sample"), ("grid push", "grid_push_instructions_per_sample"),
-    ("with take", "pipeline_grid_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"),
+    ("with take and fit", "pipeline_grid_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"),
     ("worst fixed push", "fixed_worst_push_instructions"), ("worst push", "worst_push_instructions"),
-    ("worst grid push", "grid_worst_push_instructions"), ("take", "grid_take_instructions_per_result"),
+    ("worst grid push", "grid_worst_push_instructions"), ("take and fit", "grid_take_instructions_per_result"),
     ("ADEV alone", "grid_take_adev_instructions_per_result"), ("ADEV alone, adaptive", "take_white_mean_instructions"),
-    ("worst take", "worst_take_instructions"),
-    ("flash push", "flash_push_bytes"), ("flash take", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"),
+    ("worst take and fit", "worst_take_instructions"),
+    ("flash push", "flash_push_bytes"), ("flash fit", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"),
     ("RAM", "ram_bytes"), ("RAM grid", "ram_grid_bytes"), ("stack push", "stack_bytes"),
-    ("stack take", "stack_take_bytes"))
+    ("stack take and fit", "stack_take_bytes"))
 
 
 def table(figures, columns):

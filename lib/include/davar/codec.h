@@ -144,7 +144,7 @@ void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *h
 bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame);
 
 /* Raw samples, for who diagnoses the sensor at the other end: off unless called, at any time between frames. `index` is that
- * of the sample, from 0, what is missing counted (as in Epoch; 18 bits go out). Counts within 16 bits go in pairs, so that a
+ * of the sample, from 0, what is missing counted (unlike in Epoch; 18 bits go out). Counts within 16 bits go in pairs, so that a
  * frame is due every second sample; a wider one, or one in front of a gap, has a frame of its own. True: send *frame. At the
  * end davar_encoder_raw_rest gives the count that waits for its neighbour, if one does. O(1). */
 bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame);

@@ -47,7 +47,7 @@ davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 
 /* Takes samples in, up to and including the one that completes a result, so that a caller with a block can take every
- * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0). A result that nobody took
+ * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0 or the push is refused). A result that nobody took
  * is overwritten and counted as missed. Any chunking gives the same results. Another type than that of init, or a push behind
  * davar_flush, is asserted, and where asserts are off refused: 0.
  * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. */
@@ -55,7 +55,8 @@ size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count);
 
-/* All of a block: `hear` is called with every result in *result, taken and not yet fitted. For the main loop. */
+/* All of a block: `hear` is called with every result in *result, taken and not yet fitted. A result that waits already is taken or
+ * missed as by davar_push_*; a push that is refused ends it. Cost: of the pushes and takes. For the main loop. */
 typedef void (*davar_hear_t)(void *context, davar_result_t *result);
 #define davar_push_all_q15 DAVAR_SIZED(davar_push_all_q15)
 #define davar_push_all_q31 DAVAR_SIZED(davar_push_all_q31)

@@ -43,8 +43,9 @@ typedef struct davar_plan {
 void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
 /* White noise alone: writes edf, low and high of every tau entry and the angle random walk with its interval, of the other terms
- * the upper limits that white noise leaves them. False: white noise does not explain this window; then the angle random walk is
- * absent, with the upper limit that the shortest tau gives it, and davar_fit knows more. In and out as for davar_fit.
+ * the upper limits that white noise leaves them. False: white noise does not explain this window: then intervals and angle random walk are
+ * absent, the latter with the upper limit that the shortest tau gives it, and davar_fit knows more. True with an absent one: the
+ * window holds no difference, or all are 0. In and out as for davar_fit.
  * Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
@@ -56,7 +57,8 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
  * A pure function of result and rate_hz: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.
  * Cost: white noise O(T), any other mix O(T^2) (at T = 8 about ten times as much, a hundred without a double FPU: the README's
- * table), a new window length O(T), a change in the number of usable taus O(T^2). Formulas (5.3) to (5.11). */
+ * table), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack.
+ * Formulas (5.3) to (5.11). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 

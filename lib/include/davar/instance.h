@@ -50,7 +50,7 @@ typedef struct davar {
     bool ready;                 /* the sums are those of the newest result */
     bool unstable;              /* the verdict on it, where a policy asked for one */
     bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
-    uint8_t accepts;            /* the samples that may be pushed: bits of the type; 0 behind davar_flush */
+    uint8_t accepts;            /* ACCEPTS_*: the one type that may be pushed; none behind davar_flush */
     bool in_gap;                /* f32: inside a run of NaN or inf */
 } davar_t;
 

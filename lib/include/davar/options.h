@@ -52,9 +52,6 @@
 #if !DAVAR_Q15 && !DAVAR_Q31
 #error "DAVAR_Q15, DAVAR_Q31: one number type must be there"
 #endif
-#if defined(__FAST_MATH__)
-#error "davar needs IEEE arithmetic: build it without -ffast-math"
-#endif
 #if defined(__SIZEOF_DOUBLE__) && (__SIZEOF_DOUBLE__ != 8)
 #error "davar needs a double of 64 bits (avr-gcc: -mdouble=64; RX, rl78: -m64bit-doubles)"
 #endif

@@ -1,5 +1,5 @@
 /* davar - coefficients and intervals, DESIGN (5.3) to (5.11). Most windows hold white noise and nothing else that they could
- * show (fit_white.c); all else goes to fit_mixture.c. */
+ * show (fit/white.c); all else goes to fit/mixture.c. */
 #include "davar/fit.h"
 
 #include "fit/mixture.h"

@@ -316,6 +316,7 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white, d
     davar_absent_coefficients(result);
     const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
     result->coefficient[WHITE].high = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
+    davar_absent_taus(result, 0U); /* theirs are those of white noise, which this is not */
 }
 
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)

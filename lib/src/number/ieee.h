@@ -4,6 +4,10 @@
 
 #include "number/machine.h"
 
+#if defined(__FAST_MATH__)
+#error "davar needs IEEE arithmetic: build it without -ffast-math"
+#endif
+
 static inline uint64_t davar_bits_of_double(double value)
 {
     const union {

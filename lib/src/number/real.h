@@ -40,7 +40,7 @@ static inline float davar_rootf(float value)
 {
 #ifdef DAVAR_SOFT_FLOAT
     return davar_rootf_by_integers(value);
-#elif defined(__arm__) && defined(__GNUC__)
+#elif defined(__arm__) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
     float root;
     __asm__("vsqrt.f32 %0, %1" : "=t"(root) : "t"(value));
     return root;

@@ -181,7 +181,7 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
         put(frame, signal_value, config->stride);
     } else if (n < items) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_UNIT);
-        put_float(frame, signal_value, config->unit_per_count);
+        put_float(frame, signal_value, (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* floats: 1 */
     } else {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
         put(frame, signal_value, config->taus[n - items]);

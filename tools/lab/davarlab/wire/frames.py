@@ -213,6 +213,7 @@ class Receiver:
         self.channels = {}
         self.sequences = {}
         self.ready = deque()
+        self.wants_raw = True  # whoever does not is spared holding them
         self.samples = []  # raw ones that are beyond doubt: (channel's number, Channel, [(index, deg/s)]); whoever wants them takes them
 
     def check(self, identifier, data):
@@ -233,9 +234,11 @@ class Receiver:
 
     def finish(self):
         """The results that no later frame completed, as far as they are beyond doubt."""
-        for channel in self.channels.values():
+        for index, channel in self.channels.items():
             self._close(channel)
             self._release(channel)
+            if channel.samples.sure():
+                self._release_samples(index, channel, last=True)
             self.faults.doubtful_samples += channel.samples.drop()
         left, self.ready = list(self.ready), deque()
         return left
@@ -282,6 +285,8 @@ class Receiver:
         if name in ("Health", "Setup") and channel.session not in (None, signals["Session"]):
             channel = self._restart(index)
         if self._judge(identifier, data) == "repeated":
+            return
+        if name == "Raw" and not self.wants_raw:
             return
         if name == "Raw":
             self.faults.doubtful_samples += channel.samples.take(signals)
@@ -330,6 +335,7 @@ class Receiver:
         channel.tag = tag
         channel.result = Result(index, tag, channel.epoch, stretch=channel.stretch, of=channel)
         channel.result.join(parts(signals))
+        channel.samples.dated = True
 
     def _begin_again(self, channel, tag, signals):
         """The newest State once more: a repetition, or that of a sender that was restarted behind it. What was joined meanwhile
@@ -352,10 +358,12 @@ class Receiver:
         self.faults.doubtful_samples += given_up
         return self.channels[index]
 
-    def _release_samples(self, index, channel):
+    def _release_samples(self, index, channel, last=False):
         """Raw samples whose run, place and size are known now."""
-        if channel.epoch is not None and {"rate_hz", "unit_per_count"} <= set(channel.setup) and channel.samples.held:
-            self.samples.append((index, channel, channel.samples.release(channel.epoch, written(channel.setup["unit_per_count"]))))
+        if channel.samples.dated and {"rate_hz", "unit_per_count"} <= set(channel.setup) and channel.samples.held:
+            found, left_out = channel.samples.release(channel.epoch, written(channel.setup["unit_per_count"]), last)
+            self.samples.append((index, channel, found))
+            self.faults.doubtful_samples += left_out
 
     def _close(self, channel):
         """The result being joined is over."""

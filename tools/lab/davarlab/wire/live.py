@@ -72,11 +72,13 @@ def follow(source, receiver, viewer, options):
                 return
     for result in receiver.finish():
         viewer.show(result)
+    viewer.keep()
 
 
 def run(options):
     """The command: until --count, --idle, the end of a pty, SIGINT or SIGTERM. Returns the exit status."""
     receiver = wire.Receiver(options.base)
+    receiver.wants_raw = bool(options.raw)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with contextlib.closing(Source(options.source, receiver.faults, say)) as source, contextlib.ExitStack() as stack:
         recorder = stack.enter_context(contextlib.closing(Recorder(options.record, say))) if options.record else None

@@ -1,14 +1,16 @@
 """Raw samples of a sender (DAVAR_Raw): which sample of which run each one is.
 
-A sender counts its samples; eighteen bits of that go out. Which sample it was follows from the epochs: results come at most
-half of those counts behind their samples."""
+A sender counts its samples, what it lost among them; eighteen bits of that go out. Which sample it was follows from the ones before,
+and across a silence from how far the epochs went on meanwhile."""
 
 import math
 import struct
 from collections import deque
 
 COUNTS = 1 << 18  # of Index
-HELD_MAX = COUNTS // 2  # samples, and how far an epoch may be from them
+HELD_MAX = COUNTS // 2  # samples, and how far off the place may be where they are expected
+FAR = COUNTS // 4  # from here on a jump may hide whole turns of Index
+SWAPPED = 64  # samples that frames may be late by
 
 
 def written(single):
@@ -22,34 +24,55 @@ class Run:
 
     def __init__(self, index):
         self.index, self.values = index, []  # index: of the first, modulo COUNTS
+        self.jumped = False  # not the one that was due
 
     def end(self):
         return (self.index + len(self.values)) % COUNTS
 
-    def start(self, epoch):
-        """The index of the first one, counted from the sender's first sample, beside a recent epoch."""
+    def start(self, near):
+        """The index of the first one, such that the last is nearest to a given one."""
         last = self.index + len(self.values) - 1
-        return epoch - HELD_MAX + (last - epoch + HELD_MAX) % COUNTS - len(self.values) + 1
+        return near - HELD_MAX + (last - near + HELD_MAX) % COUNTS - len(self.values) + 1
 
 
 class Samples:
     """Those of one run of a sender, held until its setup and an epoch are known and a frame has told the session."""
 
     def __init__(self):
-        self.runs, self.held, self.passed = deque(), 0, -1  # passed: the last that was passed on
+        self.runs, self.held = deque(), 0
+        self.passed, self.lead = -1, HELD_MAX - FAR // 16  # the last index that was passed on; how far it was ahead of the epoch: at first, not behind
+        self.dated = False  # has a State come since the newest run began
 
     def take(self, signals):
         """The samples of a frame. Returns how many of those that were held too long are given up."""
         values = [signals[name] for name in ("Count0", "Count1", "Count", "RateDps") if name in signals]
-        if not self.runs or self.runs[-1].end() != signals["Index"]:
+        due = self.runs[-1].end() if self.runs else (self.passed + 1) % COUNTS
+        if not self.runs or due != signals["Index"]:
             self.runs.append(Run(signals["Index"]))
+            self.runs[-1].jumped = due != signals["Index"]
+            jump = (signals["Index"] - due) % COUNTS
+            self.dated = self.dated and min(jump, COUNTS - jump) < FAR
         self.runs[-1].values += values
         self.held += len(values)
-        given_up = 0
-        while self.held > HELD_MAX:
-            given_up += len(self.runs[0].values)
-            self.held -= len(self.runs.popleft().values)
+        given_up = max(0, self.held - HELD_MAX)
+        self.forget(given_up)
         return given_up
+
+    def forget(self, count):
+        """Gives up the oldest."""
+        self.held -= count
+        while count:
+            run = self.runs[0]
+            gone = min(count, len(run.values))
+            del run.values[:gone]
+            run.index = (run.index + gone) % COUNTS
+            count -= gone
+            if not run.values:
+                self.runs.popleft()
+
+    def sure(self):
+        """Is all that is held one frame that waits for its next: a frame with the session has followed it."""
+        return len(self.runs) == 1 and self.runs[0].jumped and len(self.runs[0].values) <= 2
 
     def drop(self):
         """Gives up what is held; returns how many."""
@@ -67,11 +90,21 @@ class Samples:
         kept.held = sum(len(run.values) for run in kept.runs)
         return self.drop() - kept.held, kept
 
-    def release(self, epoch, unit):
-        """[(index, deg/s)] of what is held, in order; a late one, and one that is no number, are left out."""
-        found = sorted((run.start(epoch) + offset, value * unit if isinstance(value, int) else value)
-                       for run in self.runs for offset, value in enumerate(run.values))
-        found = [(index, value) for index, value in found if index > self.passed and not math.isnan(value)]
-        self.drop()
-        self.passed = found[-1][0] if found else self.passed
-        return found
+    def release(self, epoch, unit, last=False):
+        """([(index, deg/s)] of what is held, in order; how many are left out: late ones, and runs that the next one belies). What is no number is
+        not there. A lone frame behind a jump waits for the next, unless these are the last."""
+        runs, self.runs, self.held = list(self.runs), deque(), 0
+        if runs[-1].jumped and len(runs[-1].values) <= 2 and not last:
+            self.runs.append(runs.pop())
+            self.held = len(self.runs[0].values)
+        if not runs:
+            return [], 0
+        starts = [run.start(epoch + self.lead) for run in runs]
+        sound = [(run, start) for run, start, after in zip(runs, starts, [*starts[1:], starts[-1]]) if start < after + SWAPPED]
+        found = sorted((start + offset, value * unit if isinstance(value, int) else value) for run, start in sound for offset, value in enumerate(run.values))
+        kept = [(index, value) for index, value in found if index > self.passed]
+        if kept:
+            self.passed = kept[-1][0]
+            self.lead = self.passed - epoch
+        left_out = sum(len(run.values) for run in runs) - len(kept)
+        return [(index, value) for index, value in kept if not math.isnan(value)], left_out

@@ -15,7 +15,7 @@ from ..errors import BadInput
 FIELDS = ["channel", "stretch", "epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
           "arw_low_deg_per_sqrt_h", "arw_high_deg_per_sqrt_h", "arw_relative_uncertainty", "bi_deg_per_h",
           "rrw_deg_per_h_per_sqrt_h", "rr_deg_per_h2", "qn_deg"]
-WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 34
+WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 35
 ROW_BYTES_MAX = 1 << 16
 
 

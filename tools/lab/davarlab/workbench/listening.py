@@ -1,6 +1,5 @@
 """A sensor on the wire while somebody watches: what `davarlab live` shows and records, kept for a page."""
 
-import shutil
 import threading
 import time
 from collections import deque
@@ -12,6 +11,7 @@ from ..wire import frames, record
 from ..wire.raw_record import RawRecorder
 from ..wire.source import Source
 
+BLOCK = 1 << 20
 KEPT = 1200  # results of a channel
 TOLD_S = 0.25  # between two tellings
 IDLE_S = 0.25  # of silence, after which it is asked whether anybody still watches
@@ -61,6 +61,7 @@ class Listening:
                     self.tell_news()
                 for result in self.receiver.finish():
                     self.take(result)
+                self.keep()
         except Exception as why:
             internal_error(why)
             self.say(f"an internal error: {type(why).__name__}: {why}")
@@ -86,8 +87,11 @@ class Listening:
             path = self.raw.path(number)
             if not path:
                 raise BadInput(f"channel {number}: no raw samples have come: start the sender with --raw")
-            with open(path, "rb") as recording:
-                shutil.copyfileobj(recording, file)
+            left = path.stat().st_size  # whole rows
+        with open(path, "rb") as recording:
+            while left and (block := recording.read(min(left, BLOCK))):
+                file.write(block)
+                left -= len(block)
 
     def tell_news(self, at_once=False):
         if not at_once and time.monotonic() - self.told_at < TOLD_S:
