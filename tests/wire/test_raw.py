@@ -10,7 +10,7 @@ import threading
 import unittest
 from pathlib import Path
 
-from senders import PROBE, ROOT, disturbed, frames, run, seeded
+from senders import PROBE, ROOT, disturbed, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab import errors  # noqa: E402
