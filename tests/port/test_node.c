@@ -361,9 +361,45 @@ static void test_a_port_without_clock_and_fault_works(void)
     TEST_ASSERT_EQUAL_UINT32(1U, node.counters.send_faults);
 }
 
+static void test_a_plan_adds_the_fit(void)
+{
+    static davar_plan_t plan;
+    const script_t works = {0};
+    run_plain();
+    TEST_ASSERT_TRUE(isnan(plain.sent[0].result.tau[0].edf));
+    start(CHANNELS, works);
+    davar_plan_init(&plan, taus, TAUS);
+    channel[0].plan = &plan;
+    run();
+    channel[0].plan = NULL;
+    TEST_ASSERT_EQUAL_size_t(plain.sent_count, fake.sent_count);
+    for (size_t i = 0; i < fake.sent_count; i++) {
+        TEST_ASSERT_EQUAL(fake.sent[i].channel == 0U, !isnan(fake.sent[i].result.tau[0].edf));
+    }
+    assert_same_results(plain.sent, fake.sent, plain.sent_count);
+}
+
+#ifdef NDEBUG
+/* A channel that says another number type than it was started with: a fault a block, and no endless loop. */
+static void test_a_channel_of_another_type_is_a_fault(void)
+{
+    const script_t blocks = {.block = 30U};
+    start(1U, blocks);
+    channel[0].number = DAVAR_PORT_Q31;
+    run();
+    TEST_ASSERT_EQUAL_size_t(0U, fake.sent_count);
+    TEST_ASSERT_EQUAL_UINT32(3U, node.counters.read_faults);
+    TEST_ASSERT_EQUAL_UINT32(3U, fake.faults[DAVAR_PORT_FAULT_READ]);
+}
+#endif
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_a_plan_adds_the_fit);
+#ifdef NDEBUG
+    RUN_TEST(test_a_channel_of_another_type_is_a_fault);
+#endif
     RUN_TEST(test_every_sample_gets_a_result_in_every_channel_epoch_by_epoch);
     RUN_TEST(test_the_number_types_agree);
     RUN_TEST(test_block_length_does_not_matter);
