@@ -24,7 +24,7 @@ class Run:
 
     def __init__(self, index):
         self.index, self.values = index, []  # index: of the first, modulo COUNTS
-        self.jumped = False  # not the one that was due
+        self.jumped = self.waited = False  # jumped: not the one that was due; waited: held back when its place was known
 
     def end(self):
         return (self.index + len(self.values)) % COUNTS
@@ -71,8 +71,8 @@ class Samples:
                 self.runs.popleft()
 
     def sure(self):
-        """Is all that is held one frame that waits for its next: a frame with the session has followed it."""
-        return len(self.runs) == 1 and self.runs[0].jumped and len(self.runs[0].values) <= 2
+        """Is all that is held one frame that only waits for its next."""
+        return len(self.runs) == 1 and self.runs[0].waited and len(self.runs[0].values) <= 2
 
     def drop(self):
         """Gives up what is held; returns how many."""
@@ -96,6 +96,7 @@ class Samples:
         runs, self.runs, self.held = list(self.runs), deque(), 0
         if runs[-1].jumped and len(runs[-1].values) <= 2 and not last:
             self.runs.append(runs.pop())
+            self.runs[0].waited = True
             self.held = len(self.runs[0].values)
         if not runs:
             return [], 0
