@@ -56,8 +56,7 @@ bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
  * every tau entry from the noise mix that was found.
  * A pure function of result and rate_hz: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.
- * Cost: white noise O(T), any other mix O(T^2) (at T = 8 about ten times as much, a hundred without a double FPU: the README's
- * table), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack.
+ * Cost: white noise O(T), any other mix O(T^2) (at T = 8 about ten times as much, a hundred without a double FPU: docs/COST.md), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack.
  * Formulas (5.3) to (5.11). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
