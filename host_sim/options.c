@@ -31,7 +31,11 @@ static options_status_t apply_flag(options_t *options, const char *name)
     if (strcmp(name, "version") == 0) {
         return OPTIONS_VERSION;
     }
-    *((strcmp(name, "raw") == 0) ? &options->raw : &options->details) = true;
+    if (strcmp(name, "raw") == 0) {
+        options->raw = true;
+    } else {
+        options->details = true;
+    }
     return OPTIONS_RUN;
 }
 

@@ -126,7 +126,7 @@ static void test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation(void)
     TEST_ASSERT_EQUAL_UINT32(60U, davar_health(&davar).saturated);
 }
 
-/* One difference of clusters so long that 2 m^2 n is beyond what the quick way holds. */
+/* Differences of clusters so long that 2 m^2 n is beyond what the quick way holds. */
 static void test_the_longest_clusters(void)
 {
     enum { M = 20000 };

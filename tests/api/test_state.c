@@ -66,6 +66,7 @@ static void test_a_waiting_result_survives(void)
     config.stride = 20U;
     init(Q15, &original, 0U);
     for (uint32_t n = 0U; !original.ready || (n % 20U != 7U) || !original.unstable; n++) {
+        TEST_ASSERT_LESS_THAN_UINT32(10000U, n);
         const int16_t sample = (int16_t)(((n * 31U) % 17U) * (((n / 50U) % 2U == 0U) ? 1U : 9U));
         (void)davar_push_q15(&original, &sample, 1U);
     }

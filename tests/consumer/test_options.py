@@ -46,6 +46,22 @@ class Options(unittest.TestCase):
     def test_the_portable_build_without_asserts_has_the_same_bits(self):
         self.assertEqual(ways(), ways("-DDAVAR_PORTABLE", "-DDAVAR_ASSERT(condition)=((void)0)", "-DDAVAR_TAUS_MAX=4"))
 
+    def test_the_sizes_that_the_pages_state(self):
+        readme, costs = ((ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/COST.md"))
+        sizes = {}
+        for taus in (8, 32):
+            with tempfile.TemporaryDirectory() as folder:
+                source = Path(folder) / "sizes.c"
+                source.write_text('#include "davar/davar.h"\n#include <stdio.h>\n'
+                                  'int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }\n')
+                subprocess.run(["gcc", *FLAGS, f"-DDAVAR_TAUS_MAX={taus}", source, "-o", source.with_suffix("")], check=True)
+                sizes[taus] = tuple(map(int, subprocess.run([source.with_suffix("")], text=True, stdout=subprocess.PIPE, check=True).stdout.split()))
+        for taus, (result, plan) in sizes.items():
+            self.assertIn(f"{result} and {plan}", readme)
+            self.assertEqual((result, plan), (40 * taus + 208, 72 * taus + 208))
+        self.assertIn("40 bytes a tau and 208", costs)
+        self.assertIn("72 bytes a tau and 208", costs)
+
     def test_a_wrong_combination_does_not_compile(self):
         for options, why in ((("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"), (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
                              (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"), (("-ffast-math",), "without -ffast-math")):

@@ -47,9 +47,9 @@ davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 
 /* Takes samples in, up to and including the one that completes a result, so that a caller with a block can take every
- * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0 or the push is refused). A result that nobody took
- * is overwritten and counted as missed. Any chunking gives the same results. Another type than that of init, or a push behind
- * davar_flush, is asserted, and where asserts are off refused: 0.
+ * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0 or the push is refused). A result
+ * that nobody took is overwritten and counted as missed. Any chunking gives the same results. Another type than that of init,
+ * or a push behind davar_flush, is asserted, and where asserts are off refused: 0.
  * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. */
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);

@@ -179,6 +179,30 @@ DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t c
     }
 }
 
+/* --- the rate ---------------------------------------------------------------------------------------------------------- */
+
+/* (1.2) */
+void davar_square_units(double rate_hz, double unit[])
+{
+    const double tau0_s = 1.0 / rate_hz;
+    unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
+    unit[WHITE] = 3600.0 * tau0_s;
+    unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
+    unit[DAVAR_RATE_RANDOM_WALK] = 216000.0 * 216000.0 * 3.0 * rate_hz;
+    unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
+}
+
+/* From roots of amplitudes to the coefficients in their units. */
+void davar_plan_rate(davar_plan_t *plan, double rate_hz)
+{
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    davar_square_units(rate_hz, unit);
+    for (int k = 0; k < TERMS; k++) {
+        plan->root[k] = davar_root((double)plan->unit[k] * unit[k]);
+    }
+    plan->rate_hz = rate_hz;
+}
+
 /* --- the window (5.5) -------------------------------------------------------------------------------------------- */
 
 /* A cluster size that does not fit leaves none of the longer ones, gaps or not. */

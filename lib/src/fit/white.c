@@ -252,27 +252,6 @@ static void write_white(const davar_plan_t *plan, const davar_white_t *white, da
 
 /* --- the step --------------------------------------------------------------------------------------------------------- */
 
-void davar_square_units(double rate_hz, double unit[])
-{
-    const double tau0_s = 1.0 / rate_hz;
-    unit[DAVAR_QUANTIZATION] = tau0_s * tau0_s * (1.0 / 3.0);
-    unit[WHITE] = 3600.0 * tau0_s;
-    unit[DAVAR_BIAS_INSTABILITY] = 3600.0 * 3600.0 * 2.2661800709135971; /* pi / (2 ln 2) */
-    unit[DAVAR_RATE_RANDOM_WALK] = 216000.0 * 216000.0 * 3.0 * rate_hz;
-    unit[DAVAR_RATE_RAMP] = 12960000.0 * 12960000.0 * 2.0 * rate_hz * rate_hz;
-}
-
-/* From roots of amplitudes to the coefficients in their units. */
-static void plan_roots(davar_plan_t *plan, double rate_hz)
-{
-    double unit[DAVAR_COEFFICIENT_COUNT];
-    davar_square_units(rate_hz, unit);
-    for (int k = 0; k < TERMS; k++) {
-        plan->root[k] = davar_root((double)plan->unit[k] * unit[k]);
-    }
-    plan->rate_hz = rate_hz;
-}
-
 /* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
  * nothing. */
 DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *result)
@@ -299,7 +278,7 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
         return true;
     }
     if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
-        plan_roots(plan, rate_hz);
+        davar_plan_rate(plan, rate_hz);
     }
     if (white->explains) {
         write_white(plan, white, result);

@@ -23,7 +23,4 @@ typedef struct {
  * what is there, and of the result only what no fit can give is written. */
 bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white);
 
-/* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-void davar_square_units(double rate_hz, double unit[]);
-
 #endif

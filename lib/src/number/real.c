@@ -238,14 +238,3 @@ double davar_scale_by_integers(double a, double b)
     const double size = davar_double_of_mantissa(mantissa | ((rest != 0U) ? 1U : 0U), exponent);
     return davar_double_of_bits(sign | davar_bits_of_double(size));
 }
-
-double davar_multiply_by_integers(double a, double b)
-{
-    const uint32_t of_a = exponent_of(davar_bits_of_double(a));
-    const uint32_t of_b = exponent_of(davar_bits_of_double(b));
-    const uint32_t exponent = of_a + of_b - 1022U;
-    if (!is_normal(of_a) || !is_normal(of_b) || !is_normal(exponent) || !is_normal(exponent - 1U)) {
-        return a * b; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
-    }
-    return davar_scale_by_integers(a, b);
-}

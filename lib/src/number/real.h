@@ -13,9 +13,8 @@ double davar_root_by_integers(double value);
 float davar_rootf_by_integers(float value);
 
 double davar_divide_by_integers(double dividend, double divisor);
-double davar_multiply_by_integers(double a, double b);
 
-/* a is 0 or normal, b and the product are normal: without the compiler's product for all else. */
+/* A product, rounded: a is 0 or normal, b and the product are normal. */
 double davar_scale_by_integers(double a, double b);
 
 /* The root of a quotient; both rounded. The dividend is 0 or normal, the divisor and the quotient are normal. */
@@ -80,16 +79,6 @@ static inline double davar_scale(double a, double b)
 {
 #ifdef DAVAR_SOFT_DOUBLE
     return davar_scale_by_integers(a, b);
-#else
-    return a * b;
-#endif
-}
-
-/* The compiler's library for Thumb-2 is fast. */
-static inline double davar_multiply(double a, double b)
-{
-#if defined(DAVAR_SOFT_DOUBLE) && !defined(__thumb2__)
-    return davar_multiply_by_integers(a, b);
 #else
     return a * b;
 #endif
