@@ -131,7 +131,7 @@ static void test_the_longest_clusters(void)
 {
     enum { M = 20000 };
     static const uint32_t longest[] = {M};
-    static uint64_t room[(4 * (2 * M + 64)) / 8 + 200];
+    static uint64_t room[(4 * (4 * M + 64)) / 8 + 200];
     config = small_config(longest, 1U);
     config.mode = DAVAR_MODE_TRAILING;
     config.policy = DAVAR_POLICY_FIXED;

@@ -13,7 +13,7 @@
 
 static random_t source;
 static int16_t history[HISTORY]; /* all samples, oldest first */
-static int16_t ring_memory[RING];
+static int16_t ring_memory[2U * RING];
 static tau_t tau[TAUS];
 static uint32_t sizes[TAUS];
 static stages_t stages;
@@ -85,6 +85,8 @@ static void choose_window(uint32_t span)
     const uint32_t reach = lag + ((length > span) ? length : span);
     stages.ring.sample = ring_memory;
     stages.ring.capacity = reach + 1U + below(RING - reach);
+    stages.ring.reach = span;
+    stages.ring.repeated = span;
     for (uint32_t i = 0U; i < HISTORY; i++) {
         history[i] = any_sample(extreme);
     }
@@ -107,7 +109,7 @@ static void slide_one(uint32_t received)
     const uint32_t head = ring_before(&stages.ring, stages.ring.next, lag);
     const uint32_t tail = ring_before(&stages.ring, stages.ring.next, lag + length);
     ring_put(&stages.ring, history[received]);
-    slide(&stages, head, tail);
+    slide(&stages.allan, ring_leading(&stages.ring, head), ring_trailing(&stages.ring, tail));
 }
 
 static void check_taus(uint32_t received)

@@ -56,18 +56,18 @@ typedef struct davar {
 
 /* Bytes for static memory of a value at every sample (stride 1), when every span fits the shortest window
  * (2 m_max <= window_min); otherwise, and on a grid, ask davar_memory_size_*. Declare it aligned:
- *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 8, 4) / 8];
- * Per window sample 2 bytes (q15) or 4 (q31, f32), the rest does not grow with the window (DESIGN 6). */
+ *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 128, 8, 4) / 8];
+ * Per sample of the window and of the longest span 2 bytes (q15) or 4 (q31, f32) (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)136U + (4U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)240U + (4U * sizeof(void *)))
-#define DAVAR_MEMORY_Q15(window_max, taus, gaps)                                                                       \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + 1U)) +                \
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)112U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)184U + (4U * sizeof(void *)))
+#define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                                                \
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) + \
      DAVAR_ROUND8((size_t)4U * (gaps)))
-#define DAVAR_MEMORY_Q31(window_max, taus, gaps)                                                                       \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) + DAVAR_ROUND8((size_t)4U * ((window_max) + 1U)) +                \
+#define DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)                                                                \
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) + DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) + \
      DAVAR_ROUND8((size_t)4U * (gaps)))
-#define DAVAR_MEMORY_F32(window_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, taus, gaps)
+#define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
 
 #ifdef __cplusplus
 }

@@ -1,16 +1,15 @@
-/* davar - stage [3a]: exact power sums, kept by three cursors: the sum over any stretch is the difference of two.
+/* davar - stage [3a]: exact power sums of the window and of its first part, kept beside both edges (3.3).
  *
- *      tail                     middle     head
- *        |x x x x x x x x x x x x x|x x x x x|          each cursor: sums of all samples in front of it, modulo
+ *        |x x x x x x x x x x x x x|x x x x x|
  *        |<------ first part ----->|<segment>|
+ *        |<------------- whole ------------->|
  */
 #ifndef DAVAR_SRC_MOMENTS_H
 #define DAVAR_SRC_MOMENTS_H
 
 typedef struct {
-    powers_t head; /* on a grid the only one: the others are recorded where they will be needed */
-    powers_t middle;
-    powers_t tail;
+    powers_t whole; /* on a grid: of all samples, modulo, recorded where an edge can be */
+    powers_t first; /* sliding only */
 } moments_t;
 
 #endif

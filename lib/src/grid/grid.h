@@ -58,11 +58,6 @@ DAVAR_APART static void grid_run_two(const group_t *group, uint32_t from, uint32
     tau[1].sum = wider_sum;
 }
 
-static uint32_t larger(uint32_t a, uint32_t b)
-{
-    return (a > b) ? a : b;
-}
-
 static void grid_record_sum(track_t *track, const allan_t *allan, uint32_t t, uint32_t slot)
 {
     sum_copy(&track->sums[(slot * allan->count) + t], &allan->tau[t].sum);
@@ -94,7 +89,7 @@ DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *sta
     const allan_t *const allan = &stages->allan;
     static const powers_t no_powers = {0};
     static const sum_t no_sum = {0};
-    powers_between(&track->powers[track->mirrored_slot], &no_powers, &stages->moments.head);
+    powers_between(&track->powers[track->mirrored_slot], &no_powers, &stages->moments.whole);
     for (uint32_t t = 0U; (track->sum_due != NULL) && (t < allan->count); t++) {
         if (received > allan->m[t]) {
             track->sums[(track->mirrored_slot * allan->count) + t] = sum_between(no_sum, allan->tau[t].sum);
@@ -107,7 +102,7 @@ DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *sta
 
 static void track_record_powers(track_t *track, const stages_t *stages, uint32_t stride)
 {
-    powers_copy(&track->powers[track->slot], &stages->moments.head);
+    powers_copy(&track->powers[track->slot], &stages->moments.whole);
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
         grid_record_all_sums(track, &stages->allan, track->slot);
     }
@@ -215,9 +210,8 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
 
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
-/* `count` samples, the first at `position`, none of whose taps comes to the end of the ring: from record to record. */
-DAVAR_APART static void grid_run_straight(stages_t *stages, group_t *group, uint32_t position, uint32_t count,
-                                          uint32_t stride)
+/* `count` samples, the first at `position`: from record to record. */
+DAVAR_APART static void grid_run_group(stages_t *stages, group_t *group, uint32_t position, uint32_t count, uint32_t stride)
 {
     for (uint32_t done = 0U; done != count;) {
         const uint32_t n = smaller(count - done, smaller(group->wait[0], group->wait[1]));
@@ -238,60 +232,38 @@ DAVAR_APART static void grid_run_straight(stages_t *stages, group_t *group, uint
     }
 }
 
-/* From one end of the ring to the next. */
-static inline void grid_run_group(stages_t *stages, const davar_t *davar, group_t *group, uint32_t index,
-                                  uint32_t count)
-{
-    const ring_t *const ring = &stages->ring;
-    const uint32_t m = stages->allan.m[group->t];
-    uint32_t position = davar->window.received;
-    const uint32_t end = position + count;
-    while (position != end) {
-        const uint32_t middle = ring_before(ring, index, m);
-        const uint32_t oldest = ring_before(ring, middle, m);
-        const uint32_t eldest = group->two ? ring_before(ring, oldest, 2U * m) : oldest;
-        const uint32_t last = larger(larger(index, middle), larger(oldest, eldest));
-        const uint32_t n = smaller(end - position, ring_stretch(ring, last));
-        group->newest = &ring->sample[index];
-        group->middle = &ring->sample[middle];
-        group->oldest = &ring->sample[oldest];
-        group->eldest = &ring->sample[eldest];
-        grid_run_straight(stages, group, position, n, davar->config->stride);
-        index = ring_behind(ring, index, n);
-        position += n;
-    }
-}
-
 /* Cluster size after cluster size, two at a time where they share taps. */
-static void grid_run_taus(stages_t *stages, const davar_t *davar, uint32_t index, uint32_t count)
+static void grid_run_taus(stages_t *stages, const davar_t *davar, const sample_t *head, uint32_t count)
 {
     const allan_t *const allan = &stages->allan;
     const uint32_t received = davar->window.received;
     uint32_t wait = UINT32_MAX;
     group_t group;
+    group.newest = head;
     for (uint32_t t = 0U; t < allan->count; t += group.two ? 2U : 1U) {
+        const size_t m = allan->m[t];
         const bool another = DAVAR_MANY_REGISTERS && ((t + 1U) < allan->count);
         group.tau = &allan->tau[t];
+        group.middle = head - m;
+        group.oldest = group.middle - m;
         group.t = t;
-        group.two = another && (allan->m[t + 1U] == (2U * allan->m[t]));
+        group.two = another && (allan->m[t + 1U] == (2U * m));
+        group.eldest = group.two ? (group.oldest - (2U * m)) : group.oldest;
         group.wait[0] = tracks_sum_wait(stages->grid, t, received);
         group.wait[1] = group.two ? tracks_sum_wait(stages->grid, t + 1U, received) : UINT32_MAX;
-        grid_run_group(stages, davar, &group, index, count);
+        grid_run_group(stages, &group, received, count, davar->config->stride);
         wait = smaller(wait, smaller(group.wait[0], group.wait[1]));
     }
     stages->grid->sum_next = received + count + wait;
 }
 
-static void grid_run_moments(stages_t *stages, uint32_t index, uint32_t count)
+static void grid_run_moments(stages_t *stages, const sample_t *head, uint32_t count)
 {
-    const ring_t *const ring = &stages->ring;
     if (count == 1U) {
-        powers_add(&stages->moments.head, ring->sample[index]);
-        return;
+        powers_add(&stages->moments.whole, *head);
+    } else {
+        powers_add_run(&stages->moments.whole, head, count);
     }
-    const uint32_t straight = smaller(count, ring_stretch(ring, index));
-    powers_add_run(&stages->moments.head, &ring->sample[index], straight);
-    powers_add_run(&stages->moments.head, ring->sample, count - straight);
 }
 
 /* Running sums are recorded where an edge can be. */
@@ -303,28 +275,27 @@ static void grid_receive(stages_t *stages, davar_t *davar, uint32_t count)
     }
 }
 
-/* Samples that may come at once: up to the next record of the powers, and as many as the ring has beside the spans. */
+/* Samples that may come at once: up to the next record of the powers, and as many as the ring has room for. */
 static uint32_t grid_block(const stages_t *stages, const davar_window_t *window, uint32_t most)
 {
-    const uint32_t room = stages->ring.capacity - allan_span_max(&stages->allan);
-    return smaller(most, smaller(room, stages->grid->next - window->received));
+    return smaller(most, smaller(GRID_BLOCK, stages->grid->next - window->received));
 }
 
 /* No gap near, no span in front of the start. */
 static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
 {
-    const uint32_t index = ring_index(&stages->ring, count);
+    const sample_t *const head = ring_leading(&stages->ring, ring_index(&stages->ring, count));
     const uint32_t received = davar->window.received + count;
     if (count > 1U) {
-        grid_run_taus(stages, davar, index, count);
+        grid_run_taus(stages, davar, head, count);
     } else {
-        allan_lead(&stages->allan, allan_leading(&stages->ring, index));
+        allan_lead(&stages->allan, head);
         if (stages->grid->sum_next == received) {
             grid_record_sums(stages, received, davar->config->stride);
         }
     }
     if (has_moments(davar->config)) {
-        grid_run_moments(stages, index, count);
+        grid_run_moments(stages, head, count);
     }
     grid_receive(stages, davar, count);
 }
@@ -334,18 +305,19 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
 {
     allan_t *const allan = &stages->allan;
     const uint32_t index = ring_index(&stages->ring, 1U);
+    const sample_t *const head = ring_leading(&stages->ring, index);
     const uint32_t position = davar->window.received;
     allan_extend_run(allan, &davar->gaps, &davar->window, position);
     for (uint32_t t = 0U; t < allan->count; t++) {
         tau_t *const tau = &allan->tau[t];
-        tau->head += allan_any_step(allan, &stages->ring, index, position, allan->m[t]);
+        tau->head += allan_any_step(allan, head, position, allan->m[t]);
         if (allan->run >= (2U * allan->m[t])) {
             sum_add_square(&tau->sum, tau->head);
         }
     }
     grid_record_sums(stages, position + 1U, davar->config->stride);
     if (has_moments(davar->config)) {
-        grid_run_moments(stages, index, 1U);
+        powers_add(&stages->moments.whole, *head);
     }
     allan_end_start(allan, position + 1U);
     grid_receive(stages, davar, 1U);

@@ -8,18 +8,32 @@
 #include "grid/grid_window.h"
 #include "number/real.h"
 
-static void window_powers(powers_t *powers, const stages_t *stages, bool first_part)
+/* Power sums from the window's trailing edge to a record: in `room`. */
+static const powers_t *powers_to(powers_t *room, const powers_t *later, const powers_t *earlier)
 {
     static const powers_t no_powers = {0};
-    const powers_t *later = first_part ? &stages->moments.middle : &stages->moments.head;
-    const powers_t *earlier = &stages->moments.tail;
-    if (on_grid(stages)) {
-        const records_t *const records = &stages->grid->records;
-        later = first_part ? records->middle_powers : records->head_powers;
-        earlier = records->tail_powers;
-    }
     davar_read_apart();
-    powers_between(powers, later, (earlier == NULL) ? &no_powers : earlier);
+    powers_between(room, later, (earlier == NULL) ? &no_powers : earlier);
+    return room;
+}
+
+static const powers_t *window_whole(powers_t *room, const stages_t *stages)
+{
+    if (!on_grid(stages)) {
+        return &stages->moments.whole;
+    }
+    const records_t *const records = &stages->grid->records;
+    return powers_to(room, records->head_powers, records->tail_powers);
+}
+
+/* ... without its newest segment. */
+static const powers_t *window_first(powers_t *room, const stages_t *stages)
+{
+    if (!on_grid(stages)) {
+        return &stages->moments.first;
+    }
+    const records_t *const records = &stages->grid->records;
+    return powers_to(room, records->middle_powers, records->tail_powers);
 }
 
 /* --- a result --------------------------------------------------------------------------------------------------- */
@@ -88,8 +102,8 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     read_sums(davar->stages, readings);
     readings->unstable = davar->unstable;
     if (has_moments(davar->config)) {
-        window_powers(&readings->whole, davar->stages, false);
-        window_powers(&readings->first, davar->stages, true);
+        powers_copy(&readings->whole, window_whole(&readings->whole, davar->stages));
+        powers_copy(&readings->first, window_first(&readings->first, davar->stages));
     }
 }
 

@@ -38,11 +38,9 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     if (is_adaptive(config) && (window->length >= config->window_min)) {
         davar_central_t whole;
         davar_central_t first;
-        powers_t powers;
-        window_powers(&powers, stages, false);
-        powers_central(&powers, window->length, &whole);
-        window_powers(&powers, stages, true);
-        powers_central(&powers, window->length - config->segment, &first);
+        powers_t room;
+        powers_central(window_whole(&room, stages), window->length, &whole);
+        powers_central(window_first(&room, stages), window->length - config->segment, &first);
         unstable = davar_stationarity_unstable(config, &whole, &first);
     }
     davar->unstable = unstable;
@@ -126,21 +124,15 @@ static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sampl
     davar_produce(davar);
 }
 
-/* Into the ring, from stretch to stretch of its memory. */
 static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples, uint32_t count)
 {
-    ring_t *const ring = &stages->ring;
     const sample_t highest = stages->highest; /* not asked again for every sample that is written */
-    const sample_t *const end = samples + count;
-    while (samples != end) {
-        sample_t *to = &ring->sample[ring->next];
-        const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring, ring->next));
-        DAVAR_UNROLLED
-        for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
-            *to = limited(highest, davar, *samples);
-        }
-        ring->next = ring_behind(ring, ring->next, n);
+    sample_t *to = &stages->ring.sample[stages->ring.next];
+    DAVAR_UNROLLED
+    for (const sample_t *const end = samples + count; samples != end; samples++, to++) {
+        *to = limited(highest, davar, *samples);
     }
+    ring_take_in(&stages->ring, count);
 }
 
 /* Up to `count` samples, as many as can go together; returns how many. */

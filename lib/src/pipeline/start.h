@@ -8,6 +8,12 @@
 
 /* --- memory ------------------------------------------------------------------------------------------------------ */
 
+/* Samples that go in at once. */
+static uint32_t ring_block(const davar_config_t *config)
+{
+    return has_grid(config) ? GRID_BLOCK : 1U;
+}
+
 /* A shrunk centred window lags behind the newest sample, and its longest span may reach further back than itself. */
 static uint32_t ring_capacity(const davar_config_t *config)
 {
@@ -15,8 +21,7 @@ static uint32_t ring_capacity(const davar_config_t *config)
     const bool whole_window = (config->stride == 1U) || config->mirrored_end;
     const uint32_t lag = (config->stride == 1U) ? head_reach(config) : 0U;
     const uint32_t span = lag + span_max;
-    const uint32_t block = (config->stride == 1U) ? 1U : GRID_BLOCK;
-    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + block;
+    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + ring_block(config);
 }
 
 DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
@@ -25,7 +30,10 @@ DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_con
     (void)davar_arena_take(&arena, 1U, sizeof(stages_t));
     stages->allan.tau = davar_arena_take(&arena, config->tau_count, sizeof(tau_t));
     stages->ring.capacity = ring_capacity(config);
-    stages->ring.sample = davar_arena_take(&arena, stages->ring.capacity, sizeof(sample_t));
+    stages->ring.reach = 2U * config->taus[config->tau_count - 1U];
+    stages->ring.repeated = stages->ring.reach + ring_block(config) - 1U;
+    stages->ring.sample =
+        davar_arena_take(&arena, (size_t)stages->ring.capacity + stages->ring.repeated, sizeof(sample_t));
     davar->gaps.position = davar_arena_take(&arena, config->gaps_max, sizeof(uint32_t));
     davar->gaps.capacity = config->gaps_max;
     stages->allan.m = config->taus;

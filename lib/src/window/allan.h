@@ -47,47 +47,20 @@ static inline uint32_t allan_span_max(const allan_t *allan)
     return 2U * allan->m[allan->count - 1U];
 }
 
-/* An edge on its way over one sample: D changes by at[0] - 2 at[m] + at[2 m], with the signs of the lags the edge's. */
-typedef struct {
-    const sample_t *at;
-    uint32_t reach; /* longest lag before the end of the ring */
-    uint32_t turn;  /* capacity of the ring */
-} edge_t;
-
-static inline edge_t allan_leading(const ring_t *ring, uint32_t index)
+/* An edge on its way over one sample changes D (2.1). */
+static inline difference_t allan_lead_step(const sample_t *head, size_t m)
 {
-    const edge_t edge = {&ring->sample[index], index, ring->capacity};
-    return edge;
+    const sample_t *const oldest = head - (2U * m);
+    return *head - (2 * (difference_t)oldest[m]) + *oldest;
 }
 
-static inline edge_t allan_trailing(const ring_t *ring, uint32_t index)
+static inline difference_t allan_trail_step(const sample_t *tail, size_t m)
 {
-    const edge_t edge = {&ring->sample[index], ring->capacity - 1U - index, ring->capacity};
-    return edge;
-}
-
-static inline sample_t tap_before(edge_t edge, uint32_t lag)
-{
-    return *(edge.at + ((lag <= edge.reach) ? 0U : edge.turn) - lag);
-}
-
-static inline sample_t tap_behind(edge_t edge, uint32_t lag)
-{
-    return *(edge.at + lag - ((lag <= edge.reach) ? 0U : edge.turn));
-}
-
-static inline difference_t allan_lead_step(edge_t head, uint32_t m)
-{
-    return *head.at - (2 * (difference_t)tap_before(head, m)) + tap_before(head, 2U * m);
-}
-
-static inline difference_t allan_trail_step(edge_t tail, uint32_t m)
-{
-    return tap_behind(tail, 2U * m) - (2 * (difference_t)tap_behind(tail, m)) + *tail.at;
+    return tail[2U * m] - (2 * (difference_t)tail[m]) + *tail;
 }
 
 /* The leading edge alone moves: no gap near it. */
-static inline void allan_lead(allan_t *allan, edge_t head)
+static inline void allan_lead(allan_t *allan, const sample_t *head)
 {
     for (uint32_t t = 0U; t < allan->count; t++) {
         allan->tau[t].head += allan_lead_step(head, allan->m[t]);
@@ -96,7 +69,7 @@ static inline void allan_lead(allan_t *allan, edge_t head)
 }
 
 /* The trailing edge alone moves, likewise; the window stays as long as the longest span. */
-static inline void allan_trail(allan_t *allan, edge_t tail)
+static inline void allan_trail(allan_t *allan, const sample_t *tail)
 {
     for (uint32_t t = 0U; t < allan->count; t++) {
         sum_subtract_square(&allan->tau[t].sum, allan->tau[t].tail);
@@ -106,30 +79,28 @@ static inline void allan_trail(allan_t *allan, edge_t tail)
 
 /* What one sample at `position` adds to D near the start, where a span reaches in front of the first sample: into its
  * mirror image (centred) or into nothing (trailing). By symmetry D is 0 until m samples are there (2.6). */
-static difference_t allan_start_step(const ring_t *ring, uint32_t index, uint32_t position, uint32_t m, bool mirrored)
+static difference_t allan_start_step(const sample_t *head, uint32_t position, uint32_t m, bool mirrored)
 {
-    const sample_t *const x = ring->sample;
     if (mirrored && (position < m)) {
         return 0;
     }
-    difference_t step = x[index];
+    difference_t step = *head;
     if (position >= m) {
-        step -= 2 * (difference_t)x[ring_before(ring, index, m)];
+        step -= 2 * (difference_t)*(head - m);
     }
     if (position >= (2U * m)) {
-        step += x[ring_before(ring, index, 2U * m)];
+        step += *(head - (2U * m));
     } else if (mirrored) {
-        step += x[ring_before(ring, index, (2U * position) - (2U * m) + 1U)];
+        step += *(head - ((2U * (position - m)) + 1U));
     }
     return step;
 }
 
 /* ... by a sample anywhere. */
-static difference_t allan_any_step(const allan_t *allan, const ring_t *ring, uint32_t index, uint32_t position,
-                                   uint32_t m)
+static difference_t allan_any_step(const allan_t *allan, const sample_t *head, uint32_t position, uint32_t m)
 {
-    return allan->starting ? allan_start_step(ring, index, position, m, DAVAR_CENTRED && allan->mirrored)
-                           : allan_lead_step(allan_leading(ring, index), m);
+    return allan->starting ? allan_start_step(head, position, m, DAVAR_CENTRED && allan->mirrored)
+                           : allan_lead_step(head, m);
 }
 
 /* The run of samples without a gap takes in the sample at `position`. */

@@ -132,6 +132,20 @@ static inline void powers_add(powers_t *powers, sample_t sample)
     powers->fourth_high += (powers->fourth_low < fourth) ? 1U : 0U;
 }
 
+/* One sample in, one out: differences of squares as products, and no fourth power by itself. */
+static inline void powers_slide(powers_t *powers, sample_t in, sample_t out)
+{
+    const int32_t square_in = (int32_t)in * in;
+    const int32_t square_out = (int32_t)out * out;
+    const int32_t squares = square_in - square_out;
+    const int64_t fourths = (int64_t)davar_multiply_i32(squares, square_in + square_out);
+    powers->first += (uint32_t)((int32_t)in - out);
+    powers->second += (uint64_t)(int64_t)squares;
+    powers->third += davar_multiply_by_i16(square_in, in) - davar_multiply_by_i16(square_out, out);
+    powers->fourth_low += (uint64_t)fourths;
+    powers->fourth_high += ((powers->fourth_low < (uint64_t)fourths) ? 1U : 0U) - ((fourths < 0) ? 1U : 0U);
+}
+
 static inline void powers_add_fourth(powers_t *powers, uint64_t fourth)
 {
     powers->fourth_low += fourth;

@@ -111,6 +111,14 @@ static inline void powers_between(powers_t *between, const powers_t *later, cons
     between->fourth_high = later->fourth_high - earlier->fourth_high - borrow;
 }
 
+static inline void powers_slide(powers_t *powers, sample_t in, sample_t out)
+{
+    powers_t before = {0};
+    powers_add(&before, out);
+    powers_add(powers, in);
+    powers_between(powers, powers, &before);
+}
+
 /* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */
 static void powers_central(const powers_t *powers, uint32_t n, davar_central_t *central)
 {

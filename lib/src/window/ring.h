@@ -1,33 +1,29 @@
-/* davar - stage [1]: samples in caller memory, looked back at by age.
+/* davar - stage [1]: samples in caller memory, looked back at by age. The first `repeated` of them stand behind the last once
+ * more, so that whatever is near an edge follows it in memory, in both directions (2.10).
  *
- *      oldest ............. newest
- *   [  3  4  5 | 6  7  .  .  1  2  ]      next = index of the slot that the next sample takes
+ *      oldest ............. newest   repeated
+ *   [  3  4  5 | 6  7  .  .  1  2  ][  3  4  5 ]      next = index of the slot that the next sample takes
  *              ^ next
  */
 #ifndef DAVAR_SRC_RING_H
 #define DAVAR_SRC_RING_H
 
 typedef struct {
-    sample_t *sample;
+    sample_t *sample; /* capacity + repeated of them */
     uint32_t capacity;
     uint32_t next;
+    uint32_t reach;    /* how far back from an edge anything looks: the longest span */
+    uint32_t repeated; /* at least the reach, and at most the capacity */
 } ring_t;
+
+static inline uint32_t smaller(uint32_t a, uint32_t b)
+{
+    return (a < b) ? a : b;
+}
 
 static inline uint32_t ring_before(const ring_t *ring, uint32_t index, uint32_t lag)
 {
     return (index >= lag) ? (index - lag) : (index + ring->capacity - lag);
-}
-
-static inline uint32_t ring_behind(const ring_t *ring, uint32_t index, uint32_t lag)
-{
-    const uint32_t ahead = index + lag;
-    return (ahead >= ring->capacity) ? (ahead - ring->capacity) : ahead;
-}
-
-static inline void ring_put(ring_t *ring, sample_t sample)
-{
-    ring->sample[ring->next] = sample;
-    ring->next = ring_behind(ring, ring->next, 1U);
 }
 
 /* Index of the sample that is `age` samples old; 1 is the newest, capacity the oldest. */
@@ -36,15 +32,48 @@ static inline uint32_t ring_index(const ring_t *ring, uint32_t age)
     return ring_before(ring, ring->next, age);
 }
 
-static inline uint32_t smaller(uint32_t a, uint32_t b)
+static inline void ring_set(ring_t *ring, uint32_t index, sample_t sample)
 {
-    return (a < b) ? a : b;
+    ring->sample[index] = sample;
+    if (index < ring->repeated) {
+        ring->sample[ring->capacity + index] = sample;
+    }
 }
 
-/* Samples that follow one another in memory from `index` on. */
-static inline uint32_t ring_stretch(const ring_t *ring, uint32_t index)
+static inline void ring_put(ring_t *ring, sample_t sample)
 {
-    return ring->capacity - index;
+    ring_set(ring, ring->next, sample);
+    ring->next = ((ring->next + 1U) == ring->capacity) ? 0U : (ring->next + 1U);
+}
+
+static inline void ring_copy(sample_t *to, const sample_t *from, const sample_t *end)
+{
+    for (; from < end; from++, to++) {
+        *to = *from;
+    }
+}
+
+/* `count` samples, not more than are repeated, have been written from `next` on, past the end perhaps. */
+static void ring_take_in(ring_t *ring, uint32_t count)
+{
+    sample_t *const first = ring->sample;
+    sample_t *const behind = first + ring->capacity;
+    const uint32_t end = ring->next + count;
+    ring_copy(behind + ring->next, first + ring->next, first + smaller(end, ring->repeated));
+    ring_copy(first, behind, first + end);
+    ring->next = (end >= ring->capacity) ? (end - ring->capacity) : end;
+}
+
+/* The sample at `index`, where as many as the reach lie in front of it in memory, at its back. */
+static inline const sample_t *ring_leading(const ring_t *ring, uint32_t index)
+{
+    return &ring->sample[index + ((index < ring->reach) ? ring->capacity : 0U)];
+}
+
+/* ... where as many as the reach follow it. */
+static inline const sample_t *ring_trailing(const ring_t *ring, uint32_t index)
+{
+    return &ring->sample[index];
 }
 
 #endif

@@ -23,37 +23,35 @@ static uint32_t sliding_tail_index(const ring_t *ring, const davar_window_t *win
 
 /* --- moments ----------------------------------------------------------------------------------------------------- */
 
-/* The sample at `index` of the ring goes behind one of the cursors. */
-static inline void sliding_add(powers_t *powers, const stages_t *stages, uint32_t index)
-{
-    powers_add(powers, stages->ring.sample[index]);
-}
-
+/* The window has grown over the sample at `index`. */
 DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
+    const ring_t *const ring = &stages->ring;
     const uint32_t segment = davar->config->segment;
     if (!has_moments(davar->config)) {
         return;
     }
-    sliding_add(&stages->moments.head, stages, index);
+    powers_add(&stages->moments.whole, ring->sample[index]);
     if (davar->window.length > segment) {
-        sliding_add(&stages->moments.middle, stages, ring_before(&stages->ring, index, segment));
+        powers_add(&stages->moments.first, ring->sample[ring_before(ring, index, segment)]);
     }
 }
 
+/* The window is about to lose the sample at `index`, and is longer than the segment. */
 DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
 {
     if (has_moments(davar->config)) {
-        sliding_add(&stages->moments.tail, stages, index);
+        powers_slide(&stages->moments.whole, 0, stages->ring.sample[index]);
+        powers_slide(&stages->moments.first, 0, stages->ring.sample[index]);
     }
 }
 
-/* Both edges, and the middle between them. */
+/* Both edges, and what separates the parts. */
 DAVAR_APART static void sliding_glide_moments(stages_t *stages, uint32_t segment, uint32_t head, uint32_t tail)
 {
-    sliding_add(&stages->moments.head, stages, head);
-    sliding_add(&stages->moments.middle, stages, ring_before(&stages->ring, head, segment));
-    sliding_add(&stages->moments.tail, stages, tail);
+    const ring_t *const ring = &stages->ring;
+    powers_slide(&stages->moments.whole, ring->sample[head], ring->sample[tail]);
+    powers_slide(&stages->moments.first, ring->sample[ring_before(ring, head, segment)], ring->sample[tail]);
 }
 
 /* --- plain steps ------------------------------------------------------------------------------------------------- */
@@ -71,7 +69,7 @@ static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t samp
     if (has_moments(davar->config)) {
         sliding_glide_moments(stages, segment, head, tail);
     }
-    slide(stages, head, tail);
+    slide(&stages->allan, ring_leading(ring, head), ring_trailing(ring, tail));
 }
 
 DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
@@ -79,7 +77,7 @@ DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     const ring_t *const ring = &stages->ring;
     const uint32_t index = sliding_head_index(ring, window);
-    allan_lead(&stages->allan, allan_leading(ring, index));
+    allan_lead(&stages->allan, ring_leading(ring, index));
     window->lag--;
     window->length++;
     sliding_lead_moments(stages, davar, index);
@@ -90,7 +88,7 @@ DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     const ring_t *const ring = &stages->ring;
     const uint32_t index = sliding_tail_index(ring, window);
-    allan_trail(&stages->allan, allan_trailing(ring, index));
+    allan_trail(&stages->allan, ring_trailing(ring, index));
     sliding_trail_moments(stages, davar, index);
     window->length--;
 }
@@ -98,8 +96,7 @@ DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
 /* --- careful steps ----------------------------------------------------------------------------------------------- */
 
 /* `twice` while the mirrored start grows on both sides at once (2.6). */
-static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index, const davar_window_t *window,
-                              bool twice)
+static void sliding_lead_taus(allan_t *allan, const sample_t *head, const davar_window_t *window, bool twice)
 {
     const uint32_t position = window_head(window) - 1U;
     const uint32_t length = window->length;
@@ -107,7 +104,7 @@ static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index
     for (uint32_t t = 0U; t < allan->count; t++) {
         tau_t *const tau = &allan->tau[t];
         const uint32_t span = 2U * allan->m[t];
-        tau->head += allan_any_step(allan, ring, index, position, allan->m[t]);
+        tau->head += allan_any_step(allan, head, position, allan->m[t]);
         if (span <= whole) {
             sum_add_square(&tau->sum, tau->head);
         }
@@ -121,7 +118,7 @@ static void sliding_lead_taus(allan_t *allan, const ring_t *ring, uint32_t index
 }
 
 /* A span that has been in the sum was in the window, and no gap in it: `whole` samples are both. */
-DAVAR_APART static void sliding_trail_taus(const allan_t *allan, edge_t tail, uint32_t whole, uint32_t length)
+DAVAR_APART static void sliding_trail_taus(const allan_t *allan, const sample_t *tail, uint32_t whole, uint32_t length)
 {
     const uint32_t *m = allan->m;
     tau_t *const end = allan->tau + allan->count;
@@ -143,7 +140,7 @@ static void sliding_lead_carefully(stages_t *stages, davar_t *davar)
     allan_extend_run(&stages->allan, &davar->gaps, window, window_head(window));
     window->lag--;
     window->length++;
-    sliding_lead_taus(&stages->allan, &stages->ring, index, window, false);
+    sliding_lead_taus(&stages->allan, ring_leading(&stages->ring, index), window, false);
     sliding_lead_moments(stages, davar, index);
     allan_end_start(&stages->allan, window_head(window));
 }
@@ -152,7 +149,7 @@ static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     const uint32_t index = sliding_tail_index(&stages->ring, window);
-    sliding_trail_taus(&stages->allan, allan_trailing(&stages->ring, index),
+    sliding_trail_taus(&stages->allan, ring_trailing(&stages->ring, index),
                        smaller(window->length, stages->allan.room), window->length);
     sliding_trail_moments(stages, davar, index);
     window->length--;
@@ -200,23 +197,22 @@ static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_
 
 /* --- the mirrored start ------------------------------------------------------------------------------------------ */
 
-/* By symmetry the sums in front of -p are the negatives of those in front of p (2.8). */
-DAVAR_RARE static void sliding_warm_moments(stages_t *stages, const davar_config_t *config, uint32_t index,
+/* The sample at `position` and its mirror image at -position - 1 come in; the first part of the full window ends `segment`
+ * samples in front of `half`. */
+DAVAR_RARE static void sliding_warm_moments(moments_t *moments, const davar_config_t *config, sample_t sample,
                                             uint32_t position)
 {
-    static const powers_t no_powers = {0};
-    moments_t *const moments = &stages->moments;
     const uint32_t half = config->window_max / 2U;
     if (!has_moments(config)) {
         return;
     }
-    sliding_add(&moments->head, stages, index);
-    powers_between(&moments->tail, &no_powers, &moments->head);
+    powers_add(&moments->whole, sample);
+    powers_add(&moments->whole, sample);
     if ((position + config->segment) < half) {
-        powers_copy(&moments->middle, &moments->head);
-    } else if ((position + half) < config->segment) {
-        powers_copy(&moments->middle, &moments->tail);
-    } else { /* the middle is nearer to the start than this */
+        powers_add(&moments->first, sample);
+    }
+    if ((position + half) >= config->segment) {
+        powers_add(&moments->first, sample);
     }
 }
 
@@ -229,12 +225,12 @@ DAVAR_RARE static void sliding_warm(stages_t *stages, davar_t *davar)
     ring_t *const ring = &stages->ring;
     const uint32_t position = window_head(window);
     const uint32_t index = ring_index(ring, 1U);
-    ring->sample[ring_before(ring, index, (2U * position) + 1U)] = ring->sample[index];
+    ring_set(ring, ring_before(ring, index, (2U * position) + 1U), ring->sample[index]);
     allan_extend_run(&stages->allan, &davar->gaps, window, position);
     window->lag--;
     window->length += 2U;
-    sliding_lead_taus(&stages->allan, ring, index, window, true);
-    sliding_warm_moments(stages, davar->config, index, position);
+    sliding_lead_taus(&stages->allan, ring_leading(ring, index), window, true);
+    sliding_warm_moments(&stages->moments, davar->config, ring->sample[index], position);
     allan_end_start(&stages->allan, window_head(window));
 }
 

@@ -21,7 +21,7 @@ typedef struct {
     uint32_t mirrored_left; /* how many of those are still to come */
 } track_t;
 
-#define GRID_BLOCK 64U /* samples that a grid takes in at once: so many more has the ring than the longest span */
+#define GRID_BLOCK 64U /* samples that a grid takes in at once */
 #define TRACKS_MAX 3U  /* residues of an edge modulo K: window_max, window_min, and 0 while a trailing window fills */
 
 /* The sums of one window, as differences of records. */
