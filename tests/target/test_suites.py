@@ -10,7 +10,7 @@ import targets
 
 BEYOND_16_KB = {"wrap", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "float", "gaps", "init", "instances", "results", "state",
                 "storage"}
-SUITES = {"arena", "arithmetic", "slide", "real", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
+SUITES = {"arena", "arithmetic", "slide", "real", "rough", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 
 def built(target, kind):

@@ -2,6 +2,7 @@
  * the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. */
 #include "change/stationarity.h"
 
+#include "change/rough.h"
 #include "number/real.h"
 
 /* Brings the top bit up; of 128 bits the top 64 are kept. */
@@ -82,49 +83,59 @@ static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 }
 
 /* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
-static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_magnitude_t *whole_squared,
-                            const davar_central_t *first)
+static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_central_t *first)
 {
     davar_magnitude_t y;
-    multiply(&y, whole_squared, &first->fourth);
+    multiply(&y, &whole->second, &whole->second);
+    multiply(&y, &y, &first->fourth);
     multiply(&ratio->under, &first->second, &first->second);
     multiply(&ratio->under, &ratio->under, &whole->fourth);
     ratio->over = distance(&ratio->under, &y);
 }
 
-/* over - bound under, its sign; all 64 bits of the mantissas are asked. */
-static int compare_exactly(const ratio_t *ratio, const davar_magnitude_t *bound)
-{
-    davar_magnitude_t product;
-    multiply(&product, bound, &ratio->under);
-    return (greater(&ratio->over, &product) ? 1 : 0) - (greater(&product, &ratio->over) ? 1 : 0);
-}
-
-/* ... which the exponents and the upper 32 bits nearly always tell: with the lower ones unknown, the product of the
- * mantissas u and b is from u b to u b + u + b in units of 2^64. */
+/* over - bound under, its sign. */
 static int compare(const ratio_t *ratio, const double *limit)
 {
     const davar_magnitude_t bound = magnitude_of_double(limit);
     if ((ratio->over.mantissa == 0U) || (bound.mantissa == 0U)) {
         return ((ratio->over.mantissa != 0U) ? 1 : 0) - ((bound.mantissa != 0U) ? 1 : 0);
     }
-    const int32_t ahead = ratio->over.exponent - ratio->under.exponent - bound.exponent - 64;
-    if ((ahead > 0) || (ahead < -1)) { /* two top bits multiply to at least 2^126 */
-        return (ahead > 0) ? 1 : -1;
-    }
-    const uint32_t u = (uint32_t)(ratio->under.mantissa >> 32U);
-    const uint32_t b = (uint32_t)(bound.mantissa >> 32U);
-    const uint64_t least = davar_multiply_u32(u, b);
-    const uint64_t over = (ahead < 0) ? (ratio->over.mantissa >> 1U) : ratio->over.mantissa;
-    if (over < least) {
-        return -1;
-    }
-    return (over > (least + u + b)) ? 1 : compare_exactly(ratio, &bound);
+    davar_magnitude_t product;
+    multiply(&product, &bound, &ratio->under);
+    return (greater(&ratio->over, &product) ? 1 : 0) - (greater(&product, &ratio->over) ? 1 : 0);
 }
 
 static bool is_outside(const ratio_t *ratio, const double *low, const double *high)
 {
     return (compare(ratio, high) > 0) || (compare(ratio, low) < 0);
+}
+
+DAVAR_RARE static bool exact_kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
+{
+    ratio_t kurtosis;
+    kurtosis_of(&kurtosis, whole);
+    return is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
+}
+
+DAVAR_RARE static bool exact_contribution_outside(const davar_config_t *config, const davar_central_t *whole,
+                                                  const davar_central_t *first)
+{
+    ratio_t contribution;
+    contribution_of(&contribution, whole, first);
+    return is_outside(&contribution, &config->contribution_low, &config->contribution_high);
+}
+
+static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
+{
+    const davar_rough_t rough = davar_rough_kurtosis(config, whole);
+    return (rough == ROUGH_UNSURE) ? exact_kurtosis_outside(config, whole) : (rough == ROUGH_OUTSIDE);
+}
+
+static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
+                                 const davar_central_t *first)
+{
+    const davar_rough_t rough = davar_rough_contribution(config, whole, first);
+    return (rough == ROUGH_UNSURE) ? exact_contribution_outside(config, whole, first) : (rough == ROUGH_OUTSIDE);
 }
 
 bool davar_stationarity_unstable(const davar_config_t *config, const davar_central_t *whole,
@@ -133,19 +144,12 @@ bool davar_stationarity_unstable(const davar_config_t *config, const davar_centr
     if (whole->second.mantissa == 0U) {
         return false;
     }
-    ratio_t kurtosis;
-    kurtosis_of(&kurtosis, whole);
-    const bool by_kurtosis = is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
+    const bool by_kurtosis = kurtosis_outside(config, whole);
     const bool is_enough = (config->policy == DAVAR_POLICY_AND) ? !by_kurtosis : by_kurtosis;
     if (is_enough || (config->policy == DAVAR_POLICY_KURTOSIS)) {
         return by_kurtosis;
     }
-    if (first->second.mantissa == 0U) {
-        return false;
-    }
-    ratio_t contribution;
-    contribution_of(&contribution, whole, &kurtosis.under, first);
-    return is_outside(&contribution, &config->contribution_low, &config->contribution_high);
+    return (first->second.mantissa != 0U) && contribution_outside(config, whole, first);
 }
 
 /* The mantissa as a double in [1, 2), cut to its 53 bits. */
@@ -181,8 +185,6 @@ double davar_stationarity_contribution(const davar_central_t *whole, const davar
         return (double)NAN;
     }
     ratio_t ratio;
-    davar_magnitude_t squared;
-    multiply(&squared, &whole->second, &whole->second);
-    contribution_of(&ratio, whole, &squared, first);
+    contribution_of(&ratio, whole, first);
     return quotient(&ratio);
 }
