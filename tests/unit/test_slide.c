@@ -106,10 +106,8 @@ static void fill_ring(uint32_t received)
 
 static void slide_one(uint32_t received)
 {
-    const uint32_t head = ring_before(&stages.ring, stages.ring.next, lag);
-    const uint32_t tail = ring_before(&stages.ring, stages.ring.next, lag + length);
     ring_put(&stages.ring, history[received]);
-    slide(&stages.allan, ring_leading(&stages.ring, head), ring_trailing(&stages.ring, tail));
+    slide(&stages.allan, ring_leading(&stages.ring, lag + 1U), ring_trailing(&stages.ring, lag + 1U + length));
 }
 
 static void check_taus(uint32_t received)

@@ -284,7 +284,7 @@ static uint32_t grid_block(const stages_t *stages, const davar_window_t *window,
 /* No gap near, no span in front of the start. */
 static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t count)
 {
-    const sample_t *const head = ring_leading(&stages->ring, ring_index(&stages->ring, count));
+    const sample_t *const head = ring_leading(&stages->ring, count);
     const uint32_t received = davar->window.received + count;
     if (count > 1U) {
         grid_run_taus(stages, davar, head, count);
@@ -304,8 +304,7 @@ static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t coun
 static void grid_advance_carefully(stages_t *stages, davar_t *davar)
 {
     allan_t *const allan = &stages->allan;
-    const uint32_t index = ring_index(&stages->ring, 1U);
-    const sample_t *const head = ring_leading(&stages->ring, index);
+    const sample_t *const head = ring_leading(&stages->ring, 1U);
     const uint32_t position = davar->window.received;
     allan_extend_run(allan, &davar->gaps, &davar->window, position);
     for (uint32_t t = 0U; t < allan->count; t++) {

@@ -62,12 +62,16 @@ DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
     return reported;
 }
 
-static steady_t steadiness(const stages_t *stages, const davar_window_t *window)
+static steady_t steadiness(const stages_t *stages, const davar_t *davar)
 {
+    const davar_window_t *const window = &davar->window;
     if (on_grid(stages)) {
         return allan_leads_freely(&stages->allan) ? STEADY_GRID : STEADY_NOT;
     }
-    return (!is_warming(&stages->allan) && sliding_glides(&stages->allan, window)) ? STEADY_SLIDING : STEADY_NOT;
+    if (is_warming(&stages->allan) || !sliding_glides(&stages->allan, window)) {
+        return STEADY_NOT;
+    }
+    return (has_moments(davar->config) || at_start(window)) ? STEADY_GLIDING : STEADY_PLAIN;
 }
 
 /* What comes after samples that did not glide: the epoch, when it is due, and how to go on. True when it is reported. */
@@ -78,7 +82,7 @@ static bool step_end(stages_t *stages, davar_t *davar)
         reported = window_complete(stages, davar);
         window_judge(stages, davar);
     }
-    stages->steady = (uint8_t)steadiness(stages, &davar->window);
+    stages->steady = (uint8_t)steadiness(stages, davar);
     return reported;
 }
 
@@ -107,13 +111,14 @@ static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample
     return (sample < 0) ? (sample_t)(-highest - 1) : highest;
 }
 
-/* One sample while the window glides: it completes an epoch, and nothing else happens. */
+/* One sample while the window glides: it completes an epoch. */
 static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sample)
 {
     davar_window_t *const window = &davar->window;
-    sliding_glide(stages, davar, limited(stages->highest, davar, sample));
+    sliding_glide(stages, davar, limited(stages->highest, davar, sample), has_moments(davar->config));
     if (at_start(window)) {
         window->at_start = (int32_t)window_tail(window) < 0;
+        stages->steady = (uint8_t)steadiness(stages, davar);
     }
     if (is_adaptive(davar->config)) {
         window_judge(stages, davar);
@@ -169,9 +174,13 @@ static size_t skip(const stages_t *stages, davar_t *davar, sample_t sample)
     return 1U;
 }
 
-/* Samples while the window does not glide. */
+/* Samples while more happens than a window that glides. */
 DAVAR_APART static size_t push_any(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
+    if ((stages->steady == STEADY_GLIDING) && (count > 0U)) {
+        push_gliding(stages, davar, samples[0]);
+        return 1U;
+    }
     size_t consumed = 0U;
     bool complete = false;
     while ((consumed < count) && !complete) {
@@ -192,10 +201,11 @@ DAVAR_APART static size_t push_any(stages_t *stages, davar_t *davar, const sampl
 static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t count)
 {
     stages_t *const stages = davar->stages;
-    if ((stages->steady != STEADY_SLIDING) || (count == 0U)) {
+    if ((stages->steady != STEADY_PLAIN) || (count == 0U)) {
         return push_any(stages, davar, samples, count);
     }
-    push_gliding(stages, davar, samples[0]);
+    sliding_glide(stages, davar, limited(stages->highest, davar, samples[0]), false);
+    davar_produce(davar);
     return 1U;
 }
 

@@ -21,15 +21,10 @@ static inline uint32_t smaller(uint32_t a, uint32_t b)
     return (a < b) ? a : b;
 }
 
-static inline uint32_t ring_before(const ring_t *ring, uint32_t index, uint32_t lag)
-{
-    return (index >= lag) ? (index - lag) : (index + ring->capacity - lag);
-}
-
 /* Index of the sample that is `age` samples old; 1 is the newest, capacity the oldest. */
 static inline uint32_t ring_index(const ring_t *ring, uint32_t age)
 {
-    return ring_before(ring, ring->next, age);
+    return ring->next + ((ring->next < age) ? ring->capacity : 0U) - age;
 }
 
 static inline void ring_set(ring_t *ring, uint32_t index, sample_t sample)
@@ -64,16 +59,16 @@ static void ring_take_in(ring_t *ring, uint32_t count)
     ring->next = (end >= ring->capacity) ? (end - ring->capacity) : end;
 }
 
-/* The sample at `index`, where as many as the reach lie in front of it in memory, at its back. */
-static inline const sample_t *ring_leading(const ring_t *ring, uint32_t index)
+/* The sample of that age, where as many as the reach lie in front of it in memory, for a leading edge. */
+static inline const sample_t *ring_leading(const ring_t *ring, uint32_t age)
 {
-    return &ring->sample[index + ((index < ring->reach) ? ring->capacity : 0U)];
+    return ring->sample + ring->next + ((ring->next < (age + ring->reach)) ? ring->capacity : 0U) - age;
 }
 
-/* ... where as many as the reach follow it. */
-static inline const sample_t *ring_trailing(const ring_t *ring, uint32_t index)
+/* ... where as many follow it, for a trailing one. */
+static inline const sample_t *ring_trailing(const ring_t *ring, uint32_t age)
 {
-    return &ring->sample[index];
+    return ring->sample + ring_index(ring, age);
 }
 
 #endif

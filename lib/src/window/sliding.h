@@ -10,86 +10,85 @@
 /* --- where the edges are in the ring ----------------------------------------------------------------------------- */
 
 /* The sample that the leading edge takes in next. */
-static uint32_t sliding_head_index(const ring_t *ring, const davar_window_t *window)
+static const sample_t *sliding_head(const stages_t *stages, const davar_window_t *window)
 {
-    return ring_index(ring, window->lag);
+    return ring_leading(&stages->ring, window->lag);
 }
 
 /* The sample that the trailing edge leaves behind next. */
-static uint32_t sliding_tail_index(const ring_t *ring, const davar_window_t *window)
+static const sample_t *sliding_tail(const stages_t *stages, const davar_window_t *window)
 {
-    return ring_index(ring, window->lag + window->length);
+    return ring_trailing(&stages->ring, window->lag + window->length);
 }
 
 /* --- moments ----------------------------------------------------------------------------------------------------- */
 
-/* The window has grown over the sample at `index`. */
-DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+/* The newest of the window's first part, which the window has grown to or glided to. */
+static inline sample_t newest_of_first(const stages_t *stages, const davar_t *davar)
 {
-    const ring_t *const ring = &stages->ring;
-    const uint32_t segment = davar->config->segment;
+    return *ring_trailing(&stages->ring, davar->window.lag + 1U + davar->config->segment);
+}
+
+/* The window has grown over the sample `head`. */
+DAVAR_RARE static void sliding_lead_moments(stages_t *stages, const davar_t *davar, sample_t head)
+{
     if (!has_moments(davar->config)) {
         return;
     }
-    powers_add(&stages->moments.whole, ring->sample[index]);
-    if (davar->window.length > segment) {
-        powers_add(&stages->moments.first, ring->sample[ring_before(ring, index, segment)]);
+    powers_add(&stages->moments.whole, head);
+    if (davar->window.length > davar->config->segment) {
+        powers_add(&stages->moments.first, newest_of_first(stages, davar));
     }
 }
 
-/* The window is about to lose the sample at `index`, and is longer than the segment. */
-DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, uint32_t index)
+/* The window loses the sample `tail`, and is longer than the segment. */
+DAVAR_APART static void sliding_trail_moments(stages_t *stages, const davar_t *davar, sample_t tail)
 {
     if (has_moments(davar->config)) {
-        powers_slide(&stages->moments.whole, 0, stages->ring.sample[index]);
-        powers_slide(&stages->moments.first, 0, stages->ring.sample[index]);
+        powers_slide(&stages->moments.whole, 0, tail);
+        powers_slide(&stages->moments.first, 0, tail);
     }
 }
 
-/* Both edges, and what separates the parts. */
-DAVAR_APART static void sliding_glide_moments(stages_t *stages, uint32_t segment, uint32_t head, uint32_t tail)
+/* Both. */
+DAVAR_APART static void sliding_glide_moments(stages_t *stages, const davar_t *davar, sample_t head, sample_t tail)
 {
-    const ring_t *const ring = &stages->ring;
-    powers_slide(&stages->moments.whole, ring->sample[head], ring->sample[tail]);
-    powers_slide(&stages->moments.first, ring->sample[ring_before(ring, head, segment)], ring->sample[tail]);
+    powers_slide(&stages->moments.whole, head, tail);
+    powers_slide(&stages->moments.first, newest_of_first(stages, davar), tail);
 }
 
 /* --- plain steps ------------------------------------------------------------------------------------------------- */
 
 /* Both edges, and a sample into the ring. What costs most comes last, when nothing else is waiting for registers. */
-static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t sample)
+static inline void sliding_glide(stages_t *stages, davar_t *davar, sample_t sample, bool with_moments)
 {
     davar_window_t *const window = &davar->window;
-    const uint32_t segment = davar->config->segment;
-    ring_t *const ring = &stages->ring;
-    const uint32_t head = ring_before(ring, ring->next, window->lag);
-    const uint32_t tail = ring_before(ring, ring->next, window->lag + window->length);
-    ring_put(ring, sample);
+    ring_put(&stages->ring, sample);
+    const sample_t *const head = ring_leading(&stages->ring, window->lag + 1U);
+    const sample_t *const tail = ring_trailing(&stages->ring, window->lag + 1U + window->length);
     window_glide(window);
-    if (has_moments(davar->config)) {
-        sliding_glide_moments(stages, segment, head, tail);
+    if (with_moments) {
+        sliding_glide_moments(stages, davar, *head, *tail);
     }
-    slide(&stages->allan, ring_leading(ring, head), ring_trailing(ring, tail));
+    slide(&stages->allan, head, tail);
 }
 
 DAVAR_APART static void sliding_lead_plainly(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const ring_t *const ring = &stages->ring;
-    const uint32_t index = sliding_head_index(ring, window);
-    allan_lead(&stages->allan, ring_leading(ring, index));
+    const sample_t *const head = sliding_head(stages, window);
+    allan_lead(&stages->allan, head);
     window->lag--;
     window->length++;
-    sliding_lead_moments(stages, davar, index);
+    sliding_lead_moments(stages, davar, *head);
 }
 
 DAVAR_APART static void sliding_trail_plainly(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const ring_t *const ring = &stages->ring;
-    const uint32_t index = sliding_tail_index(ring, window);
-    allan_trail(&stages->allan, ring_trailing(ring, index));
-    sliding_trail_moments(stages, davar, index);
+    const sample_t *const tail = sliding_tail(stages, window);
+    allan_trail(&stages->allan, tail);
+    sliding_trail_moments(stages, davar, *tail);
     window->length--;
 }
 
@@ -136,22 +135,21 @@ DAVAR_APART static void sliding_trail_taus(const allan_t *allan, const sample_t 
 static void sliding_lead_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const uint32_t index = sliding_head_index(&stages->ring, window);
+    const sample_t *const head = sliding_head(stages, window);
     allan_extend_run(&stages->allan, &davar->gaps, window, window_head(window));
     window->lag--;
     window->length++;
-    sliding_lead_taus(&stages->allan, ring_leading(&stages->ring, index), window, false);
-    sliding_lead_moments(stages, davar, index);
+    sliding_lead_taus(&stages->allan, head, window, false);
+    sliding_lead_moments(stages, davar, *head);
     allan_end_start(&stages->allan, window_head(window));
 }
 
 static void sliding_trail_carefully(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    const uint32_t index = sliding_tail_index(&stages->ring, window);
-    sliding_trail_taus(&stages->allan, ring_trailing(&stages->ring, index),
-                       smaller(window->length, stages->allan.room), window->length);
-    sliding_trail_moments(stages, davar, index);
+    const sample_t *const tail = sliding_tail(stages, window);
+    sliding_trail_taus(&stages->allan, tail, smaller(window->length, stages->allan.room), window->length);
+    sliding_trail_moments(stages, davar, *tail);
     window->length--;
     allan_shrink_room(&stages->allan, &davar->gaps, window, window_tail(window));
 }
@@ -224,13 +222,13 @@ DAVAR_RARE static void sliding_warm(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     ring_t *const ring = &stages->ring;
     const uint32_t position = window_head(window);
-    const uint32_t index = ring_index(ring, 1U);
-    ring_set(ring, ring_before(ring, index, (2U * position) + 1U), ring->sample[index]);
+    const sample_t *const head = ring_leading(ring, 1U);
+    ring_set(ring, ring_index(ring, (2U * position) + 2U), *head);
     allan_extend_run(&stages->allan, &davar->gaps, window, position);
     window->lag--;
     window->length += 2U;
-    sliding_lead_taus(&stages->allan, ring_leading(ring, index), window, true);
-    sliding_warm_moments(&stages->moments, davar->config, ring->sample[index], position);
+    sliding_lead_taus(&stages->allan, head, window, true);
+    sliding_warm_moments(&stages->moments, davar->config, *head, position);
     allan_end_start(&stages->allan, window_head(window));
 }
 

@@ -48,7 +48,8 @@ typedef struct {
 /* How the next sample may be taken in. */
 typedef enum {
     STEADY_NOT = 0, /* with care: a gap, the start, or an edge on its way is near */
-    STEADY_SLIDING, /* the window glides: both edges move by one */
+    STEADY_PLAIN,   /* the window glides, both edges by one, and nothing else happens */
+    STEADY_GLIDING, /* ... with moments, a verdict, or the start in it */
     STEADY_GRID     /* running sums run on, many samples at once */
 } steady_t;
 
