@@ -129,15 +129,24 @@ static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sampl
     davar_produce(davar);
 }
 
+/* Into the ring, from stretch to stretch of its memory. */
 static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples, uint32_t count)
 {
+    ring_t *const ring = &stages->ring;
     const sample_t highest = stages->highest; /* not asked again for every sample that is written */
-    sample_t *to = &stages->ring.sample[stages->ring.next];
-    DAVAR_UNROLLED
-    for (const sample_t *const end = samples + count; samples != end; samples++, to++) {
-        *to = limited(highest, davar, *samples);
+    const sample_t *const end = samples + count;
+    while (samples != end) {
+        const uint32_t again = ring_again(ring);
+        const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring));
+        sample_t *to = &ring->sample[ring->next];
+        DAVAR_UNROLLED
+        for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
+            const sample_t sample = limited(highest, davar, *samples);
+            *to = sample;
+            to[again] = sample;
+        }
+        ring_advance(ring, n);
     }
-    ring_take_in(&stages->ring, count);
 }
 
 /* Up to `count` samples, as many as can go together; returns how many. */

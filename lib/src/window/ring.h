@@ -27,6 +27,24 @@ static inline uint32_t ring_index(const ring_t *ring, uint32_t age)
     return ring->next + ((ring->next < age) ? ring->capacity : 0U) - age;
 }
 
+/* Samples that go in one behind the other from `next` on, and again at the place that ring_again tells. */
+static inline uint32_t ring_stretch(const ring_t *ring)
+{
+    return ((ring->next < ring->repeated) ? ring->repeated : ring->capacity) - ring->next;
+}
+
+/* How far behind its own place a sample stands once more; 0 where it does not. */
+static inline uint32_t ring_again(const ring_t *ring)
+{
+    return (ring->next < ring->repeated) ? ring->capacity : 0U;
+}
+
+static inline void ring_advance(ring_t *ring, uint32_t count)
+{
+    const uint32_t end = ring->next + count;
+    ring->next = (end == ring->capacity) ? 0U : end;
+}
+
 static inline void ring_set(ring_t *ring, uint32_t index, sample_t sample)
 {
     ring->sample[index] = sample;
@@ -38,25 +56,7 @@ static inline void ring_set(ring_t *ring, uint32_t index, sample_t sample)
 static inline void ring_put(ring_t *ring, sample_t sample)
 {
     ring_set(ring, ring->next, sample);
-    ring->next = ((ring->next + 1U) == ring->capacity) ? 0U : (ring->next + 1U);
-}
-
-static inline void ring_copy(sample_t *to, const sample_t *from, const sample_t *end)
-{
-    for (; from < end; from++, to++) {
-        *to = *from;
-    }
-}
-
-/* `count` samples, not more than are repeated, have been written from `next` on, past the end perhaps. */
-static void ring_take_in(ring_t *ring, uint32_t count)
-{
-    sample_t *const first = ring->sample;
-    sample_t *const behind = first + ring->capacity;
-    const uint32_t end = ring->next + count;
-    ring_copy(behind + ring->next, first + ring->next, first + smaller(end, ring->repeated));
-    ring_copy(first, behind, first + end);
-    ring->next = (end >= ring->capacity) ? (end - ring->capacity) : end;
+    ring_advance(ring, 1U);
 }
 
 /* The sample of that age, where as many as the reach lie in front of it in memory, for a leading edge. */
