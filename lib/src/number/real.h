@@ -25,6 +25,13 @@ double davar_root_of_quotient_by_integers(double dividend, double divisor);
 uint32_t davar_root_of_mantissa_by_integers(uint32_t m);
 uint32_t davar_reciprocal_of_mantissa(uint32_t b);
 
+/* amount / n, n not 0, cut: up to 4 too small. */
+static inline uint32_t davar_divided(uint32_t amount, uint32_t n)
+{
+    const uint32_t zeros = davar_leading_zeros_32(n);
+    return davar_upper_product(amount, davar_reciprocal_of_mantissa(n << zeros)) >> (31U - zeros);
+}
+
 static inline double davar_root(double value)
 {
 #ifdef DAVAR_SOFT_DOUBLE

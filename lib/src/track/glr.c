@@ -1,0 +1,248 @@
+/* davar - the blocks' way into the sums: shocks are held back and dropped, then the scans decide. */
+#include "track/glr.h"
+
+#include "number/real.h"
+#include "track/likelihood.h"
+#include "track/scan.h"
+
+#define ONE (UINT32_C(1) << GAIN_DIGITS)
+#define MEMORY 11U     /* 2^11 blocks */
+#define MEMORY_OF_8 8U /* sums of eight */
+#define ENOUGH 25600U  /* degrees of freedom of a mean that tells what a shock is; 8 digits */
+#define OVER_FLOOR 4U  /* times the variance of rounding: below it nothing is a shock */
+#define CALM 543U      /* 2.12 means: a block below ends a shock; 8 digits */
+
+static const davar_spread_t none = {0U, 0U, 0U};
+static const davar_glr_place_t start = {{0U, 0U, 0U}, 0U};
+
+void davar_glr_reset(davar_glr_t *state)
+{
+    for (uint32_t level = 0U; level < GLR_LEVELS; level++) {
+        for (uint32_t slot = 0U; slot < GLR_RECORDS; slot++) {
+            state->record[level][slot] = none;
+        }
+    }
+    for (uint32_t i = 0U; i < GLR_SHOCK_MAX; i++) {
+        state->waiting[i] = none;
+    }
+    state->eight = none;
+    state->now = start;
+    state->alarm = start;
+    state->cut = start;
+    davar_dispersion_start(&state->single);
+    davar_dispersion_start(&state->of_8);
+    state->pending = 0U;
+}
+
+uint32_t davar_glr_dispersion(const davar_glr_t *state)
+{
+    const uint32_t larger = (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
+    const uint32_t f = larger >> (24U - GAIN_DIGITS);
+    return (f > ONE) ? f : ONE;
+}
+
+static void learn(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+{
+    davar_dispersion_learn(&state->single, spread_logarithm(block), config->step, MEMORY);
+    spread_add(&state->eight, block);
+    if (state->eight.blocks == 8U) {
+        davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8, MEMORY_OF_8);
+        state->eight = none;
+    }
+}
+
+/* ---- places ---- */
+
+static void move_to_record(const davar_glr_t *state, davar_glr_place_t *place, uint32_t level, uint32_t at)
+{
+    place->at = at;
+    place->sum = *glr_record(state, level, at);
+}
+
+void davar_glr_recorded(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place)
+{
+    uint32_t level = 0U;
+    while ((GLR_RECORDS << level) <= age) {
+        level++;
+    }
+    const uint32_t oldest = state->now.at - age;
+    move_to_record(state, place, level, ((oldest + (UINT32_C(1) << level) - 1U) >> level) << level);
+}
+
+/* A beginning that is too old goes on to the next record of the coarsest octave. */
+static void shorten(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *place)
+{
+    if ((state->now.at - place->at) > config->longest) {
+        const uint32_t level = config->levels - 1U;
+        move_to_record(state, place, level, ((place->at >> level) + 1U) << level);
+    }
+}
+
+/* Time goes on by a block; `none` when it is dropped. */
+static void advance(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+{
+    spread_add(&state->now.sum, block);
+    state->now.at++;
+    const uint32_t at = state->now.at;
+    for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at); level++) {
+        state->record[level][(at >> level) % GLR_RECORDS] = state->now.sum;
+    }
+    shorten(state, config, &state->alarm);
+    shorten(state, config, &state->cut);
+}
+
+/* ---- shocks ---- */
+
+/* 1 + (outlier - 1) sqrt(f), 8 digits */
+static uint32_t outlier_at(const davar_glr_t *state, const davar_glr_config_t *config)
+{
+    const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
+    const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
+    const uint32_t root = davar_root_of_mantissa(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
+    return 256U + (((config->outlier - 256U) * root) >> 8U);
+}
+
+/* b > factor times the mean of the window; factor with 8 digits, below 2^14. */
+static bool is_above(const davar_spread_t *block, const davar_spread_t *window, uint32_t factor)
+{
+    const int32_t of_block = spread_exponent(block);
+    const int32_t of_window = spread_exponent(window);
+    const int32_t at = (of_block > of_window) ? of_block : of_window;
+    const uint64_t b = davar_multiply_u32(spread_bits(block, at), window->blocks) << 8U;
+    return b > davar_multiply_u32(spread_bits(window, at), factor);
+}
+
+static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+{
+    const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
+    const davar_spread_t floor = {(uint64_t)(OVER_FLOOR * window.blocks) * config->floor, 0U, 0U};
+    return (config->shock != 0U) && ((window.blocks * config->degrees) >= ENOUGH) &&
+           ((window.high != 0U) || (window.low > floor.low)) && is_above(block, &window, config->outlier) &&
+           is_above(block, &window, outlier_at(state, config));
+}
+
+static void hold(davar_glr_t *state, const davar_spread_t *block)
+{
+    state->waiting[state->pending] = *block;
+    state->pending++;
+}
+
+/* What waits takes its time; its sums only when it was no shock. */
+static void release(davar_glr_t *state, const davar_glr_config_t *config, bool is_shock, davar_glr_event_t *event)
+{
+    event->dropped = is_shock ? state->pending : 0U;
+    event->resolved += state->pending;
+    for (uint32_t i = 0U; i < state->pending; i++) {
+        advance(state, config, is_shock ? &none : &state->waiting[i]);
+    }
+    state->pending = 0U;
+}
+
+/* Does this block leave it open whether there is a shock? */
+static bool waits(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
+                  davar_glr_event_t *event)
+{
+    if (state->pending == 0U) {
+        return may_be_shock(state, config, block);
+    }
+    const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
+    const bool is_calm = !is_above(block, &window, CALM);
+    if (!is_calm && (state->pending < config->shock)) {
+        return true;
+    }
+    release(state, config, is_calm, event);
+    return false;
+}
+
+/* ---- decisions ---- */
+
+/* The stretch from `place` on begins anew at the split. */
+static void begin_at(const davar_glr_t *state, davar_glr_place_t *place, const davar_split_t *split)
+{
+    move_to_record(state, place, split->level, state->now.at - split->age);
+}
+
+static void raise_alarm(davar_glr_t *state, const davar_split_t *split, davar_glr_event_t *event)
+{
+    const davar_glr_place_t before = state->alarm;
+    begin_at(state, &state->alarm, split);
+    event->is_alarm = true;
+    event->gain = split->gain;
+    event->older = spread_between(&before.sum, &state->alarm.sum);
+    event->newer = spread_between(&state->alarm.sum, &state->now.sum);
+}
+
+static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event)
+{
+    davar_split_t split[2] = {{config->cut, 0, 0, 0U, 0U}, {config->alarm, 0, 0, 0U, 0U}};
+    const bool is_one = (state->cut.at == state->alarm.at);
+    davar_glr_scan(state, config, &state->cut, split, is_one ? 2U : 1U);
+    if (!is_one) {
+        davar_glr_scan(state, config, &state->alarm, &split[1], 1U);
+    }
+    if (split[0].age != 0U) {
+        begin_at(state, &state->cut, &split[0]);
+        event->is_cut = true;
+    }
+    if (split[1].age != 0U) {
+        raise_alarm(state, &split[1], event);
+    }
+    if ((state->now.at - state->cut.at) > (state->now.at - state->alarm.at)) {
+        state->cut = state->alarm;
+        event->is_cut = true;
+    }
+}
+
+static void clear(davar_glr_event_t *event)
+{
+    event->is_cut = false;
+    event->is_alarm = false;
+    event->older = none;
+    event->newer = none;
+    event->gain = 0;
+    event->resolved = 0U;
+    event->dropped = 0U;
+}
+
+void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
+                    davar_glr_event_t *event)
+{
+    clear(event);
+    learn(state, config, block);
+    if (waits(state, config, block, event)) {
+        hold(state, block);
+        return;
+    }
+    advance(state, config, block);
+    event->resolved++;
+    decide(state, config, event);
+}
+
+void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event)
+{
+    clear(event);
+    release(state, config, true, event);
+    advance(state, config, &none);
+    event->resolved++;
+}
+
+/* ---- a block's own sums: b = 12 (K s2 - s1^2) + K nu, 12 K nu times the variance, that of rounding once more ---- */
+
+void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
+                        davar_glr_event_t *event)
+{
+    const uint64_t spread = davar_scale_u64(squares, config->block) - davar_square_i32(sum);
+    const davar_spread_t block = {(12U * spread) + config->floor, 0U, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
+                        davar_glr_event_t *event)
+{
+    const davar_u128_t floor = {config->floor, 0U};
+    const davar_u128_t spread =
+        davar_u128_subtract(davar_u128_scale(*squares, config->block), davar_multiply_i64(sum, sum));
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor);
+    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
+    davar_glr_push(state, config, &block, event);
+}

@@ -1,0 +1,103 @@
+/* davar - when did the noise change? A scan of the likelihood ratio of one variance against two, at split points of dyadic ages,
+ * with two thresholds: a cheap one cuts the window, a strict one raises the alarm. Blocks come in, decisions go out; integers
+ * only, the same on every target.
+ *
+ *      blocks  0                                  at
+ *              |--------------|----------|xxxxxxx|..|     records of the running sum at ages of 1, 2, 3 blocks, at 2, 4, 6,
+ *                             alarm      cut   split       at 4, 8, 12, ..; each scan compares [cut, split) with [split, at)
+ */
+#ifndef DAVAR_SRC_GLR_H
+#define DAVAR_SRC_GLR_H
+
+#include "track/dispersion.h"
+#include "track/spread.h"
+
+#define GLR_LEVELS 9U     /* octaves of ages */
+#define GLR_RECORDS 4U    /* of one octave */
+#define GLR_SHOCK_MAX 3U  /* blocks that a shock may last */
+#define GLR_LONGEST 768U  /* blocks of a window: 3 * 2^8 */
+#define GLR_BLOCK_MAX 64U /* samples of a block */
+
+/* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
+typedef struct {
+    uint32_t block;     /* K, samples */
+    uint32_t degrees;   /* nu = K - 1; 8 digits */
+    uint32_t floor;     /* b of rounding alone: K nu */
+    uint32_t least;     /* blocks that each part of a split must hold */
+    uint32_t longest;   /* blocks, of a window */
+    uint32_t levels;    /* 1..GLR_LEVELS, so that 3 * 2^(levels - 1) >= longest */
+    uint32_t shock;     /* blocks that are dropped as a shock, 0..GLR_SHOCK_MAX; 0: none ever */
+    uint32_t outlier;   /* times the mean block: what may begin a shock, 8 digits */
+    uint32_t alarm;     /* h of the alarm, 16 digits */
+    uint32_t cut;       /* h of the window's cut, 16 digits, not above the alarm's */
+    uint32_t step;      /* 1 / mean square step of ln b (Gaussian noise), 16 digits */
+    uint32_t step_of_8; /* the same for the sums of eight blocks */
+    uint32_t bias;      /* 1 / (3 nu), 16 digits */
+} davar_glr_config_t;
+
+/* A place in the stream and the running sum there. */
+typedef struct {
+    davar_spread_t sum;
+    uint32_t at; /* blocks, modulo 2^32 */
+} davar_glr_place_t;
+
+/* No pointers: saved and restored as bytes. */
+typedef struct {
+    davar_spread_t record[GLR_LEVELS][GLR_RECORDS]; /* of the running sum at k, where 2^level divides k: [k >> level] */
+    davar_spread_t waiting[GLR_SHOCK_MAX];          /* blocks that may be a shock: not in any sum yet */
+    davar_spread_t eight;                           /* sum of up to eight blocks, for the dispersion */
+    davar_glr_place_t now;                          /* end of the accepted blocks, the dropped ones counted */
+    davar_glr_place_t alarm; /* beginnings of the stretches that are held to be of one variance */
+    davar_glr_place_t cut;   /* never older */
+    davar_dispersion_t single;
+    davar_dispersion_t of_8;
+    uint32_t pending; /* blocks that wait */
+} davar_glr_t;
+
+/* What a block brought about. */
+typedef struct {
+    bool is_cut;          /* the window begins anew at state->cut */
+    bool is_alarm;        /* the noise has changed: */
+    davar_spread_t older; /* from what */
+    davar_spread_t newer; /* to what */
+    int32_t gain;         /* G of that split, GAIN_DIGITS */
+    uint32_t resolved;    /* blocks by which state->now has moved; 0 while a shock is possible */
+    uint32_t dropped;     /* how many of them, the first ones, were a shock */
+} davar_glr_event_t;
+
+/* What a user states. */
+typedef struct {
+    double rate_hz;
+    double false_alarms_per_hour; /* above 0 */
+    double cut_interval_s;        /* between two cuts of a window that needed none */
+    uint32_t longest;             /* samples of a window, at least 8 blocks, at most GLR_LONGEST */
+    uint32_t block;               /* K: 5..GLR_BLOCK_MAX samples; 10 or 25 were measured */
+    uint32_t shock;               /* blocks, 0..GLR_SHOCK_MAX; 0: shocks are changes as any other */
+} davar_glr_wish_t;
+
+/* Thresholds and constants for these rates; every rate is a positive finite number. */
+void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
+
+void davar_glr_reset(davar_glr_t *state);
+
+/* The next block of K samples: their sum, and the sum of their squares. O(levels) and one more; at most 17 splits for each of the two
+ * thresholds. */
+void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
+                        davar_glr_event_t *event);
+void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
+                        davar_glr_event_t *event);
+
+/* The same with b itself, which is not 0. */
+void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
+                    davar_glr_event_t *event);
+
+/* A block with a gap in it: it takes its time and belongs to no sum. What waited is dropped with it. */
+void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
+
+/* f, at least 1: by how much the thresholds are widened. GAIN_DIGITS. */
+uint32_t davar_glr_dispersion(const davar_glr_t *state);
+
+/* The oldest place that is recorded and not older than `age` blocks, not 0. */
+void davar_glr_recorded(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place);
+
+#endif

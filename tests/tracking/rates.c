@@ -1,0 +1,200 @@
+/* davar tests - how often the detector of change alarms when nothing has changed, and how late when something has: white and
+ * other noise of known kind through lib/src/track, fixed seeds.
+ *
+ *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK]     NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts
+ *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK]     the noise's sigma is RATIO times as large after two minutes
+ */
+#include "track/glr.h"
+
+#include "random.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RATE_HZ 100U
+#define SIGMA 20.0
+#define QUIET 12000U     /* samples before a step */
+#define PATIENCE 100000U /* samples after it */
+
+typedef struct {
+    random_t random;
+    double spare; /* Box-Muller's second number, NaN when it was used */
+    double state; /* AR(1) */
+} source_t;
+
+typedef double (*noise_t)(source_t *source);
+
+typedef struct {
+    davar_glr_t state;
+    davar_glr_config_t config;
+    davar_glr_event_t event;
+    int32_t sum;
+    uint64_t squares;
+    uint32_t count;
+} detector_t;
+
+static double gauss(source_t *source)
+{
+    if (!isnan(source->spare)) {
+        const double spare = source->spare;
+        source->spare = (double)NAN;
+        return spare;
+    }
+    const double radius = sqrt(-2.0 * log(random_uniform(&source->random)));
+    const double angle = 6.283185307179586 * random_uniform(&source->random);
+    source->spare = radius * sin(angle);
+    return radius * cos(angle);
+}
+
+static double laplace(source_t *source)
+{
+    const double u = random_uniform(&source->random) - 0.5;
+    return ((u < 0.0) ? 1.0 : -1.0) * log(1.0 - (2.0 * fabs(u))) * sqrt(0.5);
+}
+
+static double ar(source_t *source)
+{
+    source->state = (0.5 * source->state) + (sqrt(0.75) * gauss(source));
+    return source->state;
+}
+
+static double half(source_t *source)
+{
+    return gauss(source) * 0.5 / SIGMA;
+}
+
+/* Five degrees of freedom, variance 1. */
+static double student(source_t *source)
+{
+    const double z = gauss(source);
+    const double square =
+        (-2.0 * log(random_uniform(&source->random) * random_uniform(&source->random))) + pow(gauss(source), 2.0);
+    return z * sqrt(3.0 / square);
+}
+
+static const struct {
+    const char *name;
+    noise_t noise;
+} noises[] = {{"gauss", gauss}, {"laplace", laplace}, {"ar", ar}, {"half", half}, {"student", student}};
+
+static noise_t noise_of(const char *name)
+{
+    for (size_t i = 0U; i < (sizeof noises / sizeof noises[0]); i++) {
+        if (strcmp(name, noises[i].name) == 0) {
+            return noises[i].noise;
+        }
+    }
+    fprintf(stderr, "davar-track-rates: no such noise: %s\n", name);
+    exit(2);
+}
+
+static void start(detector_t *detector, double per_hour, uint32_t block)
+{
+    const davar_glr_wish_t wish = {(double)RATE_HZ, per_hour, 300.0, 6000U, block, 2U};
+    davar_glr_start(&detector->config, &wish);
+    davar_glr_reset(&detector->state);
+    detector->sum = 0;
+    detector->squares = 0U;
+    detector->count = 0U;
+}
+
+/* True at the end of a block: then there is an event. */
+static bool push(detector_t *detector, double value)
+{
+    const double rounded = floor((value * SIGMA) + 0.5);
+    const int32_t sample = (int32_t)((rounded > 32767.0) ? 32767.0 : ((rounded < -32768.0) ? -32768.0 : rounded));
+    detector->sum += sample;
+    detector->squares += (uint64_t)((int64_t)sample * sample);
+    detector->count++;
+    if (detector->count < detector->config.block) {
+        return false;
+    }
+    davar_glr_push_q15(&detector->state, &detector->config, detector->sum, detector->squares, &detector->event);
+    detector->sum = 0;
+    detector->squares = 0U;
+    detector->count = 0U;
+    return true;
+}
+
+static void alarms(const char *name, double hours, double per_hour, uint32_t block)
+{
+    static detector_t detector;
+    source_t source = {random_seeded(2026U), (double)NAN, 0.0};
+    const noise_t noise = noise_of(name);
+    unsigned long count = 0U;
+    unsigned long cuts = 0U;
+    unsigned long dropped = 0U;
+    double f = 0.0;
+    double blocks = 0.0;
+    start(&detector, per_hour, block);
+    const uint64_t samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
+    for (uint64_t i = 0U; i < samples; i++) {
+        if (push(&detector, noise(&source))) {
+            count += detector.event.is_alarm ? 1U : 0U;
+            cuts += detector.event.is_cut ? 1U : 0U;
+            dropped += detector.event.dropped;
+            f += davar_glr_dispersion(&detector.state) / 4096.0;
+            blocks += 1.0;
+        }
+    }
+    printf("| %s | %g | %u | %g | %lu | %.4f | %.2f | %.2f | %.2f |\n", name, per_hour, (unsigned)block, hours, count,
+           (double)count / hours, (double)cuts / hours, (double)dropped / hours, f / blocks);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double difference = *(const double *)a - *(const double *)b;
+    return (difference > 0.0) - (difference < 0.0);
+}
+
+/* Seconds from the step to the alarm; without one: PATIENCE. */
+static double delay_of(source_t *source, double ratio, double per_hour, uint32_t block)
+{
+    static detector_t detector;
+    start(&detector, per_hour, block);
+    const uint32_t quiet = QUIET + (uint32_t)(random_next(&source->random) % 5120U);
+    for (uint32_t i = 0U; i < quiet; i++) {
+        (void)push(&detector, gauss(source));
+    }
+    for (uint32_t i = 1U; i < PATIENCE; i++) {
+        if (push(&detector, ratio * gauss(source)) && detector.event.is_alarm) {
+            return (double)i / RATE_HZ;
+        }
+    }
+    return (double)PATIENCE / RATE_HZ;
+}
+
+static void delays(double ratio, uint32_t trials, double per_hour, uint32_t block)
+{
+    source_t source = {random_seeded(2027U), (double)NAN, 0.0};
+    double *const delay = malloc(trials * sizeof *delay);
+    if (delay == NULL) {
+        exit(1);
+    }
+    double sum = 0.0;
+    for (uint32_t i = 0U; i < trials; i++) {
+        delay[i] = delay_of(&source, ratio, per_hour, block);
+        sum += delay[i];
+    }
+    qsort(delay, trials, sizeof *delay, ascending);
+    printf("| x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", ratio, per_hour, (unsigned)block, (unsigned)trials, sum / trials,
+           delay[trials / 2U], delay[(trials * 9U) / 10U]);
+    free(delay);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 5) {
+        fputs("usage: davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK] | delay RATIO TRIALS PER_HOUR [BLOCK]\n", stderr);
+        return 2;
+    }
+    const uint32_t block = (argc > 5) ? (uint32_t)strtoul(argv[5], NULL, 10) : 10U;
+    const double per_hour = strtod(argv[4], NULL);
+    if (strcmp(argv[1], "alarms") == 0) {
+        alarms(argv[2], strtod(argv[3], NULL), per_hour, block);
+    } else {
+        delays(strtod(argv[2], NULL), (uint32_t)strtoul(argv[3], NULL, 10), per_hour, block);
+    }
+    return 0;
+}
