@@ -56,6 +56,24 @@ static cell_t show_unstable(const epoch_row_t *row, uint32_t index)
     return integer_cell(row->result->unstable ? 1U : 0U);
 }
 
+static cell_t show_alarm(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->alarm ? 1U : 0U);
+}
+
+static cell_t show_cut_age(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->cut_age_samples);
+}
+
+static cell_t show_dispersion(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->dispersion);
+}
+
 static cell_t show_gaps(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
@@ -138,6 +156,12 @@ static const field_t COMMON[] = {
     {"qn_deg", show_coefficient, DAVAR_QUANTIZATION},
 };
 
+static const field_t TRACKING[] = {
+    {"alarm", show_alarm, 0U},
+    {"cut_age_samples", show_cut_age, 0U},
+    {"dispersion", show_dispersion, 0U},
+};
+
 static const field_t DETAILS[] = {
     {"gaps_in_window", show_gaps, 0U},
     {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK},
@@ -189,6 +213,9 @@ void fields_make(fields_t *fields, const fields_setup_t *setup)
 {
     fields->count = 0;
     add_all(fields, COMMON, sizeof COMMON / sizeof COMMON[0]);
+    if (setup->tracked) {
+        add_all(fields, TRACKING, sizeof TRACKING / sizeof TRACKING[0]);
+    }
     for (uint32_t t = 0; t < setup->tau_count; t++) {
         add_tau(fields, "adev", setup->taus[t], (field_t){.show = show_adev, .index = t});
     }

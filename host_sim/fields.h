@@ -4,7 +4,7 @@
 
 #include "davar/monitor.h"
 
-#define FIELDS_MAX (21U + 6U * DAVAR_TAUS_MAX)
+#define FIELDS_MAX (24U + 6U * DAVAR_TAUS_MAX)
 #define FIELD_NAME_BYTES 48U
 
 typedef enum {
@@ -43,6 +43,7 @@ typedef struct {
     const uint32_t *taus;
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
+    bool tracked;   /* policy glr */
     bool details;   /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
 } fields_setup_t;
 

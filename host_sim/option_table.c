@@ -85,15 +85,26 @@ static bool apply_full_scale(options_t *options, const char *text, sim_error_t *
 
 static bool apply_policy(options_t *options, const char *text, sim_error_t *error)
 {
-    static const char *const WORDS[] = {"fixed", "kurtosis", "or", "and"};
+    static const char *const WORDS[] = {"fixed", "kurtosis", "or", "and", "glr"};
     size_t choice = 0;
-    const bool good = value_choice("policy", text, WORDS, 4, &choice, error);
+    const bool good = value_choice("policy", text, WORDS, 5, &choice, error);
     options->policy = (davar_policy_t)choice;
     return good;
 }
 
+static bool apply_false_alarms(options_t *options, const char *text, sim_error_t *error)
+{
+    return value_positive("false-alarms-per-hour", text, &options->false_alarms_per_hour, error);
+}
+
+static bool apply_cut_interval(options_t *options, const char *text, sim_error_t *error)
+{
+    return value_positive("cut-interval", text, &options->cut_interval_s, error);
+}
+
 static bool apply_mode(options_t *options, const char *text, sim_error_t *error)
 {
+    options->mode_given = true;
     static const char *const WORDS[] = {"centred", "trailing"};
     size_t choice = 0;
     const bool good = value_choice("mode", text, WORDS, 2, &choice, error);
@@ -135,6 +146,16 @@ static bool apply_shrink(options_t *options, const char *text, sim_error_t *erro
 static bool apply_stride(options_t *options, const char *text, sim_error_t *error)
 {
     return apply_count("stride", text, &options->stride, error);
+}
+
+static bool apply_shock_blocks(options_t *options, const char *text, sim_error_t *error)
+{
+    return apply_count("shock-blocks", text, &options->shock_blocks, error);
+}
+
+static bool apply_block(options_t *options, const char *text, sim_error_t *error)
+{
+    return apply_count("block", text, &options->block, error);
 }
 
 static bool apply_kurtosis(options_t *options, const char *text, sim_error_t *error)
@@ -272,6 +293,10 @@ const option_entry_t OPTION_TABLE[] = {
     {"bits", apply_bits},
     {"full-scale", apply_full_scale},
     {"policy", apply_policy},
+    {"false-alarms-per-hour", apply_false_alarms},
+    {"cut-interval", apply_cut_interval},
+    {"shock-blocks", apply_shock_blocks},
+    {"block", apply_block},
     {"mode", apply_mode},
     {"window-max", apply_window_max},
     {"window-min", apply_window_min},

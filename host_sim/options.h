@@ -55,6 +55,11 @@ typedef struct {
     uint32_t bits;                      /* 0: not given */
     arith_t arith;
     davar_policy_t policy;
+    double false_alarms_per_hour; /* glr; 0: not given */
+    double cut_interval_s;        /* glr; 0: not given */
+    optional_u32_t shock_blocks;  /* glr */
+    optional_u32_t block;         /* glr */
+    bool mode_given;
     davar_mode_t mode;
     optional_u32_t window_max;
     optional_u32_t window_min;

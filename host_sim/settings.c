@@ -6,6 +6,9 @@
 #include <inttypes.h>
 #include <stdio.h>
 
+#define GLR_WINDOW_MAX 6000U
+#define GLR_SHRINK 16U /* how fast a window follows a cut where the edges walk */
+
 static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
 {
     return option->given ? option->value : otherwise;
@@ -26,6 +29,28 @@ static void set_window(davar_config_t *config, const options_t *options)
     }
     config->window_min = either(&options->window_min, config->window_min);
     config->segment = either(&options->segment, config->segment);
+}
+
+/* glr: a minute, the shortest two blocks, no moments. */
+static void set_tracking(davar_config_t *config, const options_t *options)
+{
+    if (options->policy != DAVAR_POLICY_GLR) {
+        return;
+    }
+    config->block = either(&options->block, config->block);
+    config->shock_blocks = either(&options->shock_blocks, config->shock_blocks);
+    if (options->false_alarms_per_hour > 0.0) {
+        config->false_alarms_per_hour = options->false_alarms_per_hour;
+    }
+    if (options->cut_interval_s > 0.0) {
+        config->cut_interval_s = options->cut_interval_s;
+    }
+    config->mode = options->mode_given ? options->mode : DAVAR_MODE_TRAILING;
+    config->window_max = either(&options->window_max, GLR_WINDOW_MAX);
+    config->window_min = either(&options->window_min, 2U * config->block);
+    config->segment = either(&options->segment, 0U);
+    config->grow = either(&options->grow, 1U);
+    config->shrink = either(&options->shrink, GLR_SHRINK);
 }
 
 /* A trailing window cannot grow faster than the samples come. */
@@ -83,6 +108,7 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     set_window(config, options);
     set_steps(config, options);
     set_bounds(config, options);
+    set_tracking(config, options);
     set_taus(settings, options);
     /* A grid remembers the gaps of the newest window and of the next: one gap in front of each sample at most. */
     config->gaps_max = (config->window_max < (UINT16_MAX / 2U)) ? (uint16_t)(2U * config->window_max) : UINT16_MAX;
@@ -130,6 +156,7 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_STEP] = "--grow or --shrink",
         [DAVAR_ERR_SHRINK] = "--shrink",
         [DAVAR_ERR_STRIDE] = "--stride",
+        [DAVAR_ERR_TRACKING] = "--policy glr",
         [DAVAR_ERR_TAU_COUNT] = "--taus",
         [DAVAR_ERR_TAU_ORDER] = "--taus",
         [DAVAR_ERR_TAU_ZERO] = "--taus",

@@ -1,7 +1,9 @@
 /* davar - every reason to refuse a configuration, one small test each. */
 #include "config.h"
 
+#include "common/choice.h"
 #include "number/real.h"
+#include "track/glr.h"
 
 const davar_config_t davar_default_config = {
     .mode = DAVAR_MODE_CENTRED,
@@ -16,6 +18,10 @@ const davar_config_t davar_default_config = {
     .grow = 2U,
     .shrink = 2U,
     .stride = 1U,
+    .false_alarms_per_hour = 0.01,
+    .cut_interval_s = 300.0,
+    .block = 10U,
+    .shock_blocks = 2U,
     .gaps_max = 4U,
 };
 
@@ -80,7 +86,7 @@ static davar_status_t check_window(const davar_config_t *config, const davar_num
 
 static davar_status_t check_stationarity(const davar_config_t *config)
 {
-    const bool switched_off = (config->segment == 0U) && (config->policy == DAVAR_POLICY_FIXED);
+    const bool switched_off = (config->segment == 0U) && !is_judged(config);
     if ((config->segment >= config->window_min) || ((config->segment == 0U) && !switched_off)) {
         return DAVAR_ERR_SEGMENT;
     }
@@ -111,6 +117,17 @@ static davar_status_t check_motion(const davar_config_t *config)
     }
     const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
     return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
+}
+
+static davar_status_t check_tracking(const davar_config_t *config)
+{
+    if (!has_tracker(config)) {
+        return DAVAR_OK;
+    }
+    const bool rates = is_between(1e-9, config->false_alarms_per_hour, 1e9) && is_between(1e-9, config->cut_interval_s, 1e9);
+    const bool blocks = (config->block >= GLR_BLOCK_MIN) && (config->block <= GLR_BLOCK_MAX) &&
+                        (config->shock_blocks <= GLR_SHOCK_MAX) && ((config->window_max / 8U) >= config->block);
+    return (rates && blocks && !centred(config)) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
@@ -145,7 +162,8 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 static bool is_built(const davar_config_t *config)
 {
     return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_CENTRED || !centred(config)) &&
-           (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U)));
+           (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U))) &&
+           (DAVAR_TRACKING || (config->policy != DAVAR_POLICY_GLR));
 }
 
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
@@ -160,7 +178,7 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const
     if ((status == DAVAR_OK) && (config->mode != DAVAR_MODE_CENTRED) && (config->mode != DAVAR_MODE_TRAILING)) {
         status = DAVAR_ERR_MODE;
     }
-    if ((status == DAVAR_OK) && ((uint32_t)config->policy > (uint32_t)DAVAR_POLICY_AND)) {
+    if ((status == DAVAR_OK) && ((uint32_t)config->policy > (uint32_t)DAVAR_POLICY_GLR)) {
         status = DAVAR_ERR_POLICY;
     }
     if (status == DAVAR_OK) {
@@ -171,6 +189,9 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const
     }
     if (status == DAVAR_OK) {
         status = check_motion(config);
+    }
+    if (status == DAVAR_OK) {
+        status = check_tracking(config);
     }
     return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
 }

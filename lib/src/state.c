@@ -33,6 +33,7 @@ typedef struct {
     bool ready;
     bool in_gap;
     bool unstable;
+    uint32_t alarms_seen;
 } saved_t;
 
 /* CRC-32 (IEEE 802.3, reflected), four bits at a time. */
@@ -74,7 +75,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
     const davar_config_t *const config = davar->config;
     const double numbers[] = {config->rate_hz,          config->unit_per_count, config->full_scale,
                               config->kurtosis_low,     config->kurtosis_high,  config->contribution_low,
-                              config->contribution_high};
+                              config->contribution_high, config->false_alarms_per_hour, config->cut_interval_s};
     const uint32_t counts[] = {FORMAT,
                                DAVAR_VERSION_MAJOR,
                                DAVAR_VERSION_MINOR,
@@ -91,6 +92,8 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
                                config->grow,
                                config->shrink,
                                config->stride,
+                              config->block,
+                              config->shock_blocks,
                                config->tau_count,
                                config->gaps_max,
                                config->mirrored_end ? 1U : 0U,
@@ -194,6 +197,7 @@ DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *stora
     davar->ready = saved.ready;
     davar->in_gap = saved.in_gap;
     davar->unstable = saved.unstable;
+    davar->alarms_seen = saved.alarms_seen;
     if (is_wide(davar)) {
         davar_q31_resume(davar);
     } else {
@@ -242,6 +246,7 @@ DAVAR_RARE static saved_t saved_of(const davar_t *davar)
     saved.ready = davar->ready;
     saved.in_gap = davar->in_gap;
     saved.unstable = davar->unstable;
+    saved.alarms_seen = davar->alarms_seen;
     return saved;
 }
 

@@ -48,6 +48,7 @@ typedef struct davar {
     volatile uint32_t produced; /* results completed */
     volatile uint32_t seen;     /* the value of `produced` at the last take */
     bool ready;                 /* the sums are those of the newest result */
+    uint32_t alarms_seen;       /* health.alarms at the last take */
     bool unstable;              /* the verdict on it, where a policy asked for one */
     bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
     uint8_t accepts;            /* ACCEPTS_*: the one type that may be pushed; none behind davar_flush */
@@ -55,12 +56,12 @@ typedef struct davar {
 } davar_t;
 
 /* Bytes for static memory of a value at every sample (stride 1), when every span fits the shortest window
- * (2 m_max <= window_min); otherwise, and on a grid, ask davar_memory_size_*. Declare it aligned:
+ * (2 m_max <= window_min); otherwise, on a grid, and for policy glr, ask davar_memory_size_*. Declare it aligned:
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 128, 8, 4) / 8];
  * Per sample of the window and of the longest span 2 bytes (q15) or 4 (q31, f32) (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)112U + (4U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)184U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)112U + (5U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)184U + (5U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                                                \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) + \
      DAVAR_ROUND8((size_t)4U * (gaps)))

@@ -28,6 +28,11 @@
 #define DAVAR_ADAPTIVE 1
 #endif
 
+/* Policy glr: a detector of changes that cuts the window and raises alarms. Needs DAVAR_ADAPTIVE. */
+#ifndef DAVAR_TRACKING
+#define DAVAR_TRACKING DAVAR_ADAPTIVE
+#endif
+
 /* Centred windows with mirrored ends, and davar_flush. */
 #ifndef DAVAR_CENTRED
 #define DAVAR_CENTRED 1
@@ -51,6 +56,9 @@
 #endif
 #if !DAVAR_Q15 && !DAVAR_Q31
 #error "DAVAR_Q15, DAVAR_Q31: one number type must be there"
+#endif
+#if DAVAR_TRACKING && !DAVAR_ADAPTIVE
+#error "DAVAR_TRACKING needs DAVAR_ADAPTIVE"
 #endif
 #if defined(__SIZEOF_DOUBLE__) && (__SIZEOF_DOUBLE__ != 8)
 #error "davar needs a double of 64 bits (avr-gcc: -mdouble=64; RX, rl78: -m64bit-doubles)"

@@ -40,6 +40,8 @@ typedef enum {
     DAVAR_ERR_STEP,          /* grow or shrink moves an edge backwards (centred: 0 or 2) */
     DAVAR_ERR_SHRINK,        /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,        /* stride 0 or above 2^24 */
+    DAVAR_ERR_TRACKING,      /* policy glr: not trailing, block outside 5..64, shock_blocks above 3, window_max below 8
+                                blocks, a rate or an interval that is not a positive finite number */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
@@ -55,7 +57,8 @@ typedef enum {
     DAVAR_POLICY_FIXED = 0, /* window_max always */
     DAVAR_POLICY_KURTOSIS,  /* kurtosis alone ("DAVAR-K") */
     DAVAR_POLICY_OR,        /* kurtosis OR sliding contribution: A-DAVAR, the paper's */
-    DAVAR_POLICY_AND        /* kurtosis AND sliding contribution */
+    DAVAR_POLICY_AND,       /* kurtosis AND sliding contribution */
+    DAVAR_POLICY_GLR        /* a likelihood ratio: the window begins where the noise last changed (7); trailing */
 } davar_policy_t;
 
 /* Where the epoch sits in its window. DESIGN (4.2). */
@@ -82,6 +85,10 @@ typedef struct {
     uint32_t grow;            /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
     uint32_t shrink;          /* samples the window shrinks per sample when unstable; default 2 */
     uint32_t stride;          /* K: 1 = a value at every sample, K = a result every K samples (grid); default 1 */
+    double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (7.2) */
+    double cut_interval_s;    /* glr: between windows cut in vain; default 300 */
+    uint32_t block;           /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
+    uint32_t shock_blocks;    /* glr: blocks that a shock may last, which are left out as a gap, 0..3; default 2 */
     const uint32_t *taus;     /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
     uint8_t tau_count;        /* 1..DAVAR_TAUS_MAX */
     uint16_t gaps_max;        /* gaps a window can remember; one more restarts the window (counted). Default 4 */
@@ -96,6 +103,9 @@ typedef struct {
     uint32_t not_finite; /* NaN or inf in float input (left out: a gap) */
     uint32_t restarts;   /* windows thrown away because gaps_max was exceeded */
     uint32_t missed;     /* results overwritten before they were taken */
+    uint32_t cuts;       /* glr: windows cut */
+    uint32_t alarms;     /* glr: alarms raised */
+    uint32_t shocks;     /* glr: shocks left out */
 } davar_health_t;
 
 /* One cluster size of a result. */
@@ -136,6 +146,9 @@ typedef struct {
     bool unstable;           /* the policy's flag f (fixed: f1 OR f2, for information) */
     double kurtosis;         /* of the whole window; NaN when its variance is 0 (3.1) */
     double contribution;     /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
+    bool alarm;              /* glr: an alarm since the result taken before; false for every other policy */
+    uint32_t cut_age_samples; /* glr: samples since the noise changed, at most window_max; else 0 */
+    double dispersion;       /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (7.3) */
     uint8_t tau_count;
     davar_adev_t tau[DAVAR_TAUS_MAX];
     davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /* of davar_fit or davar_fit_white; absent until then */

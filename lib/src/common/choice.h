@@ -15,6 +15,18 @@ static inline bool is_adaptive(const davar_config_t *config)
     return DAVAR_ADAPTIVE && (config->policy != DAVAR_POLICY_FIXED);
 }
 
+/* The detector decides (7). */
+static inline bool has_tracker(const davar_config_t *config)
+{
+    return DAVAR_TRACKING && (config->policy == DAVAR_POLICY_GLR);
+}
+
+/* ... or the moments do (4.1). */
+static inline bool is_judged(const davar_config_t *config)
+{
+    return is_adaptive(config) && !has_tracker(config);
+}
+
 static inline bool has_moments(const davar_config_t *config)
 {
     return DAVAR_ADAPTIVE && (config->segment != 0U);

@@ -47,6 +47,10 @@ DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
         }
         return residues;
     }
+    if (has_tracker(config)) { /* windows of whole strides */
+        residues_add(&residues, 0, 0, config->stride);
+        return residues;
+    }
     residues_add(&residues, -longest, 0, config->stride);
     if (is_adaptive(config)) {
         residues_add(&residues, -shortest, 0, config->stride);

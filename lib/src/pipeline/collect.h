@@ -7,6 +7,8 @@
 #include "common/sequence.h"
 #include "grid/grid_window.h"
 #include "number/real.h"
+#include "pipeline/tracker.h"
+#include "track/likelihood.h"
 
 /* Power sums from the window's trailing edge to a record: in `room`. */
 static const powers_t *powers_to(powers_t *room, const powers_t *later, const powers_t *earlier)
@@ -90,6 +92,21 @@ static void read_sums(const stages_t *stages, readings_t *readings)
     }
 }
 
+/* What the detector says; the alarms that nobody has taken yet are one. */
+static void read_tracker(const davar_t *davar, davar_result_t *result)
+{
+    const stages_t *const stages = davar->stages;
+    result->alarm = false;
+    result->cut_age_samples = 0U;
+    result->dispersion = (double)NAN;
+    if (is_tracked(stages)) {
+        const tracker_t *const tracker = stages->tracker;
+        result->alarm = (davar->health.alarms != davar->alarms_seen);
+        result->cut_age_samples = davar->window.received - tracker->tail;
+        result->dispersion = (double)davar_glr_dispersion(&tracker->detector) / (double)(1U << GAIN_DIGITS);
+    }
+}
+
 /* Reads everything that a push changes, and computes nothing that can wait: only a stretch as long as this must come
  * without a push now and then. What a push tears may be wrong but must do no harm: what indices and loops depend on is
  * copied first. */
@@ -101,6 +118,7 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     read_window(davar->config, &gaps, &window, result);
     read_sums(davar->stages, readings);
     readings->unstable = davar->unstable;
+    read_tracker(davar, result);
     if (has_moments(davar->config)) {
         powers_copy(&readings->whole, window_whole(&readings->whole, davar->stages));
         powers_copy(&readings->first, window_first(&readings->first, davar->stages));

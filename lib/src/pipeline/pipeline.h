@@ -35,7 +35,10 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     davar_window_t *const window = &davar->window;
     const davar_config_t *const config = davar->config;
     bool unstable = false;
-    if (is_adaptive(config) && (window->length >= config->window_min)) {
+    if (is_tracked(stages)) {
+        unstable = stages->tracker->was_cut;
+        stages->tracker->was_cut = false;
+    } else if (is_judged(config) && (window->length >= config->window_min)) {
         davar_central_t whole;
         davar_central_t first;
         powers_t room;
@@ -45,7 +48,8 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     }
     davar->unstable = unstable;
     window->filling = window->filling && !unstable && (window->length < config->window_max);
-    window->next_length = davar_law_next(config, window->length, unstable, window->filling);
+    window->next_length = is_tracked(stages) ? tracker_next(stages->tracker, config, window, on_grid(stages))
+                                             : davar_law_next(config, window->length, unstable, window->filling);
 }
 
 /* The window of the epoch that is due. True when it is long enough to report. */
@@ -71,7 +75,7 @@ static steady_t steadiness(const stages_t *stages, const davar_t *davar)
     if (is_warming(&stages->allan) || !sliding_glides(&stages->allan, window)) {
         return STEADY_NOT;
     }
-    return (has_moments(davar->config) || at_start(window)) ? STEADY_GLIDING : STEADY_PLAIN;
+    return (has_moments(davar->config) || is_adaptive(davar->config) || at_start(window)) ? STEADY_GLIDING : STEADY_PLAIN;
 }
 
 /* What comes after samples that did not glide: the epoch, when it is due, and how to go on. True when it is reported. */
@@ -207,9 +211,8 @@ DAVAR_APART static size_t push_any(stages_t *stages, davar_t *davar, const sampl
 }
 
 /* Takes samples up to the one that completes a result. */
-static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t count)
+static inline size_t push_steadily(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
-    stages_t *const stages = davar->stages;
     if ((stages->steady != STEADY_PLAIN) || (count == 0U)) {
         return push_any(stages, davar, samples, count);
     }
@@ -257,7 +260,7 @@ static bool between_windows(const davar_t *davar)
     return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
 }
 
-DAVAR_RARE void NUMBER(gap)(davar_t *davar)
+DAVAR_RARE static void window_gap(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
@@ -280,6 +283,92 @@ DAVAR_RARE void NUMBER(gap)(davar_t *davar)
     if ((allan->room == DAVAR_NO_GAP) && !is_warming(allan)) {
         allan->room = davar_gaps_after(&davar->gaps, window, window_tail(window));
     }
+}
+
+/* --- policy glr: samples wait for the detector -------------------------------------------------------------------- */
+
+/* The shock that was dropped leaves a gap, and takes its time. */
+DAVAR_RARE static void pass_shock(tracker_t *tracker, davar_t *davar)
+{
+    tracker->to_shock = NO_SHOCK;
+    davar->window.origin += tracker->shock;
+    window_gap(davar);
+}
+
+/* Accepted samples go on, at most `most` of them. True: up to one that completed a result. */
+static bool pass_on(stages_t *stages, davar_t *davar, uint32_t most)
+{
+    tracker_t *const tracker = stages->tracker;
+    const uint32_t before = davar->produced;
+    for (uint32_t left = smaller(most, tracker->accepted); (left > 0U) && (davar->produced == before);) {
+        if (tracker->to_shock == 0U) {
+            pass_shock(tracker, davar);
+        }
+        const uint32_t straight = smaller(tracker->capacity - tracker->first, tracker->to_shock);
+        const sample_t *const next = &tracker->waiting[tracker->first];
+        const uint32_t n = (uint32_t)push_steadily(stages, davar, next, smaller(left, straight));
+        tracker->first = tracker_index(tracker, n);
+        tracker->count -= n;
+        tracker->accepted -= n;
+        tracker->to_shock -= (tracker->to_shock == NO_SHOCK) ? 0U : n;
+        left -= n;
+    }
+    return davar->produced != before;
+}
+
+/* One for each that comes, and two to catch up, of which the second brings the result. */
+static bool pass_in_step(stages_t *stages, davar_t *davar)
+{
+    const uint32_t before = davar->produced;
+    if (stages->tracker->accepted > stages->tracker->config.block) {
+        (void)pass_on(stages, davar, 1U);
+        davar->produced = before;
+    }
+    return pass_on(stages, davar, 1U);
+}
+
+DAVAR_APART static size_t push_tracked(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
+{
+    size_t consumed = 0U;
+    bool complete = false;
+    while ((consumed < count) && !complete) {
+        tracker_take_in(stages->tracker, davar, limited(stages->highest, davar, samples[consumed]));
+        consumed++;
+        complete = on_grid(stages) ? pass_on(stages, davar, UINT32_MAX) : pass_in_step(stages, davar);
+    }
+    return consumed;
+}
+
+/* In front of a gap: what is accepted goes on, what is not is left out, with the block that has the gap in it. */
+DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
+{
+    static const block_t empty = {0};
+    tracker_t *const tracker = stages->tracker;
+    davar_glr_event_t event;
+    while (tracker->accepted > 0U) {
+        (void)pass_on(stages, davar, UINT32_MAX);
+    }
+    davar->window.origin += tracker->count + ((tracker->to_shock == NO_SHOCK) ? 0U : tracker->shock);
+    davar_glr_skip(&tracker->detector, &tracker->config, &event);
+    tracker->block = empty;
+    tracker->filled = 0U;
+    tracker->count = 0U;
+    tracker->to_shock = NO_SHOCK;
+}
+
+static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size_t count)
+{
+    stages_t *const stages = davar->stages;
+    return is_tracked(stages) ? push_tracked(stages, davar, samples, count)
+                              : push_steadily(stages, davar, samples, count);
+}
+
+DAVAR_RARE void NUMBER(gap)(davar_t *davar)
+{
+    if (is_tracked(davar->stages)) {
+        tracker_gap(davar->stages, davar);
+    }
+    window_gap(davar);
 }
 
 /* --- the end of a record ----------------------------------------------------------------------------------------- */
@@ -337,6 +426,7 @@ static bool pipeline_collect(davar_t *davar, davar_result_t *result)
     davar->health.missed = davar_missed(davar, produced, waits);
     davar->seen = produced;
     if (waits) {
+        davar->alarms_seen += result->alarm ? 1U : 0U;
         evaluate(davar, &readings, result);
     }
     return waits;

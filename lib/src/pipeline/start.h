@@ -3,6 +3,7 @@
 #define DAVAR_SRC_START_H
 
 #include "grid/grid_setup.h"
+#include "pipeline/tracker.h"
 
 #include <string.h>
 
@@ -42,6 +43,10 @@ DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_con
         grid_t only_counted;
         stages->grid = davar_arena_take(&arena, 1U, sizeof(grid_t));
         grid_carve(&arena, (memory == NULL) ? &only_counted : stages->grid, config);
+    }
+    stages->tracker = NULL;
+    if (has_tracker(config)) {
+        stages->tracker = tracker_carve(&arena, config, memory == NULL);
     }
     return arena.used;
 }
@@ -119,6 +124,9 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     start_allan(&stages->allan, config);
     memset(&stages->moments, 0, sizeof stages->moments);
     start_window(&davar->window, config, origin, skip);
+    if (is_tracked(stages)) {
+        stages->tracker->tail = 0U;
+    }
     if (on_grid(stages)) {
         grid_start(stages->grid, config, &stages->allan);
     }
@@ -138,6 +146,9 @@ DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)
     (void)carve(davar->stages, davar, davar->config, memory);
     start_samples(davar->stages, davar->config, davar->is_float);
     start_stages(davar, 0U, 0U);
+    if (is_tracked(davar->stages)) {
+        tracker_start(((stages_t *)davar->stages)->tracker, davar->config);
+    }
     accept(davar);
 }
 

@@ -16,7 +16,8 @@
 #define GLR_RECORDS 4U    /* of one octave */
 #define GLR_SHOCK_MAX 3U  /* blocks that a shock may last */
 #define GLR_LONGEST 768U  /* blocks of a window: 3 * 2^8 */
-#define GLR_BLOCK_MAX 64U /* samples of a block */
+#define GLR_BLOCK_MIN 5U  /* samples of a block */
+#define GLR_BLOCK_MAX 64U
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {

@@ -58,9 +58,16 @@ typedef struct {
     allan_t allan;
     moments_t moments;
     grid_t *grid;     /* null: a value at every sample */
+    struct tracker *tracker; /* null: no policy glr */
     sample_t highest; /* samples at or beyond it, or its complement, are saturated */
     uint8_t steady;   /* a steady_t */
 } stages_t;
+
+/* Samples wait in front of the pipeline until the detector has heard them. */
+static inline bool is_tracked(const stages_t *stages)
+{
+    return DAVAR_TRACKING && (stages->tracker != NULL);
+}
 
 /* Results come from records on a grid, not from sums that follow both edges. */
 static inline bool on_grid(const stages_t *stages)

@@ -1,0 +1,139 @@
+/* davar - policy glr: samples wait in front of the pipeline until the detector has heard their block, a shock is dropped and leaves
+ * a gap, and a cut moves the window's trailing edge (7.9).
+ *
+ *   sample -> [ accepted | a shock? | block that fills ] -> detector
+ *                 |
+ *                 v  one for each that comes, two to catch up; on a grid all
+ *              pipeline
+ */
+#ifndef DAVAR_SRC_TRACKER_H
+#define DAVAR_SRC_TRACKER_H
+
+#include "common/arena.h"
+#include "pipeline/pipelines.h"
+#include "track/glr.h"
+#include "window/stages.h"
+
+#define NO_SHOCK UINT32_MAX
+
+typedef struct tracker {
+    davar_glr_config_t config;
+    davar_glr_t detector;
+    block_t block;     /* of the samples that came last, */
+    uint32_t filled;   /* so many */
+    sample_t *waiting; /* the oldest at `first`, in a ring of their own */
+    uint32_t capacity;
+    uint32_t first;
+    uint32_t count;
+    uint32_t accepted; /* of them, the first ones: to be passed on */
+    uint32_t to_shock; /* accepted samples in front of a shock that was dropped, or NO_SHOCK */
+    uint32_t shock;    /* samples that it had */
+    uint32_t tail;     /* position where the detector wants the window to begin */
+    bool was_cut;      /* since the newest epoch */
+} tracker_t;
+
+/* A block that fills, what may be a shock with the block that tells, and as many accepted as that leaves when it was none. */
+static uint32_t tracker_capacity(const davar_config_t *config)
+{
+    return (config->shock_blocks + 3U) * config->block;
+}
+
+DAVAR_RARE static tracker_t *tracker_carve(davar_arena_t *arena, const davar_config_t *config, bool is_counted_only)
+{
+    tracker_t *const tracker = davar_arena_take(arena, 1U, sizeof(tracker_t));
+    sample_t *const waiting = davar_arena_take(arena, tracker_capacity(config), sizeof(sample_t));
+    if (!is_counted_only) {
+        tracker->waiting = waiting;
+        tracker->capacity = tracker_capacity(config);
+    }
+    return tracker;
+}
+
+/* Everything from the beginning, the detector too. */
+DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *config)
+{
+    const davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
+                                   .false_alarms_per_hour = config->false_alarms_per_hour,
+                                   .cut_interval_s = config->cut_interval_s,
+                                   .longest = config->window_max,
+                                   .block = config->block,
+                                   .shock = config->shock_blocks};
+    davar_glr_start(&tracker->config, &wish);
+    davar_glr_reset(&tracker->detector);
+    tracker->to_shock = NO_SHOCK;
+}
+
+static uint32_t tracker_index(const tracker_t *tracker, uint32_t ahead)
+{
+    const uint32_t index = tracker->first + ahead;
+    return (index >= tracker->capacity) ? (index - tracker->capacity) : index;
+}
+
+/* `dropped` samples behind the accepted ones go; those behind them move up. */
+DAVAR_RARE static void tracker_drop(tracker_t *tracker, uint32_t dropped)
+{
+    for (uint32_t i = tracker->accepted + dropped; i < tracker->count; i++) {
+        tracker->waiting[tracker_index(tracker, i - dropped)] = tracker->waiting[tracker_index(tracker, i)];
+    }
+    tracker->count -= dropped;
+    tracker->to_shock = tracker->accepted;
+    tracker->shock = dropped;
+}
+
+/* The detector has heard the block that is full. */
+static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_event_t *event)
+{
+    const davar_glr_t *const detector = &tracker->detector;
+    const uint32_t block = tracker->config.block;
+    if (event->dropped > 0U) {
+        tracker_drop(tracker, event->dropped * block);
+        davar_count(&davar->health.shocks);
+    }
+    tracker->accepted += (event->resolved - event->dropped) * block;
+    const davar_spread_t window = spread_between(&detector->cut.sum, &detector->now.sum);
+    tracker->tail = davar->window.received + tracker->accepted - (window.blocks * block);
+    if (event->is_cut) {
+        tracker->was_cut = true;
+        davar_count(&davar->health.cuts);
+    }
+    if (event->is_alarm) {
+        davar_count(&davar->health.alarms);
+    }
+}
+
+/* A sample comes. */
+static void tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t sample)
+{
+    tracker->waiting[tracker_index(tracker, tracker->count)] = sample;
+    tracker->count++;
+    block_add(&tracker->block, sample);
+    tracker->filled++;
+    if (tracker->filled == tracker->config.block) {
+        static const block_t empty = {0};
+        davar_glr_event_t event;
+        block_tell(&tracker->block, &tracker->detector, &tracker->config, &event);
+        tracker->block = empty;
+        tracker->filled = 0U;
+        tracker_hear(tracker, davar, &event);
+    }
+}
+
+/* Length of the next window (7.9): up to what the detector wants. The sums that follow both edges go there step by step. */
+static uint32_t tracker_next(const tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
+                             bool at_once)
+{
+    const uint32_t head = window->received + config->stride;
+    const uint32_t since = head - tracker->tail;
+    const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
+    const uint32_t most = smaller(wanted, smaller(config->window_max, head));
+    if (at_once) {
+        return smaller(((most + config->stride - 1U) / config->stride) * config->stride, config->window_max);
+    }
+    if (most > window->length) {
+        return window->length + 1U;
+    }
+    const uint32_t shorter = (window->length > config->shrink) ? (window->length - config->shrink) : 1U;
+    return (shorter > most) ? shorter : most;
+}
+
+#endif
