@@ -28,6 +28,7 @@ MAY_INCLUDE = {
     "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
     "host_sim": ("lib/include", "port/include", "port/node", "port/job"),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
+    "tests/tracking": ("lib/include", "lib/src", "tests/support"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
@@ -107,7 +108,7 @@ def functions(text):
 ROOMS = {
     "number": set(), "common": set(), "change": {"number", "common"}, "window": {"number", "common", "change"},
     "grid": {"number", "common", "change", "window"}, "pipeline": {"number", "common", "change", "window", "grid"},
-    "fit": {"number", "common"}, "wire": set(),
+    "track": {"number", "common"}, "fit": {"number", "common"}, "wire": set(),
 }
 ROOM_FILES_MAX = 12
 

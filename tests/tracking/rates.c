@@ -91,7 +91,7 @@ static noise_t noise_of(const char *name)
 
 static void start(detector_t *detector, double per_hour, uint32_t block)
 {
-    const davar_glr_wish_t wish = {(double)RATE_HZ, per_hour, 300.0, 6000U, block, 2U};
+    const davar_glr_wish_t wish = {(double)RATE_HZ, per_hour, 300.0, 6000U, block, 2U, true};
     davar_glr_start(&detector->config, &wish);
     davar_glr_reset(&detector->state);
     detector->sum = 0;
@@ -178,15 +178,16 @@ static void delays(double ratio, uint32_t trials, double per_hour, uint32_t bloc
         sum += delay[i];
     }
     qsort(delay, trials, sizeof *delay, ascending);
-    printf("| x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", ratio, per_hour, (unsigned)block, (unsigned)trials, sum / trials,
-           delay[trials / 2U], delay[(trials * 9U) / 10U]);
+    printf("| x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", ratio, per_hour, (unsigned)block, (unsigned)trials,
+           sum / trials, delay[trials / 2U], delay[(trials * 9U) / 10U]);
     free(delay);
 }
 
 int main(int argc, char **argv)
 {
     if (argc < 5) {
-        fputs("usage: davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK] | delay RATIO TRIALS PER_HOUR [BLOCK]\n", stderr);
+        fputs("usage: davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK] | delay RATIO TRIALS PER_HOUR [BLOCK]\n",
+              stderr);
         return 2;
     }
     const uint32_t block = (argc > 5) ? (uint32_t)strtoul(argv[5], NULL, 10) : 10U;

@@ -11,7 +11,7 @@
 
 #include "common/arena.h"
 #include "pipeline/pipelines.h"
-#include "track/glr.h"
+#include "track/window.h"
 #include "window/stages.h"
 
 #define NO_SHOCK UINT32_MAX
@@ -90,7 +90,8 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
         davar_count(&davar->health.shocks);
     }
     tracker->accepted += (event->resolved - event->dropped) * block;
-    const davar_spread_t window = spread_between(&detector->cut.sum, &detector->now.sum);
+    davar_glr_window_t window;
+    davar_glr_trailing(detector, &tracker->config, &window);
     tracker->tail = davar->window.received + tracker->accepted - (window.blocks * block);
     if (event->is_cut) {
         tracker->was_cut = true;

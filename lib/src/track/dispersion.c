@@ -5,7 +5,7 @@
 
 #define ONE (UINT32_C(1) << 24U)
 #define LEAST (ONE / 4U) /* so that the cut below never keeps phi where it is */
-#define MOST ((ONE * 16U) - 1U)
+#define MOST (ONE * 14U)
 #define CUT 9U /* times phi: the most that one step can weigh */
 #define BEGIN 15U
 

@@ -4,13 +4,14 @@
 #include "number/real.h"
 #include "track/likelihood.h"
 #include "track/scan.h"
+#include "track/window.h"
 
 #define ONE (UINT32_C(1) << GAIN_DIGITS)
 #define MEMORY 11U     /* 2^11 blocks */
 #define MEMORY_OF_8 8U /* sums of eight */
 #define ENOUGH 25600U  /* degrees of freedom of a mean that tells what a shock is; 8 digits */
 #define OVER_FLOOR 4U  /* times the variance of rounding: below it nothing is a shock */
-#define CALM 543U      /* 2.12 means: a block below ends a shock; 8 digits */
+#define CALM 543U      /* 2.12 means, widened: a block below ends a shock; 8 digits */
 
 static const davar_spread_t none = {0U, 0U, 0U};
 static const davar_glr_place_t start = {{0U, 0U, 0U}, 0U};
@@ -32,13 +33,14 @@ void davar_glr_reset(davar_glr_t *state)
     davar_dispersion_start(&state->single);
     davar_dispersion_start(&state->of_8);
     state->pending = 0U;
+    davar_glr_forget(state);
 }
 
 uint32_t davar_glr_dispersion(const davar_glr_t *state)
 {
     const uint32_t larger = (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
-    const uint32_t f = larger >> (24U - GAIN_DIGITS);
-    return (f > ONE) ? f : ONE;
+    const uint32_t phi = larger >> (24U - GAIN_DIGITS);
+    return (phi > ONE) ? (phi + ((phi - ONE) / 8U)) : ONE;
 }
 
 static void learn(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
@@ -53,34 +55,19 @@ static void learn(davar_glr_t *state, const davar_glr_config_t *config, const da
 
 /* ---- places ---- */
 
-static void move_to_record(const davar_glr_t *state, davar_glr_place_t *place, uint32_t level, uint32_t at)
-{
-    place->at = at;
-    place->sum = *glr_record(state, level, at);
-}
-
-void davar_glr_recorded(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place)
-{
-    uint32_t level = 0U;
-    while ((GLR_RECORDS << level) <= age) {
-        level++;
-    }
-    const uint32_t oldest = state->now.at - age;
-    move_to_record(state, place, level, ((oldest + (UINT32_C(1) << level) - 1U) >> level) << level);
-}
-
 /* A beginning that is too old goes on to the next record of the coarsest octave. */
 static void shorten(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *place)
 {
-    if ((state->now.at - place->at) > config->longest) {
+    if (glr_age(state, place) > config->longest) {
         const uint32_t level = config->levels - 1U;
-        move_to_record(state, place, level, ((place->at >> level) + 1U) << level);
+        glr_move_to_record(state, place, level, ((place->at >> level) + 1U) << level);
     }
 }
 
 /* Time goes on by a block; `none` when it is dropped. */
 static void advance(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
 {
+    davar_glr_remember(state, block);
     spread_add(&state->now.sum, block);
     state->now.at++;
     const uint32_t at = state->now.at;
@@ -93,13 +80,13 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config, const 
 
 /* ---- shocks ---- */
 
-/* 1 + (outlier - 1) sqrt(f), 8 digits */
-static uint32_t outlier_at(const davar_glr_t *state, const davar_glr_config_t *config)
+/* 1 + (factor - 1) sqrt(f), 8 digits as factor */
+static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
     const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
     const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
     const uint32_t root = davar_root_of_mantissa(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
-    return 256U + (((config->outlier - 256U) * root) >> 8U);
+    return 256U + (((factor - 256U) * root) >> 8U);
 }
 
 /* b > factor times the mean of the window; factor with 8 digits, below 2^14. */
@@ -118,7 +105,7 @@ static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *con
     const davar_spread_t floor = {(uint64_t)(OVER_FLOOR * window.blocks) * config->floor, 0U, 0U};
     return (config->shock != 0U) && ((window.blocks * config->degrees) >= ENOUGH) &&
            ((window.high != 0U) || (window.low > floor.low)) && is_above(block, &window, config->outlier) &&
-           is_above(block, &window, outlier_at(state, config));
+           is_above(block, &window, widened(state, config->outlier));
 }
 
 static void hold(davar_glr_t *state, const davar_spread_t *block)
@@ -138,6 +125,21 @@ static void release(davar_glr_t *state, const davar_glr_config_t *config, bool i
     state->pending = 0U;
 }
 
+/* A change would go on: is this block far below one that waits? */
+static bool is_over(const davar_glr_t *state, const davar_spread_t *block)
+{
+    davar_spread_t thrice = *block;
+    spread_add(&thrice, block);
+    spread_add(&thrice, block);
+    bool is_less = false;
+    for (uint32_t i = 0U; i < state->pending; i++) {
+        const davar_spread_t *const waiting = &state->waiting[i];
+        is_less =
+            is_less || (thrice.high < waiting->high) || ((thrice.high == waiting->high) && (thrice.low < waiting->low));
+    }
+    return is_less;
+}
+
 /* Does this block leave it open whether there is a shock? */
 static bool waits(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
                   davar_glr_event_t *event)
@@ -146,7 +148,7 @@ static bool waits(davar_glr_t *state, const davar_glr_config_t *config, const da
         return may_be_shock(state, config, block);
     }
     const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
-    const bool is_calm = !is_above(block, &window, CALM);
+    const bool is_calm = is_over(state, block) || !is_above(block, &window, widened(state, CALM));
     if (!is_calm && (state->pending < config->shock)) {
         return true;
     }
@@ -159,7 +161,7 @@ static bool waits(davar_glr_t *state, const davar_glr_config_t *config, const da
 /* The stretch from `place` on begins anew at the split. */
 static void begin_at(const davar_glr_t *state, davar_glr_place_t *place, const davar_split_t *split)
 {
-    move_to_record(state, place, split->level, state->now.at - split->age);
+    glr_move_to_record(state, place, split->level, state->now.at - split->age);
 }
 
 static void raise_alarm(davar_glr_t *state, const davar_split_t *split, davar_glr_event_t *event)
@@ -187,10 +189,11 @@ static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_g
     if (split[1].age != 0U) {
         raise_alarm(state, &split[1], event);
     }
-    if ((state->now.at - state->cut.at) > (state->now.at - state->alarm.at)) {
+    if (glr_age(state, &state->cut) > glr_age(state, &state->alarm)) {
         state->cut = state->alarm;
         event->is_cut = true;
     }
+    davar_glr_note(state, config, event->is_cut);
 }
 
 static void clear(davar_glr_event_t *event)
@@ -224,6 +227,7 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
     release(state, config, true, event);
     advance(state, config, &none);
     event->resolved++;
+    davar_glr_note(state, config, false);
 }
 
 /* ---- a block's own sums: b = 12 (K s2 - s1^2) + K nu, 12 K nu times the variance, that of rounding once more ---- */

@@ -14,10 +14,13 @@
 
 #define GLR_LEVELS 9U     /* octaves of ages */
 #define GLR_RECORDS 4U    /* of one octave */
-#define GLR_SHOCK_MAX 3U  /* blocks that a shock may last */
+#define GLR_SHOCK_MAX 2U  /* blocks that a shock may last */
 #define GLR_LONGEST 768U  /* blocks of a window: 3 * 2^8 */
 #define GLR_BLOCK_MIN 5U  /* samples of a block */
 #define GLR_BLOCK_MAX 64U
+#define GLR_RECENT 64U    /* blocks that are remembered one by one */
+#define GLR_CUTS 5U       /* remembered, the oldest of them a bound */
+#define GLR_HALF_MAX 30U  /* blocks: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {
@@ -34,6 +37,9 @@ typedef struct {
     uint32_t step;      /* 1 / mean square step of ln b (Gaussian noise), 16 digits */
     uint32_t step_of_8; /* the same for the sums of eight blocks */
     uint32_t bias;      /* 1 / (3 nu), 16 digits */
+    uint32_t near;      /* blocks at least, of a trailing window, when there are so many since its cut: 150 samples */
+    uint32_t far;       /* blocks from which on a window grows by the stricter rule: 600 samples */
+    uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not remembered */
 } davar_glr_config_t;
 
 /* A place in the stream and the running sum there. */
@@ -52,7 +58,14 @@ typedef struct {
     davar_glr_place_t cut;   /* never older */
     davar_dispersion_t single;
     davar_dispersion_t of_8;
-    uint32_t pending; /* blocks that wait */
+    davar_glr_place_t past[GLR_CUTS]; /* cuts, the oldest first; at the start the beginning of the stream is one */
+    uint16_t recent[GLR_RECENT];      /* block k at k % GLR_RECENT: 7 bits of exponent, 9 of mantissa; 0: dropped */
+    uint8_t counts[GLR_CUTS];         /* that cut is a step, not part of a ramp */
+    uint8_t settled[GLR_CUTS];        /* ... for ever */
+    uint8_t cuts;
+    uint8_t turn;    /* of which cut to judge next */
+    uint8_t seen;    /* blocks since the beginning, up to GLR_HALF_MAX */
+    uint8_t pending; /* blocks that wait */
 } davar_glr_t;
 
 /* What a block brought about. */
@@ -74,6 +87,7 @@ typedef struct {
     uint32_t longest;             /* samples of a window, at least 8 blocks, at most GLR_LONGEST */
     uint32_t block;               /* K: 5..GLR_BLOCK_MAX samples; 10 or 25 were measured */
     uint32_t shock;               /* blocks, 0..GLR_SHOCK_MAX; 0: shocks are changes as any other */
+    bool is_centred;              /* cuts are remembered and judged */
 } davar_glr_wish_t;
 
 /* Thresholds and constants for these rates; every rate is a positive finite number. */
@@ -97,8 +111,5 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
 
 /* f, at least 1: by how much the thresholds are widened. GAIN_DIGITS. */
 uint32_t davar_glr_dispersion(const davar_glr_t *state);
-
-/* The oldest place that is recorded and not older than `age` blocks, not 0. */
-void davar_glr_recorded(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place);
 
 #endif

@@ -23,4 +23,16 @@ static inline const davar_spread_t *glr_record(const davar_glr_t *state, uint32_
     return &state->record[level][(at >> level) % GLR_RECORDS];
 }
 
+static inline void glr_move_to_record(const davar_glr_t *state, davar_glr_place_t *place, uint32_t level, uint32_t at)
+{
+    place->at = at;
+    place->sum = *glr_record(state, level, at);
+}
+
+/* Blocks from there to now. */
+static inline uint32_t glr_age(const davar_glr_t *state, const davar_glr_place_t *place)
+{
+    return state->now.at - place->at;
+}
+
 #endif

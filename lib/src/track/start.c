@@ -4,9 +4,9 @@
 #include "number/scaled.h"
 #include "track/glr.h"
 
-#define FIRST 81920U  /* 1.25, 16 digits: c of the thresholds for blocks of 25 and four records an octave (7.2) */
-#define PER_LN 23637U /* 0.25 / ln 2, 16 digits */
-#define MARGIN 65536U /* 1, 16 digits: a threshold stays so far above ln of the longest part */
+#define OF_ALARM 85197 /* 1.3, 16 digits: c of the thresholds (7.2) */
+#define OF_CUT 124518  /* 1.9 */
+#define MARGIN 65536   /* 1, 16 digits: a threshold stays so far above ln of the longest part */
 
 static int32_t logarithm_of(double value)
 {
@@ -14,15 +14,19 @@ static int32_t logarithm_of(double value)
     return davar_logarithm(scaled.mantissa, scaled.exponent);
 }
 
-/* ln(T rate / K) + 1.25 + 0.25 log2(25 / K), T the seconds from one false decision to the next. */
-static uint32_t threshold_of(double seconds, double rate_hz, uint32_t block, uint32_t longest)
+/* ln(T rate / K) + c, T the seconds from one false decision to the next. */
+static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32_t c, uint32_t longest)
 {
-    const int32_t of_block = davar_logarithm_of_count(block);
-    const int32_t blocks = logarithm_of(seconds) + logarithm_of(rate_hz) - of_block;
-    const int32_t correction = (davar_logarithm_of_count(25U) - of_block) / 256;
-    const int32_t h = (blocks / 256) + (int32_t)FIRST + (int32_t)(((int64_t)correction * (int32_t)PER_LN) / 65536);
-    const int32_t least = (davar_logarithm_of_count(longest) / 256) + (int32_t)MARGIN;
+    const int32_t blocks = logarithm_of(seconds) + logarithm_of(wish->rate_hz) - davar_logarithm_of_count(wish->block);
+    const int32_t h = (blocks / 256) + c;
+    const int32_t least = (davar_logarithm_of_count(longest) / 256) + MARGIN;
     return (uint32_t)((h > least) ? h : least);
+}
+
+/* Blocks for as many samples, at least one. */
+static uint32_t blocks_of(uint32_t samples, uint32_t block)
+{
+    return (samples > block) ? (samples / block) : 1U;
 }
 
 static uint32_t levels_for(uint32_t longest)
@@ -46,11 +50,14 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->levels = levels_for(config->longest);
     config->shock = wish->shock;
     config->outlier = (wish->block < 18U) ? 1280U : 768U; /* 5 or 3 */
-    config->alarm =
-        threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish->rate_hz, wish->block, config->longest);
-    config->cut = threshold_of(wish->cut_interval_s, wish->rate_hz, wish->block, config->longest);
+    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_ALARM, config->longest);
+    config->cut = threshold_of(wish->cut_interval_s, wish, OF_CUT, config->longest);
     config->cut = (config->cut < config->alarm) ? config->cut : config->alarm;
     config->step = davar_divided((nu * nu) << 14U, nu + 1U);
     config->step_of_8 = nu << 17U;
     config->bias = davar_divided(UINT32_C(1) << 16U, 3U * nu);
+    const uint32_t half = blocks_of(300U, wish->block);
+    config->near = blocks_of(150U, wish->block);
+    config->far = blocks_of(600U, wish->block);
+    config->half = wish->is_centred ? ((half < GLR_HALF_MAX) ? half : GLR_HALF_MAX) : 0U;
 }

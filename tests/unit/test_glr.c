@@ -1,0 +1,701 @@
+/* davar tests - the detector of changes against its law, computed anew at every block from the raw samples; and what it says at a
+ * step, a shock, a ramp, a gap. */
+#include "track/likelihood.h"
+#include "track/scan.h"
+#include "track/window.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#ifndef BLOCKS
+#define BLOCKS 3000U
+#endif
+#define RAW 1024U
+#define K_MAX 25U
+
+static const davar_glr_wish_t usual = {100.0, 0.01, 300.0, 6000U, 10U, 2U, true};
+static davar_glr_config_t config;
+static davar_glr_t state;
+static davar_glr_event_t event;
+static random_t rng;
+
+void setUp(void)
+{
+    davar_glr_start(&config, &usual);
+    davar_glr_reset(&state);
+    rng = random_seeded(15U);
+}
+
+void tearDown(void) {}
+
+/* ---- samples ---- */
+
+static int16_t rounded(double value)
+{
+    return (int16_t)floor(fmax(-32768.0, fmin(32767.0, value)) + 0.5);
+}
+
+static void fill(int16_t *sample, double sigma)
+{
+    for (uint32_t i = 0U; i < config.block; i++) {
+        sample[i] = rounded(sigma * random_gauss(&rng));
+    }
+}
+
+static void push_samples(const int16_t *sample)
+{
+    int32_t sum = 0;
+    uint64_t squares = 0U;
+    for (uint32_t i = 0U; i < config.block; i++) {
+        sum += sample[i];
+        squares += (uint64_t)(sample[i] * (int64_t)sample[i]);
+    }
+    davar_glr_push_q15(&state, &config, sum, squares, &event);
+}
+
+static void push_noise(double sigma)
+{
+    int16_t sample[K_MAX];
+    fill(sample, sigma);
+    push_samples(sample);
+}
+
+static void push_quiet(uint32_t blocks)
+{
+    for (uint32_t i = 0U; i < blocks; i++) {
+        push_noise(20.0);
+    }
+}
+
+/* Pushes until an alarm; the blocks that it took, at most `most`. */
+static uint32_t blocks_to_alarm(double sigma, uint32_t most)
+{
+    for (uint32_t i = 1U; i <= most; i++) {
+        push_noise(sigma);
+        if (event.is_alarm) {
+            return i;
+        }
+    }
+    return most + 1U;
+}
+
+/* ---- the law, anew at every block ---- */
+
+static struct {
+    uint64_t b[RAW]; /* 0: dropped */
+    uint64_t waiting[GLR_SHOCK_MAX];
+    uint32_t now;
+    uint32_t cut;
+    uint32_t alarm;
+    uint32_t pending;
+    uint32_t f;
+    davar_dispersion_t single;
+    davar_dispersion_t of_8;
+    uint64_t eight;
+    uint32_t in_eight;
+} law;
+
+static void law_reset(void)
+{
+    memset(&law, 0, sizeof law);
+    davar_dispersion_start(&law.single);
+    davar_dispersion_start(&law.of_8);
+}
+
+static davar_spread_t sum_of(uint32_t from, uint32_t to)
+{
+    davar_spread_t sum = {0U, 0U, 0U};
+    for (uint32_t at = from; at != to; at++) {
+        const davar_spread_t block = {law.b[at % RAW], 0U, (law.b[at % RAW] != 0U) ? 1U : 0U};
+        spread_add(&sum, &block);
+    }
+    return sum;
+}
+
+static int32_t logarithm_of(uint64_t b)
+{
+    const davar_spread_t sum = {b, 0U, 1U};
+    return spread_logarithm(&sum);
+}
+
+static void law_learn(uint64_t b)
+{
+    davar_dispersion_learn(&law.single, logarithm_of(b), config.step, 11U);
+    law.eight += b;
+    law.in_eight++;
+    if (law.in_eight == 8U) {
+        davar_dispersion_learn(&law.of_8, logarithm_of(law.eight), config.step_of_8, 8U);
+        law.eight = 0U;
+        law.in_eight = 0U;
+    }
+    const uint32_t phi = ((law.single.phi > law.of_8.phi) ? law.single.phi : law.of_8.phi) >> 12U;
+    law.f = (phi > 4096U) ? (phi + ((phi - 4096U) / 8U)) : 4096U;
+}
+
+static bool exceeds(uint64_t b, const davar_spread_t *window, uint32_t factor)
+{
+    const double root = floor(sqrt((double)law.f / 4096.0) * 256.0); /* of 2^24 or less: exact */
+    const uint32_t widened = 256U + (((factor - 256U) * (uint32_t)root) >> 8U);
+    return ((double)b * (double)window->blocks * 256.0) > ((double)window->low * (double)widened);
+}
+
+static void law_advance(uint64_t b)
+{
+    law.b[law.now % RAW] = b;
+    law.now++;
+    const uint32_t level = config.levels - 1U;
+    if ((law.now - law.cut) > config.longest) {
+        law.cut = ((law.cut >> level) + 1U) << level;
+    }
+    if ((law.now - law.alarm) > config.longest) {
+        law.alarm = ((law.alarm >> level) + 1U) << level;
+    }
+}
+
+static int32_t law_threshold(uint32_t h, uint32_t n)
+{
+    const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
+    const uint64_t plain = ((uint64_t)law.f * (h - logarithm)) >> 16U;
+    return (int32_t)(plain + ((plain * davar_divided(config.bias, n)) >> 16U));
+}
+
+/* The split that exceeds by most; 0 when none does. Every record of every level is asked, and none is spared the logarithms. */
+static uint32_t law_scan(uint32_t begin, uint32_t h)
+{
+    const davar_spread_t sum = sum_of(begin, law.now);
+    int32_t best = 0;
+    uint32_t age_of_best = 0U;
+    for (uint32_t level = 0U; (level < config.levels) && ((law.now % (1U << level)) == 0U); level++) {
+        for (uint32_t c = 1U; c < GLR_RECORDS; c++) {
+            const uint32_t age = c << level;
+            if (age >= (law.now - begin)) {
+                continue;
+            }
+            const davar_spread_t older = sum_of(begin, law.now - age);
+            const uint32_t newer = sum.blocks - older.blocks;
+            const uint32_t n = (newer < older.blocks) ? newer : older.blocks;
+            if (n < config.least) {
+                continue;
+            }
+            davar_stretch_t stretch;
+            davar_stretch(&stretch, &sum, config.degrees);
+            const int32_t excess = davar_likelihood_gain(&stretch, &older) - law_threshold(h, n);
+            if (excess > best) {
+                best = excess;
+                age_of_best = age;
+            }
+        }
+    }
+    return age_of_best;
+}
+
+static void law_decide(void)
+{
+    const uint32_t cut = law_scan(law.cut, config.cut);
+    const uint32_t alarm = law_scan(law.alarm, config.alarm);
+    TEST_ASSERT_EQUAL(alarm != 0U, event.is_alarm);
+    law.cut = (cut != 0U) ? (law.now - cut) : law.cut;
+    law.alarm = (alarm != 0U) ? (law.now - alarm) : law.alarm;
+    if ((law.now - law.cut) > (law.now - law.alarm)) {
+        law.cut = law.alarm;
+    }
+}
+
+static void law_release(bool is_shock)
+{
+    for (uint32_t i = 0U; i < law.pending; i++) {
+        law_advance(is_shock ? 0U : law.waiting[i]);
+    }
+    law.pending = 0U;
+}
+
+static bool law_is_over(uint64_t b)
+{
+    bool is_less = false;
+    for (uint32_t i = 0U; i < law.pending; i++) {
+        is_less = is_less || ((3U * b) < law.waiting[i]);
+    }
+    return is_less;
+}
+
+static void law_push(uint64_t b)
+{
+    const davar_spread_t window = sum_of(law.cut, law.now);
+    law_learn(b);
+    bool waits = (law.pending == 0U) && (config.shock != 0U) && ((window.blocks * (config.block - 1U)) >= 100U) &&
+                 (window.low > (4U * window.blocks * (uint64_t)config.floor)) && exceeds(b, &window, config.outlier);
+    if (law.pending != 0U) {
+        const bool is_calm = law_is_over(b) || !exceeds(b, &window, 543U);
+        waits = !is_calm && (law.pending < config.shock);
+        if (!waits) {
+            law_release(is_calm);
+        }
+    }
+    if (waits) {
+        law.waiting[law.pending] = b;
+        law.pending++;
+        return;
+    }
+    law_advance(b);
+    law_decide();
+}
+
+static void law_push_samples(const int16_t *sample)
+{
+    uint64_t b = 0U;
+    for (uint32_t i = 0U; i < config.block; i++) {
+        for (uint32_t k = 0U; k < i; k++) {
+            const int64_t d = (int64_t)sample[i] - sample[k]; /* K s2 - s1^2 is the sum of all pairs' squares */
+            b += (uint64_t)(d * d);
+        }
+    }
+    law_push((12U * b) + (config.block * (config.block - 1U)));
+}
+
+static void law_skip(void)
+{
+    law_release(true);
+    law_advance(0U);
+}
+
+/* Steps, bursts, ramps, shocks of one to five samples, stretches without noise and at full scale, heavy tails, gaps. */
+static void make(int16_t *sample)
+{
+    static double sigma = 20.0;
+    static double slope = 1.0;
+    static bool is_heavy = false;
+    const double what = random_uniform(&rng);
+    if (what < 0.02) {
+        sigma = 20.0 * exp(2.0 * random_gauss(&rng));
+        slope = (random_uniform(&rng) < 0.2) ? exp(0.05 * random_gauss(&rng)) : 1.0;
+        is_heavy = (random_uniform(&rng) < 0.3);
+    }
+    sigma = (what > 0.9995) ? 0.0 : (((what > 0.999) || (sigma > 1e5)) ? 1e5 : sigma * slope);
+    for (uint32_t i = 0U; i < config.block; i++) {
+        const double tail = is_heavy ? sqrt(-log(random_uniform(&rng))) : 1.0;
+        sample[i] = rounded((sigma * tail * random_gauss(&rng)) + 5.0);
+    }
+    if ((what > 0.5) && (what < 0.51)) {
+        sample[0] = rounded(sigma * 100.0 * random_uniform(&rng));
+    }
+}
+
+static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
+{
+    davar_glr_wish_t wish = usual;
+    wish.block = block;
+    wish.shock = shock;
+    wish.longest = longest;
+    davar_glr_start(&config, &wish);
+    davar_glr_reset(&state);
+    law_reset();
+    uint32_t alarms = 0U;
+    for (uint32_t n = 0U; n < BLOCKS; n++) {
+        int16_t sample[K_MAX];
+        make(sample);
+        if (random_uniform(&rng) < 0.003) {
+            davar_glr_skip(&state, &config, &event);
+            law_skip();
+        } else {
+            push_samples(sample);
+            law_push_samples(sample);
+        }
+        alarms += event.is_alarm ? 1U : 0U;
+        TEST_ASSERT_EQUAL_UINT32(law.now, state.now.at);
+        TEST_ASSERT_EQUAL_UINT32(law.cut, state.cut.at);
+        TEST_ASSERT_EQUAL_UINT32(law.alarm, state.alarm.at);
+        TEST_ASSERT_EQUAL_UINT32(law.pending, state.pending);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(BLOCKS / 500U, alarms);
+}
+
+static void test_every_decision_is_that_of_the_law_computed_anew(void)
+{
+    compare_with_law(10U, 2U, 6000U);
+}
+
+static void test_so_it_is_with_other_blocks_shocks_and_windows(void)
+{
+    compare_with_law(25U, 2U, 6000U);
+    compare_with_law(10U, 0U, 6000U);
+    compare_with_law(10U, 1U, 300U);
+}
+
+/* ---- numbers ---- */
+
+static void test_the_logarithm_is_within_2e_minus_7(void)
+{
+    for (uint32_t i = 0U; i < 20000U; i++) {
+        const uint32_t mantissa = 0x80000000U | (uint32_t)random_next(&rng);
+        const int32_t exponent = (int32_t)(random_next(&rng) % 180U) - 90;
+        const double exact = log((double)mantissa) + (exponent * log(2.0));
+        TEST_ASSERT_DOUBLE_WITHIN(2e-7, exact, (double)davar_logarithm(mantissa, exponent) / 16777216.0);
+    }
+    TEST_ASSERT_EQUAL(0, davar_logarithm_of_count(1U));
+}
+
+static double times_logarithm_of_mean(const davar_spread_t *sum)
+{
+    const double mean = (((double)sum->high * 18446744073709551616.0) + (double)sum->low) / (double)sum->blocks;
+    return (double)sum->blocks * log(mean);
+}
+
+static davar_spread_t random_spread(uint32_t blocks)
+{
+    const uint32_t down = (uint32_t)(random_next(&rng) % 96U);
+    const uint64_t low = random_next(&rng);
+    const uint32_t high = (uint32_t)(random_next(&rng) >> 34U);
+    const davar_spread_t wide = {low, high >> (down % 32U), blocks};
+    const davar_spread_t narrow = {(low >> (down % 58U)) | 1U, 0U, blocks};
+    return (down < 48U) ? wide : narrow;
+}
+
+static void test_the_gain_is_the_formulas_and_the_bound_never_below(void)
+{
+    uint32_t spared = 0U;
+    for (uint32_t i = 0U; i < 20000U; i++) {
+        const davar_spread_t older = random_spread(1U + (uint32_t)(random_next(&rng) % 500U));
+        davar_spread_t sum = random_spread(1U + (uint32_t)(random_next(&rng) % 500U));
+        if ((i % 2U) != 0U) { /* parts that are alike */
+            const double ratio = exp(0.5 * random_gauss(&rng)) * sum.blocks / older.blocks;
+            sum.low = (uint64_t)((double)(older.low >> 12U) * ratio);
+            sum.high = 0U;
+        }
+        const davar_spread_t newer = sum;
+        spread_add(&sum, &older);
+        davar_stretch_t stretch;
+        davar_stretch(&stretch, &sum, config.degrees);
+        const double exact =
+            4.5 * (times_logarithm_of_mean(&sum) - times_logarithm_of_mean(&older) - times_logarithm_of_mean(&newer));
+        const int32_t gain = davar_likelihood_gain(&stretch, &older);
+        TEST_ASSERT_DOUBLE_WITHIN(3e-3 + (1e-7 * exact), exact, (double)gain / 4096.0);
+        const uint32_t limit = 64U + (uint32_t)(random_next(&rng) % 3000U);
+        const bool may = davar_likelihood_may_reach(&stretch, &older, limit);
+        TEST_ASSERT_TRUE(may || ((exact * 64.0) < (double)limit));
+        spared += may ? 0U : 1U;
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1000U, spared);
+}
+
+static void test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(360000.0 * 10.0) + 1.3, config.alarm / 65536.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(300.0 * 10.0) + 1.9, config.cut / 65536.0);
+    TEST_ASSERT_EQUAL(9, config.levels);
+    davar_glr_wish_t wish = usual;
+    wish.false_alarms_per_hour = 1e6;
+    wish.block = 25U;
+    davar_glr_start(&config, &wish);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(240.0) + 1.0, config.alarm / 65536.0);
+    TEST_ASSERT_EQUAL_UINT32(config.alarm, config.cut);
+    TEST_ASSERT_EQUAL(8, config.levels);
+    wish.longest = 1U << 20U;
+    wish.block = 5U;
+    davar_glr_start(&config, &wish);
+    TEST_ASSERT_EQUAL(GLR_LONGEST, config.longest);
+    TEST_ASSERT_EQUAL(GLR_LEVELS, config.levels);
+    TEST_ASSERT_EQUAL(GLR_HALF_MAX, config.half);
+    wish.block = 400U;
+    wish.is_centred = false;
+    davar_glr_start(&config, &wish);
+    TEST_ASSERT_EQUAL(1, config.near);
+    TEST_ASSERT_EQUAL(0, config.half);
+}
+
+static void test_the_state_is_small(void)
+{
+    TEST_ASSERT_LESS_THAN(1024U, sizeof(davar_glr_t));
+}
+
+/* ---- what it says ---- */
+
+static void test_a_step_is_cut_where_it_was_and_its_levels_are_reported(void)
+{
+    push_quiet(500U);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(12U, blocks_to_alarm(60.0, 20U));
+    TEST_ASSERT_UINT32_WITHIN(1U, 500U, state.alarm.at);
+    TEST_ASSERT_EQUAL_UINT32(state.alarm.at, state.cut.at);
+    const double unit = 12.0 * 90.0;
+    TEST_ASSERT_DOUBLE_WITHIN(2.0, 20.0, sqrt((double)event.older.low / event.older.blocks / unit));
+    TEST_ASSERT_DOUBLE_WITHIN(25.0, 60.0, sqrt((double)event.newer.low / event.newer.blocks / unit));
+    TEST_ASSERT_GREATER_THAN_INT32((int32_t)(config.alarm >> 6U), event.gain);
+    TEST_ASSERT_TRUE(event.is_cut);
+}
+
+static void test_noise_that_dies_is_a_change_too(void)
+{
+    push_quiet(500U);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(8U, blocks_to_alarm(0.0, 20U));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(30U, blocks_to_alarm(20.0, 60U));
+}
+
+static void knock(double size)
+{
+    int16_t sample[K_MAX];
+    fill(sample, 20.0);
+    sample[3] = rounded(size);
+    push_samples(sample);
+}
+
+static void test_a_shock_is_dropped_and_changes_nothing(void)
+{
+    push_quiet(300U);
+    const uint32_t cut = state.cut.at;
+    for (uint32_t length = 1U; length <= 2U; length++) {
+        const uint32_t before = state.now.sum.blocks;
+        for (uint32_t i = 0U; i < length; i++) {
+            knock(600.0);
+            TEST_ASSERT_EQUAL(i + 1U, state.pending);
+            TEST_ASSERT_EQUAL(0, event.resolved);
+        }
+        push_noise(20.0);
+        TEST_ASSERT_EQUAL(length, event.dropped);
+        TEST_ASSERT_EQUAL(length + 1U, event.resolved);
+        TEST_ASSERT_EQUAL_UINT32(before + 1U, state.now.sum.blocks);
+        push_quiet(20U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(cut, state.cut.at);
+    TEST_ASSERT_EQUAL_UINT32(323U + 20U + 22U - 0U, state.now.at + 0U);
+}
+
+static void test_what_goes_on_is_no_shock(void)
+{
+    push_quiet(300U);
+    knock(600.0);
+    knock(600.0);
+    knock(600.0);
+    TEST_ASSERT_EQUAL(3, event.resolved);
+    TEST_ASSERT_EQUAL(0, event.dropped);
+    TEST_ASSERT_TRUE(event.is_alarm);
+    TEST_ASSERT_EQUAL_UINT32(300U, state.alarm.at);
+}
+
+static void test_a_gap_takes_its_time_and_what_waited(void)
+{
+    push_quiet(300U);
+    knock(600.0);
+    const uint32_t blocks = state.now.sum.blocks;
+    davar_glr_skip(&state, &config, &event);
+    TEST_ASSERT_EQUAL(1, event.dropped);
+    TEST_ASSERT_EQUAL(2, event.resolved);
+    TEST_ASSERT_EQUAL_UINT32(302U, state.now.at);
+    TEST_ASSERT_EQUAL_UINT32(blocks, state.now.sum.blocks);
+    push_quiet(300U);
+    TEST_ASSERT_EQUAL_UINT32(0U, state.alarm.at);
+}
+
+static double f_after(bool is_laplace)
+{
+    davar_glr_reset(&state);
+    for (uint32_t n = 0U; n < 3000U; n++) {
+        int16_t sample[K_MAX];
+        for (uint32_t i = 0U; i < config.block; i++) {
+            const double tail = is_laplace ? sqrt(-log(random_uniform(&rng))) : 1.0;
+            sample[i] = rounded(100.0 * tail * random_gauss(&rng));
+        }
+        push_samples(sample);
+    }
+    return davar_glr_dispersion(&state) / 4096.0;
+}
+
+static void test_dispersion_is_one_for_gaussian_noise_and_more_for_heavy_tails(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 1.15, f_after(false));
+    TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.4, f_after(true));
+}
+
+/* Levels that jump by 10^6 in sigma at random: f at its end, 14 + 13 / 8. */
+static void test_dispersion_has_an_end(void)
+{
+    for (uint32_t i = 0U; i < 4000U; i++) {
+        const davar_spread_t block = {((i % 2U) != 0U) ? 1000U : (UINT64_C(1000) << 40U), 0U, 1U};
+        davar_glr_push(&state, &config, &block, &event);
+    }
+    TEST_ASSERT_EQUAL_UINT32((14U * 4096U) + (13U * 512U), davar_glr_dispersion(&state));
+    for (uint32_t i = 0U; i < 20000U; i++) {
+        const davar_spread_t block = {1000U, 0U, 1U};
+        davar_glr_push(&state, &config, &block, &event);
+    }
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(1) << 22U, state.single.phi);
+}
+
+static void test_wide_samples_decide_as_narrow_ones_whatever_their_size(void)
+{
+    static davar_glr_t wide;
+    static davar_glr_event_t other;
+    davar_glr_reset(&wide);
+    for (uint32_t n = 0U; n < 2000U; n++) {
+        const double sigma = ((n / 300U) % 2U == 0U) ? 2000.0 : 8000.0;
+        int64_t sum = 0;
+        uint64_t squares = 0U;
+        for (uint32_t i = 0U; i < 10U; i++) {
+            const int16_t sample = rounded(sigma * random_gauss(&rng));
+            sum += sample;
+            squares += (uint64_t)(sample * (int64_t)sample);
+        }
+        const davar_u128_t scaled = {squares << 32U, squares >> 32U};
+        davar_glr_push_q15(&state, &config, (int32_t)sum, squares, &event);
+        davar_glr_push_q31(&wide, &config, sum * 65536, &scaled, &other);
+        TEST_ASSERT_EQUAL(event.is_alarm, other.is_alarm);
+        TEST_ASSERT_EQUAL(event.dropped, other.dropped);
+        TEST_ASSERT_EQUAL_UINT32(state.cut.at, wide.cut.at);
+    }
+}
+
+static void test_a_state_saved_as_bytes_goes_on_alike(void)
+{
+    static unsigned char saved[sizeof(davar_glr_t)];
+    static davar_glr_t restored;
+    push_quiet(777U);
+    memcpy(saved, &state, sizeof saved);
+    memcpy(&restored, saved, sizeof saved);
+    for (uint32_t n = 0U; n < 500U; n++) {
+        const davar_spread_t block = {100000U + (random_next(&rng) % 1000000U), 0U, 1U};
+        davar_glr_event_t other;
+        davar_glr_push(&state, &config, &block, &event);
+        davar_glr_push(&restored, &config, &block, &other);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&state, &restored, sizeof state);
+}
+
+/* ---- windows ---- */
+
+static davar_glr_window_t trailing(void)
+{
+    davar_glr_window_t window;
+    davar_glr_trailing(&state, &config, &window);
+    TEST_ASSERT_EQUAL_UINT32(state.now.at, window.end);
+    return window;
+}
+
+static void test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at_a_step(void)
+{
+    push_quiet(1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    push_quiet(599U);
+    TEST_ASSERT_EQUAL_UINT32(state.cut.at, trailing().begin);
+    push_quiet(1U);
+    TEST_ASSERT_EQUAL_UINT32(256U, state.cut.at);
+    (void)blocks_to_alarm(60.0, 20U);
+    TEST_ASSERT_EQUAL_UINT32(state.cut.at, trailing().begin);
+    TEST_ASSERT_UINT32_WITHIN(1U, 601U, state.cut.at);
+}
+
+/* A change that is too small for a cut bars the window's growth before. */
+static void test_a_trailing_window_leaves_out_what_is_not_alike(void)
+{
+    push_quiet(400U);
+    uint32_t shortest = 400U;
+    for (uint32_t n = 0U; n < 40U; n++) {
+        push_noise(26.0);
+        if (state.cut.at == 0U) {
+            const davar_glr_window_t window = trailing();
+            shortest = ((window.end - window.begin) < shortest) ? (window.end - window.begin) : shortest;
+        }
+    }
+    TEST_ASSERT_LESS_THAN_UINT32(200U, shortest);
+}
+
+static void test_a_trailing_window_can_hold_nothing_but_gaps(void)
+{
+    for (uint32_t n = 0U; n < 100U; n++) {
+        davar_glr_skip(&state, &config, &event);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    push_quiet(20U);
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+}
+
+static void test_a_centred_window_is_cut_by_a_step_on_either_side(void)
+{
+    davar_glr_window_t window;
+    push_quiet(20U);
+    TEST_ASSERT_FALSE(davar_glr_centred(&state, &config, &window));
+    push_quiet(10U);
+    TEST_ASSERT_TRUE(davar_glr_centred(&state, &config, &window));
+    TEST_ASSERT_EQUAL_UINT32(0U, window.begin);
+    TEST_ASSERT_EQUAL_UINT32(30U, window.end);
+    push_quiet(470U);
+    (void)davar_glr_centred(&state, &config, &window);
+    TEST_ASSERT_EQUAL_UINT32(500U, window.end);
+    TEST_ASSERT_LESS_THAN_UINT32(400U, window.begin);
+    for (uint32_t n = 501U; n <= 600U; n++) {
+        push_noise(80.0);
+        (void)davar_glr_centred(&state, &config, &window);
+        if ((n >= 520U) && (n < 529U)) { /* the centre before the step, the step in the window */
+            TEST_ASSERT_UINT32_WITHIN(1U, 500U, window.end);
+        }
+        if ((n > 535U) && (n < 600U)) {
+            TEST_ASSERT_UINT32_WITHIN(1U, 500U, window.begin);
+            TEST_ASSERT_EQUAL_UINT32(state.now.at, window.end);
+        }
+    }
+}
+
+static void test_a_cut_in_a_ramp_does_not_count_but_bars_growth(void)
+{
+    uint32_t whole = 0U;
+    push_quiet(300U);
+    for (uint32_t n = 0U; n < 300U; n++) {
+        push_noise(20.0 * exp((double)n * 0.008));
+        davar_glr_window_t window;
+        (void)davar_glr_centred(&state, &config, &window);
+        if ((n > 100U) && ((window.end - window.begin) == 60U)) {
+            whole++;
+        }
+        TEST_ASSERT_TRUE((n < 100U) || ((window.end - window.begin) <= 120U));
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(60U, whole);
+}
+
+/* So many cuts that the oldest are forgotten; then none for so long that all are. */
+static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
+{
+    davar_glr_window_t window;
+    for (uint32_t n = 0U; n < 150U; n++) {
+        push_noise((((n / 10U) % 2U) == 0U) ? 20.0 : 200.0);
+        (void)davar_glr_centred(&state, &config, &window);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(60U, window.end - window.begin);
+    }
+    TEST_ASSERT_EQUAL(GLR_CUTS, state.cuts);
+    config.cut = config.alarm;
+    push_quiet(1500U);
+    (void)davar_glr_centred(&state, &config, &window);
+    TEST_ASSERT_EQUAL(0, state.cuts);
+    TEST_ASSERT_GREATER_THAN_UINT32(200U, window.end - window.begin);
+    for (uint32_t n = 0U; n < 70U; n++) {
+        davar_glr_skip(&state, &config, &event);
+    }
+    (void)blocks_to_alarm(400.0, 20U);
+    TEST_ASSERT_EQUAL(1, state.cuts);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_every_decision_is_that_of_the_law_computed_anew);
+    RUN_TEST(test_so_it_is_with_other_blocks_shocks_and_windows);
+    RUN_TEST(test_the_logarithm_is_within_2e_minus_7);
+    RUN_TEST(test_the_gain_is_the_formulas_and_the_bound_never_below);
+    RUN_TEST(test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions);
+    RUN_TEST(test_the_state_is_small);
+    RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
+    RUN_TEST(test_noise_that_dies_is_a_change_too);
+    RUN_TEST(test_a_shock_is_dropped_and_changes_nothing);
+    RUN_TEST(test_what_goes_on_is_no_shock);
+    RUN_TEST(test_a_gap_takes_its_time_and_what_waited);
+    RUN_TEST(test_dispersion_is_one_for_gaussian_noise_and_more_for_heavy_tails);
+    RUN_TEST(test_dispersion_has_an_end);
+    RUN_TEST(test_wide_samples_decide_as_narrow_ones_whatever_their_size);
+    RUN_TEST(test_a_state_saved_as_bytes_goes_on_alike);
+    RUN_TEST(test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at_a_step);
+    RUN_TEST(test_a_trailing_window_leaves_out_what_is_not_alike);
+    RUN_TEST(test_a_trailing_window_can_hold_nothing_but_gaps);
+    RUN_TEST(test_a_centred_window_is_cut_by_a_step_on_either_side);
+    RUN_TEST(test_a_cut_in_a_ramp_does_not_count_but_bars_growth);
+    RUN_TEST(test_the_oldest_cut_that_is_remembered_bounds_the_window);
+    return UNITY_END();
+}
