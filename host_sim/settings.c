@@ -7,7 +7,7 @@
 #include <stdio.h>
 
 #define GLR_WINDOW_MAX 6000U
-#define GLR_SHRINK 16U /* how fast a window follows a cut where the edges walk */
+#define GLR_SHRINK 64U /* how fast a window follows a cut where the edges walk */
 
 static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
 {

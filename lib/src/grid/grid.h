@@ -211,7 +211,8 @@ static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
 /* `count` samples, the first at `position`: from record to record. */
-DAVAR_APART static void grid_run_group(stages_t *stages, group_t *group, uint32_t position, uint32_t count, uint32_t stride)
+DAVAR_APART static void grid_run_group(stages_t *stages, group_t *group, uint32_t position, uint32_t count,
+                                       uint32_t stride)
 {
     for (uint32_t done = 0U; done != count;) {
         const uint32_t n = smaller(count - done, smaller(group->wait[0], group->wait[1]));

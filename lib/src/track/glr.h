@@ -12,15 +12,15 @@
 #include "track/dispersion.h"
 #include "track/spread.h"
 
-#define GLR_LEVELS 9U     /* octaves of ages */
-#define GLR_RECORDS 4U    /* of one octave */
-#define GLR_SHOCK_MAX 2U  /* blocks that a shock may last */
-#define GLR_LONGEST 768U  /* blocks of a window: 3 * 2^8 */
-#define GLR_BLOCK_MIN 5U  /* samples of a block */
+#define GLR_LEVELS 9U    /* octaves of ages */
+#define GLR_RECORDS 4U   /* of one octave */
+#define GLR_SHOCK_MAX 2U /* blocks that a shock may last */
+#define GLR_LONGEST 768U /* blocks of a window: 3 * 2^8 */
+#define GLR_BLOCK_MIN 5U /* samples of a block */
 #define GLR_BLOCK_MAX 64U
-#define GLR_RECENT 64U    /* blocks that are remembered one by one */
-#define GLR_CUTS 5U       /* remembered, the oldest of them a bound */
-#define GLR_HALF_MAX 30U  /* blocks: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
+#define GLR_RECENT 64U   /* blocks that are remembered one by one */
+#define GLR_CUTS 5U      /* remembered, the oldest of them a bound */
+#define GLR_HALF_MAX 30U /* blocks: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {

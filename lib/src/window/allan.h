@@ -86,7 +86,7 @@ static difference_t allan_start_step(const sample_t *head, uint32_t position, ui
     }
     difference_t step = *head;
     if (position >= m) {
-        step -= 2 * (difference_t)*(head - m);
+        step -= 2 * (difference_t) * (head - m);
     }
     if (position >= (2U * m)) {
         step += *(head - (2U * m));

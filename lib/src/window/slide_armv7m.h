@@ -48,15 +48,15 @@ _Static_assert((offsetof(allan_t, m) == 0U) && (offsetof(allan_t, tau) == 4U) &&
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* they are in r0, r1 and r2 */
 __attribute__((naked, noinline)) static void slide_octaves(allan_t *allan, const sample_t *head, const sample_t *tail)
 {
-    __asm__ volatile("push {r4, r5, r6, r7, r8, r9, r10, r11, lr}\n" SLIDE_READ
-                     "tst r3, #1\n"
-                     "bne 2f\n"
-                     "lsl r8, r8, #1\n"
-                     "1:\n" SLIDE_OCTAVE("1") "2:\n" SLIDE_OCTAVE("2") /* two at a time; the second first when they are odd */
-                     "lsl r8, r8, #2\n"
-                     "subs r3, r3, #2\n"
-                     "bhi 1b\n"
-                     "pop {r4, r5, r6, r7, r8, r9, r10, r11, pc}\n");
+    __asm__ volatile(
+        "push {r4, r5, r6, r7, r8, r9, r10, r11, lr}\n" SLIDE_READ "tst r3, #1\n"
+        "bne 2f\n"
+        "lsl r8, r8, #1\n"
+        "1:\n" SLIDE_OCTAVE("1") "2:\n" SLIDE_OCTAVE("2") /* two at a time; the second first when they are odd */
+        "lsl r8, r8, #2\n"
+        "subs r3, r3, #2\n"
+        "bhi 1b\n"
+        "pop {r4, r5, r6, r7, r8, r9, r10, r11, pc}\n");
 }
 #pragma GCC diagnostic pop
 

@@ -57,10 +57,10 @@ typedef struct {
     ring_t ring;
     allan_t allan;
     moments_t moments;
-    grid_t *grid;     /* null: a value at every sample */
+    grid_t *grid;            /* null: a value at every sample */
     struct tracker *tracker; /* null: no policy glr */
-    sample_t highest; /* samples at or beyond it, or its complement, are saturated */
-    uint8_t steady;   /* a steady_t */
+    sample_t highest;        /* samples at or beyond it, or its complement, are saturated */
+    uint8_t steady;          /* a steady_t */
 } stages_t;
 
 /* Samples wait in front of the pipeline until the detector has heard them. */

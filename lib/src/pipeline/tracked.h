@@ -1,0 +1,76 @@
+/* davar - samples that the detector has heard go on into the pipeline (7.9): see tracker.h. */
+#ifndef DAVAR_SRC_TRACKED_H
+#define DAVAR_SRC_TRACKED_H
+
+#include "pipeline/push.h"
+
+/* The shock that was dropped leaves a gap, and takes its time. */
+DAVAR_RARE static void pass_shock(tracker_t *tracker, davar_t *davar)
+{
+    tracker->to_shock = NO_SHOCK;
+    davar->window.origin += tracker->shock;
+    window_gap(davar);
+}
+
+/* Accepted samples go on, at most `most` of them. True: up to one that completed a result. */
+static bool pass_on(stages_t *stages, davar_t *davar, uint32_t most)
+{
+    tracker_t *const tracker = stages->tracker;
+    const uint32_t before = davar->produced;
+    for (uint32_t left = smaller(most, tracker->accepted); (left > 0U) && (davar->produced == before);) {
+        if (tracker->to_shock == 0U) {
+            pass_shock(tracker, davar);
+        }
+        const uint32_t straight = smaller(tracker->capacity - tracker->first, tracker->to_shock);
+        const sample_t *const next = &tracker->waiting[tracker->first];
+        const uint32_t n = (uint32_t)push_steadily(stages, davar, next, smaller(left, straight));
+        tracker->first = tracker_index(tracker, n);
+        tracker->count -= n;
+        tracker->accepted -= n;
+        tracker->to_shock -= (tracker->to_shock == NO_SHOCK) ? 0U : n;
+        left -= n;
+    }
+    return davar->produced != before;
+}
+
+/* One for each that comes, and two to catch up, of which the second brings the result. */
+static bool pass_in_step(stages_t *stages, davar_t *davar)
+{
+    const uint32_t before = davar->produced;
+    if (stages->tracker->accepted > stages->tracker->config.block) {
+        (void)pass_on(stages, davar, 1U);
+        davar->produced = before;
+    }
+    return pass_on(stages, davar, 1U);
+}
+
+DAVAR_APART static size_t push_tracked(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
+{
+    size_t consumed = 0U;
+    bool complete = false;
+    while ((consumed < count) && !complete) {
+        tracker_take_in(stages->tracker, davar, limited(stages->highest, davar, samples[consumed]));
+        consumed++;
+        complete = on_grid(stages) ? pass_on(stages, davar, UINT32_MAX) : pass_in_step(stages, davar);
+    }
+    return consumed;
+}
+
+/* In front of a gap: what is accepted goes on, what is not is left out, with the block that has the gap in it. */
+DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
+{
+    static const block_t empty = {0};
+    tracker_t *const tracker = stages->tracker;
+    davar_glr_event_t event;
+    while (tracker->accepted > 0U) {
+        (void)pass_on(stages, davar, UINT32_MAX);
+    }
+    davar->window.origin += tracker->count + ((tracker->to_shock == NO_SHOCK) ? 0U : tracker->shock);
+    davar_glr_skip(&tracker->detector, &tracker->config, &event);
+    tracker->block = empty;
+    tracker->filled = 0U;
+    tracker->count = 0U;
+    tracker->to_shock = NO_SHOCK;
+}
+
+#endif
