@@ -103,6 +103,7 @@ DAVAR_RARE void davar_reset(davar_t *davar)
     davar->in_gap = false;
     davar->produced = 0U;
     davar->seen = 0U;
+    davar->alarms_seen = 0U;
     if (is_wide(davar)) {
         davar_q31_start(davar, davar->stages);
     } else {

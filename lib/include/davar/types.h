@@ -40,7 +40,7 @@ typedef enum {
     DAVAR_ERR_STEP,          /* grow or shrink moves an edge backwards (centred: 0 or 2) */
     DAVAR_ERR_SHRINK,        /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,        /* stride 0 or above 2^24 */
-    DAVAR_ERR_TRACKING,      /* policy glr: not trailing, block outside 5..64, shock_blocks above 3, window_max below 8
+    DAVAR_ERR_TRACKING,      /* policy glr: not trailing, block outside 5..64, shock_blocks above 2, window_max below 8
                                 blocks, a rate or an interval that is not a positive finite number */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
@@ -88,7 +88,7 @@ typedef struct {
     double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (7.2) */
     double cut_interval_s;    /* glr: between windows cut in vain; default 300 */
     uint32_t block;           /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
-    uint32_t shock_blocks;    /* glr: blocks that a shock may last, which are left out as a gap, 0..3; default 2 */
+    uint32_t shock_blocks;    /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
     const uint32_t *taus;     /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
     uint8_t tau_count;        /* 1..DAVAR_TAUS_MAX */
     uint16_t gaps_max;        /* gaps a window can remember; one more restarts the window (counted). Default 4 */

@@ -102,7 +102,7 @@ static void read_tracker(const davar_t *davar, davar_result_t *result)
     if (is_tracked(stages)) {
         const tracker_t *const tracker = stages->tracker;
         result->alarm = (davar->health.alarms != davar->alarms_seen);
-        result->cut_age_samples = davar->window.received - tracker->tail;
+        result->cut_age_samples = davar->window.received - tracker->cut;
         result->dispersion = (double)davar_glr_dispersion(&tracker->detector) / (double)(1U << GAIN_DIGITS);
     }
 }

@@ -48,12 +48,25 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
                                              : davar_law_next(config, window->length, unstable, window->filling);
 }
 
+/* Windows of policy glr may begin earlier again: their gaps are kept as long as the longest reaches. */
+static davar_window_t window_of_gaps(const davar_t *davar)
+{
+    davar_window_t window = davar->window;
+    if (is_tracked(davar->stages)) {
+        window.length = davar->config->window_max;
+    }
+    return window;
+}
+
 /* The window of the epoch that is due. True when it is long enough to report. */
 DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     window_move(stages, davar);
-    davar_gaps_forget(&davar->gaps, window);
+    if (davar->gaps.count > 0U) {
+        const davar_window_t longest = window_of_gaps(davar);
+        davar_gaps_forget(&davar->gaps, &longest);
+    }
     window->wait = davar->config->stride;
     const bool reported = (window->length >= davar->config->window_min);
     if (reported && on_grid(stages)) {
@@ -256,7 +269,8 @@ DAVAR_RARE static void window_gap(davar_t *davar)
         allan->to_gap = 0U; /* ends the run, and no window needs to remember it */
         return;
     }
-    if (!davar_gaps_push(&davar->gaps, window)) {
+    const davar_window_t longest = window_of_gaps(davar);
+    if (!davar_gaps_push(&davar->gaps, &longest)) {
         pipeline_restart(davar);
         return;
     }

@@ -29,6 +29,8 @@ typedef struct tracker {
     uint32_t to_shock; /* accepted samples in front of a shock that was dropped, or NO_SHOCK */
     uint32_t shock;    /* samples that it had */
     uint32_t tail;     /* position where the detector wants the window to begin */
+    uint32_t cut;      /* position of the newest change */
+    uint32_t longest;  /* whole strides of a window */
     bool was_cut;      /* since the newest epoch */
 } tracker_t;
 
@@ -61,6 +63,7 @@ DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *c
     davar_glr_start(&tracker->config, &wish);
     davar_glr_reset(&tracker->detector);
     tracker->to_shock = NO_SHOCK;
+    tracker->longest = (config->window_max / config->stride) * config->stride;
 }
 
 static uint32_t tracker_index(const tracker_t *tracker, uint32_t ahead)
@@ -92,7 +95,9 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
     tracker->accepted += (event->resolved - event->dropped) * block;
     davar_glr_window_t window;
     davar_glr_trailing(detector, &tracker->config, &window);
-    tracker->tail = davar->window.received + tracker->accepted - (window.blocks * block);
+    const uint32_t end = davar->window.received + tracker->accepted;
+    tracker->tail = end - (window.blocks * block);
+    tracker->cut = end - ((detector->now.sum.blocks - detector->cut.sum.blocks) * block);
     if (event->is_cut) {
         tracker->was_cut = true;
         davar_count(&davar->health.cuts);
@@ -128,7 +133,7 @@ static uint32_t tracker_next(const tracker_t *tracker, const davar_config_t *con
     const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
     const uint32_t most = smaller(wanted, smaller(config->window_max, head));
     if (at_once) {
-        return smaller(((most + config->stride - 1U) / config->stride) * config->stride, config->window_max);
+        return smaller(((most + config->stride - 1U) / config->stride) * config->stride, tracker->longest);
     }
     if (most > window->length) {
         return window->length + 1U;

@@ -1,0 +1,488 @@
+/* davar tests - policy glr from outside: every Allan deviation is that of the samples the result says are in its window; a change is
+ * told and the window begins behind it; a shock and a gap belong to no sum. */
+#include "davar/davar.h"
+#include "davar/state.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SAMPLES 9000U
+#define STEP 5000U
+#define TAUS 5U
+#define NO_TIME UINT32_MAX
+
+typedef enum { Q15, Q31, F32 } type_t;
+
+static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U};
+static davar_config_t config;
+static uint64_t memory[2][4096];
+static davar_t davar;
+static davar_result_t result;
+static int16_t stream[SAMPLES];
+
+static double uniform(random_t *random)
+{
+    return ((double)(random_next(random) >> 11U) / 9007199254740992.0) - 0.5;
+}
+
+/* Sigma 20 counts, from `step` on `ratio` times as much. */
+static void make_stream(uint64_t seed, uint32_t step, double ratio)
+{
+    random_t random = random_seeded(seed);
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        double sum = 0.0;
+        for (unsigned k = 0U; k < 12U; k++) {
+            sum += uniform(&random);
+        }
+        stream[i] = (int16_t)lround(sum * ((i < step) ? 20.0 : (20.0 * ratio)));
+    }
+}
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.25;
+    config.full_scale = 4096.0;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_GLR;
+    config.window_max = 1200U;
+    config.window_min = 20U;
+    config.segment = 0U;
+    config.shrink = 16U;
+    config.grow = 1U;
+    config.gaps_max = 8U;
+    config.false_alarms_per_hour = 0.01;
+    config.taus = taus;
+    config.tau_count = TAUS;
+    make_stream(3U, STEP, 1.8);
+}
+
+void tearDown(void) {}
+
+static void init(type_t type, unsigned which)
+{
+    davar_status_t status = DAVAR_OK;
+    memset(memory[which], 0xA5, sizeof memory[which]);
+    if (type == Q15) {
+        TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory[which], davar_memory_size_q15(&config));
+        status = davar_init_q15(&davar, &config, memory[which], sizeof memory[which]);
+    } else if (type == Q31) {
+        status = davar_init_q31(&davar, &config, memory[which], sizeof memory[which]);
+    } else {
+        status = davar_init_f32(&davar, &config, memory[which], sizeof memory[which]);
+    }
+    TEST_ASSERT_EQUAL(DAVAR_OK, status);
+}
+
+/* Up to `count` samples from index n on; returns how many. */
+static size_t push(type_t type, uint32_t n, size_t count)
+{
+    int32_t wide[64];
+    float rate[64];
+    const size_t most = (count < 64U) ? count : 64U;
+    for (size_t i = 0U; i < most; i++) {
+        wide[i] = stream[n + i];
+        rate[i] = 0.25F * (float)stream[n + i];
+    }
+    if (type == Q15) {
+        return davar_push_q15(&davar, &stream[n], most);
+    }
+    return (type == Q31) ? davar_push_q31(&davar, wide, most) : davar_push_f32(&davar, rate, most);
+}
+
+/* --- the samples that a result speaks of -------------------------------------------------------------------------- */
+
+static bool lost[SAMPLES];   /* in a shock, or left out in front of a gap */
+static bool behind[SAMPLES]; /* a boundary lies in front of this sample */
+
+static void lose(uint32_t from, uint32_t to)
+{
+    for (uint32_t i = from; i < to; i++) {
+        lost[i] = true;
+    }
+    behind[to] = true;
+}
+
+/* ADEV of the `length` samples up to `epoch` that were not lost, by its definition; no difference spans a boundary. */
+static double adev_of(uint64_t epoch, uint32_t length, uint32_t m, uint32_t *differences)
+{
+    static int16_t window[SAMPLES];
+    static uint32_t runs[SAMPLES]; /* how many boundaries up to each */
+    uint32_t taken = 0U;
+    uint32_t run = 0U;
+    for (uint32_t i = (uint32_t)epoch + 1U; (i > 0U) && (taken < length); i--) {
+        if (!lost[i - 1U]) {
+            window[taken] = stream[i - 1U];
+            runs[taken] = run;
+            taken++;
+        }
+        run += behind[i - 1U] ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL_UINT32(length, taken);
+    uint64_t sum = 0U;
+    *differences = 0U;
+    for (uint32_t i = 0U; (i + (2U * m)) <= length; i++) {
+        int64_t difference = 0;
+        for (uint32_t k = 0U; k < m; k++) {
+            difference += window[i + k] - window[i + m + k];
+        }
+        if (runs[i] == runs[i + (2U * m) - 1U]) {
+            sum += (uint64_t)(difference * difference);
+            (*differences)++;
+        }
+    }
+    return 0.25 * sqrt((double)sum / (2.0 * m * m * *differences));
+}
+
+static void check_window(void)
+{
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        uint32_t differences = 0U;
+        const double expected = adev_of(result.epoch, result.window_samples, taus[t], &differences);
+        TEST_ASSERT_EQUAL_UINT32(differences, result.tau[t].differences);
+        if (differences > 0U) {
+            TEST_ASSERT_DOUBLE_WITHIN(1e-14 * expected, expected, result.tau[t].adev);
+        }
+    }
+}
+
+typedef struct {
+    uint32_t results;
+    uint32_t alarms;
+    uint32_t alarm_at;
+    uint32_t cut_at;   /* the change, as the alarm tells it */
+    uint32_t shortest; /* window behind the alarm */
+    uint64_t last;     /* epoch */
+} story_t;
+
+/* Pushes samples [from, to), `block` at a time, looks at every result and checks every `every`-th. */
+static story_t run(type_t type, uint32_t from, uint32_t to, uint32_t block, uint32_t every)
+{
+    story_t story = {0U, 0U, NO_TIME, NO_TIME, UINT32_MAX, 0U};
+    for (uint32_t n = from; n < to;) {
+        n += (uint32_t)push(type, n, ((to - n) < block) ? (to - n) : block);
+        if (davar_take(&davar, &result)) {
+            TEST_ASSERT_LESS_THAN_UINT64(n, result.epoch);
+            TEST_ASSERT_TRUE((story.results == 0U) || (result.epoch > story.last));
+            TEST_ASSERT_TRUE(result.dispersion >= 1.0);
+            story.last = result.epoch;
+            story.results++;
+            if (result.alarm) {
+                story.alarms++;
+                story.alarm_at = (uint32_t)result.epoch;
+                story.cut_at = (uint32_t)result.epoch - result.cut_age_samples;
+            }
+            if ((story.alarms > 0U) && (result.window_samples < story.shortest)) {
+                story.shortest = result.window_samples;
+            }
+            if ((story.results % every) == 0U) {
+                check_window();
+            }
+        }
+    }
+    return story;
+}
+
+static void nothing_lost(void)
+{
+    memset(lost, 0, sizeof lost);
+    memset(behind, 0, sizeof behind);
+}
+
+/* --- tests -------------------------------------------------------------------------------------------------------- */
+
+/* A step of 1.8 is seen within two seconds, and the window holds nothing older soon. */
+static void check_step(type_t type, uint32_t stride, uint32_t block)
+{
+    nothing_lost();
+    config.stride = stride;
+    init(type, 0U);
+    const story_t story = run(type, 0U, SAMPLES, block, (stride == 1U) ? 37U : 3U);
+    TEST_ASSERT_EQUAL_UINT32(1U, story.alarms);
+    TEST_ASSERT_GREATER_THAN_UINT32(STEP, story.alarm_at);
+    TEST_ASSERT_LESS_THAN_UINT32(STEP + 200U, story.alarm_at);
+    TEST_ASSERT_LESS_THAN_UINT32(450U, story.shortest);
+    TEST_ASSERT_GREATER_THAN_UINT32((SAMPLES / stride) - (80U / stride) - 3U, story.results);
+    const davar_health_t health = davar_health(&davar);
+    TEST_ASSERT_EQUAL_UINT32(1U, health.alarms);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, health.cuts);
+    TEST_ASSERT_EQUAL_UINT32(0U, health.missed + health.gaps + health.restarts);
+    TEST_ASSERT_UINT32_WITHIN(60U, STEP, story.cut_at);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(1200U, result.window_samples);
+}
+
+static void test_a_step_is_told_and_the_window_begins_behind_it(void)
+{
+    check_step(Q15, 1U, 1U);
+    check_step(Q15, 1U, 64U);
+    check_step(Q15, 10U, 1U);
+    check_step(Q15, 10U, 64U);
+    check_step(Q15, 7U, 13U);
+    check_step(Q15, 60U, 64U);
+    check_step(Q31, 1U, 1U);
+    check_step(Q31, 10U, 64U);
+    check_step(F32, 1U, 1U);
+    check_step(F32, 10U, 64U);
+}
+
+/* Samples that come one by one or in blocks: the same results. */
+static void test_how_samples_come_changes_nothing(void)
+{
+    static davar_result_t single[SAMPLES / 10U + 1U];
+    uint32_t count = 0U;
+    config.stride = 10U;
+    init(Q15, 0U);
+    for (uint32_t n = 0U; n < SAMPLES; n++) {
+        (void)push(Q15, n, 1U);
+        count += davar_take(&davar, &single[count]) ? 1U : 0U;
+    }
+    init(Q15, 0U);
+    uint32_t again = 0U;
+    random_t random = random_seeded(9U);
+    for (uint32_t n = 0U; n < SAMPLES;) {
+        const size_t most = 1U + (size_t)(random_next(&random) % 64U);
+        n += (uint32_t)push(Q15, n, ((SAMPLES - n) < most) ? (SAMPLES - n) : most);
+        if (davar_take(&davar, &result)) {
+            TEST_ASSERT_EQUAL_UINT64(single[again].epoch, result.epoch);
+            TEST_ASSERT_EQUAL_UINT32(single[again].window_samples, result.window_samples);
+            TEST_ASSERT_EQUAL_MEMORY(single[again].tau, result.tau, sizeof result.tau[0] * TAUS);
+            again++;
+        }
+    }
+    TEST_ASSERT_UINT32_WITHIN(1U, count, again);
+}
+
+/* A shock of three samples: its block is left out, no alarm, and the epochs go on as the samples came. */
+static void check_shock(type_t type, uint32_t stride)
+{
+    nothing_lost();
+    make_stream(4U, SAMPLES, 1.0);
+    stream[4003] = 900;
+    stream[4004] = -800;
+    stream[4006] = 700;
+    lose(4000U, 4010U);
+    config.stride = stride;
+    init(type, 0U);
+    const story_t story = run(type, 0U, 6000U, 64U, (stride == 1U) ? 17U : 1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, story.alarms);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).shocks);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).gaps);
+    TEST_ASSERT_GREATER_THAN_UINT64(5900U, result.epoch);
+}
+
+static void test_a_shock_is_left_out(void)
+{
+    check_shock(Q15, 1U);
+    check_shock(Q15, 10U);
+    check_shock(Q31, 1U);
+}
+
+/* Louder for good: what seemed a shock is passed on, and all that waited catches up. */
+static void test_what_was_no_shock_is_passed_on(void)
+{
+    nothing_lost();
+    make_stream(5U, STEP, 8.0);
+    init(Q15, 0U);
+    const story_t story = run(Q15, 0U, SAMPLES, 1U, 29U);
+    TEST_ASSERT_EQUAL_UINT32(1U, story.alarms);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).shocks);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+    TEST_ASSERT_GREATER_THAN_UINT64(SAMPLES - 25U, story.last);
+}
+
+static void test_without_shock_blocks_a_shock_is_a_change(void)
+{
+    nothing_lost();
+    make_stream(4U, SAMPLES, 1.0);
+    stream[4003] = 900;
+    config.shock_blocks = 0U;
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 6000U, 1U, 29U);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).shocks);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, davar_health(&davar).cuts);
+}
+
+/* What has not been heard is left out with the gap; what has been goes on. */
+static void check_gaps(uint32_t stride)
+{
+    nothing_lost();
+    make_stream(6U, SAMPLES, 1.0);
+    config.stride = stride;
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 3007U, 1U, 50U);
+    davar_gap(&davar, 4U);
+    lose(3000U, 3007U);
+    (void)run(Q15, 3007U, 3010U, 1U, 50U);
+    davar_gap(&davar, 1U);
+    lose(3007U, 3010U);
+    const story_t story = run(Q15, 3010U, 5000U, 1U, (stride == 1U) ? 17U : 1U);
+    TEST_ASSERT_GREATER_THAN_UINT64(4960U, story.last);
+    TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&davar).gaps);
+}
+
+static void test_gaps(void)
+{
+    check_gaps(1U);
+    check_gaps(10U);
+}
+
+/* A gap while a shock is waited for, and one while a shock that was told has not been passed yet. */
+static void test_a_gap_beside_a_shock(void)
+{
+    for (uint32_t at = 3985U; at < 4035U; at++) {
+        nothing_lost();
+        make_stream(4U, SAMPLES, 1.0);
+        stream[4003] = 900;
+        config.stride = 1U;
+        init(Q15, 0U);
+        (void)run(Q15, 0U, at, 1U, 100000U);
+        davar_gap(&davar, 1U);
+        (void)run(Q15, at, 6000U, 1U, 100000U);
+        TEST_ASSERT_GREATER_THAN_UINT64(5980U, result.epoch);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT64(5999U, result.epoch);
+    }
+}
+
+/* More gaps than the window can remember: it begins anew, and the detector goes on. */
+static void test_a_restart(void)
+{
+    nothing_lost();
+    make_stream(6U, SAMPLES, 1.0);
+    config.gaps_max = 1U;
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 3000U, 1U, 1000000U);
+    davar_gap(&davar, 1U);
+    (void)run(Q15, 3000U, 3100U, 1U, 1000000U);
+    davar_gap(&davar, 1U);
+    const story_t story = run(Q15, 3100U, 6000U, 1U, 1000000U);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
+    TEST_ASSERT_EQUAL_UINT32(0U, story.alarms);
+    TEST_ASSERT_GREATER_THAN_UINT32(300U, result.window_samples);
+}
+
+static void test_reset_begins_anew(void)
+{
+    nothing_lost();
+    init(Q15, 0U);
+    const story_t first = run(Q15, 0U, SAMPLES, 1U, 1000000U);
+    const davar_result_t expected = result;
+    davar_reset(&davar);
+    const story_t second = run(Q15, 0U, SAMPLES, 1U, 1000000U);
+    TEST_ASSERT_EQUAL_UINT32(first.results, second.results);
+    TEST_ASSERT_EQUAL_UINT32(first.alarm_at, second.alarm_at);
+    TEST_ASSERT_EQUAL_MEMORY(expected.tau, result.tau, sizeof expected.tau[0] * TAUS);
+}
+
+/* An alarm that nobody took is in the next result that is taken. */
+static void test_an_alarm_waits_to_be_taken(void)
+{
+    init(Q15, 0U);
+    uint32_t n = 0U;
+    for (; davar_health(&davar).alarms == 0U; n++) {
+        TEST_ASSERT_LESS_THAN_UINT32(SAMPLES, n);
+        (void)push(Q15, n, 1U);
+    }
+    for (uint32_t end = n + 100U; n < end; n++) {
+        (void)push(Q15, n, 1U);
+    }
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_TRUE(result.alarm);
+    (void)push(Q15, n, 1U);
+    TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    TEST_ASSERT_FALSE(result.alarm);
+}
+
+static unsigned char cells[2U * 16384U];
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    return true;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(&cells[offset], data, bytes);
+    return true;
+}
+
+static void test_a_restored_stream_goes_on_bit_for_bit(void)
+{
+    static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
+    make_stream(4U, 4300U, 1.6);
+    stream[4003] = 900;
+    for (uint32_t cut = 3990U; cut < 4040U; cut += 3U) {
+        init(Q15, 0U);
+        (void)run(Q15, 0U, cut, 1U, 1000000U);
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+        (void)run(Q15, cut, 6000U, 1U, 1000000U);
+        const davar_result_t expected = result;
+        const davar_health_t health = davar_health(&davar);
+        init(Q15, 1U);
+        memset(memory[0], 0, sizeof memory[0]);
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+        (void)run(Q15, cut, 6000U, 1U, 1000000U);
+        const davar_health_t again = davar_health(&davar);
+        TEST_ASSERT_EQUAL_MEMORY(&health, &again, sizeof health);
+        TEST_ASSERT_EQUAL_UINT64(expected.epoch, result.epoch);
+        TEST_ASSERT_EQUAL_UINT32(expected.window_samples, result.window_samples);
+        TEST_ASSERT_EQUAL_MEMORY(expected.tau, result.tau, sizeof expected.tau[0] * TAUS);
+    }
+}
+
+static void test_kurtosis_is_kept_beside_it_when_asked_for(void)
+{
+    nothing_lost();
+    config.segment = 10U;
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 4000U, 1U, 101U);
+    TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.9, result.kurtosis);
+    TEST_ASSERT_FALSE(result.unstable);
+    config.segment = 0U;
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 4000U, 1U, 101U);
+    TEST_ASSERT_TRUE(isnan(result.kurtosis));
+}
+
+static void refused(void)
+{
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    setUp();
+}
+
+static void test_what_init_refuses(void)
+{
+    config.mode = DAVAR_MODE_CENTRED, config.shrink = 2U, config.grow = 2U, refused();
+    config.block = 4U, refused();
+    config.block = 65U, refused();
+    config.shock_blocks = 3U, refused();
+    config.window_max = 79U, refused();
+    config.stride = 1201U, refused();
+    config.false_alarms_per_hour = 0.0, refused();
+    config.cut_interval_s = -1.0, refused();
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_step_is_told_and_the_window_begins_behind_it);
+    RUN_TEST(test_how_samples_come_changes_nothing);
+    RUN_TEST(test_a_shock_is_left_out);
+    RUN_TEST(test_what_was_no_shock_is_passed_on);
+    RUN_TEST(test_without_shock_blocks_a_shock_is_a_change);
+    RUN_TEST(test_gaps);
+    RUN_TEST(test_a_gap_beside_a_shock);
+    RUN_TEST(test_a_restart);
+    RUN_TEST(test_reset_begins_anew);
+    RUN_TEST(test_an_alarm_waits_to_be_taken);
+    RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
+    RUN_TEST(test_kurtosis_is_kept_beside_it_when_asked_for);
+    RUN_TEST(test_what_init_refuses);
+    return UNITY_END();
+}
