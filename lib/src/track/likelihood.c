@@ -25,10 +25,7 @@ bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spre
     const uint32_t there = older->blocks << 21U;
     const bool is_louder = (expected > there);
     const uint32_t excess = is_louder ? (expected - there) : (there - expected);
-    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits */
-    if (size > UINT16_MAX) {
-        return true;
-    }
+    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits, of 1023 blocks below 2^16 */
     const uint32_t newer = (blocks << 21U) - (is_louder ? expected : there);
     const uint32_t quiet = is_louder ? newer : expected;
     const uint32_t loud = is_louder ? there : newer;

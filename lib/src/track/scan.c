@@ -13,11 +13,11 @@ typedef struct {
     uint32_t f;
 } scan_t;
 
-/* f (1 + 1 / (3 nu n)) (h - ln n) */
+/* f (1 + 1 / (3 nu n)) (h - ln n); h is above ln n + 1 */
 static int32_t threshold_at(const scan_t *scan, uint32_t h, uint32_t n)
 {
     const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
-    const uint32_t plain = (uint32_t)(davar_multiply_u32(scan->f, (h > logarithm) ? (h - logarithm) : 0U) >> 16U);
+    const uint32_t plain = (uint32_t)(davar_multiply_u32(scan->f, h - logarithm) >> 16U);
     const uint32_t bias = davar_divided(scan->config->bias, n);
     return (int32_t)(plain + (uint32_t)(davar_multiply_u32(plain, bias) >> 16U));
 }
@@ -26,7 +26,7 @@ static int32_t threshold_at(const scan_t *scan, uint32_t h, uint32_t n)
 static uint32_t threshold_below(const scan_t *scan, uint32_t h, uint32_t n)
 {
     const uint32_t logarithm = (32U - davar_leading_zeros_32(n)) * LN_2_ABOVE;
-    return (h > logarithm) ? (uint32_t)(davar_multiply_u32(scan->f, h - logarithm) >> 22U) : 0U;
+    return (uint32_t)(davar_multiply_u32(scan->f, h - logarithm) >> 22U);
 }
 
 static uint32_t smaller_part(const davar_stretch_t *stretch, const davar_spread_t *older)
@@ -56,8 +56,8 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, 
     }
     scan_t scan = {config, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state)};
     davar_stretch(&scan.stretch, &sum, config->degrees);
-    /* An age of 2^level was one of 2 * 2^(level - 1) an octave before. */
-    for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at); level++) {
+    /* An age of 2^level was one of 2 * 2^(level - 1) an octave before; the last octave reaches beyond any beginning. */
+    for (uint32_t level = 0U; ((at >> level) << level) == at; level++) {
         for (uint32_t c = GLR_RECORDS / 2U; c < GLR_RECORDS; c++) {
             const uint32_t age = c << level;
             if (age >= (at - begin->at)) {

@@ -183,8 +183,10 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     const uint32_t age = glr_age(state, &state->past[i]);
     const uint32_t before = (i != 0U) ? (at - state->past[i - 1U].at) : config->half;
     const uint32_t after = ((i + 1U) < state->cuts) ? (state->past[i + 1U].at - at) : age;
-    const uint32_t there = (age < GLR_RECENT) ? (GLR_RECENT - age) : 0U;
-    const uint32_t from = at - smaller(smaller(before, config->half), there);
+    if (age >= GLR_RECENT) {
+        return true;
+    }
+    const uint32_t from = at - smaller(smaller(before, config->half), GLR_RECENT - age);
     const uint32_t to = at + smaller(after, config->half);
     const uint32_t most = loudest(state, from, to);
     moment_t moment = {{0U, 0U, 0U}, 0U};
@@ -211,7 +213,7 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
     if (is_cut) {
         if (state->cuts == GLR_CUTS) {
             drop_oldest(state);
-            state->counts[0] = 1U; /* beyond it nothing is known */
+            state->counts[0] = 1U; /* beyond it cuts may be forgotten */
             state->settled[0] = 1U;
         }
         keep(state, &state->cut, false);
@@ -254,11 +256,19 @@ static void clip(const davar_glr_t *state, uint32_t half, davar_glr_place_t *beg
 
 bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window)
 {
+    window->begin = state->now.at - state->seen;
+    window->end = state->now.at;
+    if (state->seen < config->half) {
+        return false;
+    }
     const uint32_t widest = 2U * config->half;
     davar_glr_place_t end = state->now;
     davar_glr_place_t begin = {state->now.sum, state->now.at - widest};
     davar_glr_place_t bound;
     oldest_record(state, config->longest, &bound); /* while there is none, the beginning is a cut */
+    if (state->cuts == GLR_CUTS) {
+        bound = state->past[0]; /* beyond it cuts may be forgotten */
+    }
     clip(state, config->half, &begin, &end, &bound);
     if (glr_age(state, &bound) > widest) {
         davar_glr_place_t grown;
@@ -269,5 +279,5 @@ bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *confi
     }
     window->begin = begin.at;
     window->end = end.at;
-    return state->seen >= config->half;
+    return true;
 }
