@@ -28,7 +28,7 @@ MAY_INCLUDE = {
     "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
     "host_sim": ("lib/include", "port/include", "port/node", "port/job"),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
-    "tests/tracking": ("lib/include", "lib/src", "tests/support"),
+    "tests/tracking": ("lib/include", "lib/src", "port/bare_metal", "tests/support"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),

@@ -6,7 +6,7 @@
 
 #define LOGARITHM_DIGITS 24U /* binary, behind the point */
 
-/* ln(mantissa 2^exponent), the top bit of the mantissa set, |exponent| below 150. Within 2e-7: three products, one table. */
+/* ln(mantissa 2^exponent), the top bit of the mantissa set, |exponent| at most 64. Within 2e-7: three products, one table. */
 int32_t davar_logarithm(uint32_t mantissa, int32_t exponent);
 
 /* ln n, n > 0 */

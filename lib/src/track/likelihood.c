@@ -10,7 +10,7 @@ void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t
     stretch->exponent = spread_exponent(sum);
     const uint32_t mantissa = spread_bits(sum, stretch->exponent);
     stretch->reciprocal = davar_reciprocal_of_mantissa(mantissa);
-    stretch->logarithm = davar_logarithm(mantissa, stretch->exponent) - davar_logarithm_of_count(sum->blocks);
+    stretch->logarithm = INT32_MIN;
 }
 
 /* With E_o, E_n the blocks that the parts would have if they were as loud as the whole, and x - 1 - ln x at most (x - 1)^2 / 2
@@ -25,10 +25,7 @@ bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spre
     const uint32_t there = older->blocks << 21U;
     const bool is_louder = (expected > there);
     const uint32_t excess = is_louder ? (expected - there) : (there - expected);
-    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits */
-    if (size > UINT16_MAX) {
-        return true;
-    }
+    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits, of 1023 blocks below 2^16 */
     const uint32_t newer = (blocks << 21U) - (is_louder ? expected : there);
     const uint32_t quiet = is_louder ? newer : expected;
     const uint32_t loud = is_louder ? there : newer;
@@ -44,8 +41,11 @@ static uint64_t part_of(const davar_stretch_t *stretch, const davar_spread_t *pa
     return davar_multiply_i32(stretch->logarithm - spread_logarithm_of_mean(part), (int32_t)part->blocks);
 }
 
-int32_t davar_likelihood_gain(const davar_stretch_t *stretch, const davar_spread_t *older)
+int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older)
 {
+    if (stretch->logarithm == INT32_MIN) {
+        stretch->logarithm = spread_logarithm_of_mean(&stretch->sum);
+    }
     const davar_spread_t newer = spread_between(older, &stretch->sum);
     const uint64_t sum = part_of(stretch, older) + part_of(stretch, &newer); /* not negative, but for rounding */
     return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >> (24U + 8U + 1U - GAIN_DIGITS));

@@ -11,7 +11,7 @@ typedef struct {
     davar_spread_t sum;
     int32_t exponent;    /* where its upper 32 bits begin */
     uint32_t reciprocal; /* of these bits */
-    int32_t logarithm;   /* of its mean block */
+    int32_t logarithm;   /* of its mean block; INT32_MIN until it is asked for */
     uint32_t degrees;    /* nu, 8 digits */
 } davar_stretch_t;
 
@@ -22,6 +22,6 @@ void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t
 bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older, uint32_t limit);
 
 /* G = nu/2 (N_t ln(S_t/N_t) - N_o ln(S_o/N_o) - N_n ln(S_n/N_n)); both parts hold a block, neither sum is 0. */
-int32_t davar_likelihood_gain(const davar_stretch_t *stretch, const davar_spread_t *older);
+int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older);
 
 #endif

@@ -8,25 +8,20 @@
 
 /* What all splits of one scan share. */
 typedef struct {
+    const davar_glr_t *state;
     const davar_glr_config_t *config;
+    const davar_glr_place_t *begin;
     davar_stretch_t stretch;
     uint32_t f;
+    davar_split_t *best; /* of each threshold, the lowest first */
+    uint32_t count;
 } scan_t;
 
-/* f (1 + 1 / (3 nu n)) (h - ln n) */
-static int32_t threshold_at(const scan_t *scan, uint32_t h, uint32_t n)
-{
-    const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
-    const uint32_t plain = (uint32_t)(davar_multiply_u32(scan->f, (h > logarithm) ? (h - logarithm) : 0U) >> 16U);
-    const uint32_t bias = davar_divided(scan->config->bias, n);
-    return (int32_t)(plain + (uint32_t)(davar_multiply_u32(plain, bias) >> 16U));
-}
-
 /* Not above any threshold at n; 6 digits. */
-static uint32_t threshold_below(const scan_t *scan, uint32_t h, uint32_t n)
+static uint32_t threshold_below(const scan_t *scan, uint32_t n)
 {
     const uint32_t logarithm = (32U - davar_leading_zeros_32(n)) * LN_2_ABOVE;
-    return (h > logarithm) ? (uint32_t)(davar_multiply_u32(scan->f, h - logarithm) >> 22U) : 0U;
+    return (uint32_t)(davar_multiply_u32(scan->f, scan->best[0].threshold - logarithm) >> 22U);
 }
 
 static uint32_t smaller_part(const davar_stretch_t *stretch, const davar_spread_t *older)
@@ -35,44 +30,62 @@ static uint32_t smaller_part(const davar_stretch_t *stretch, const davar_spread_
     return (newer < older->blocks) ? newer : older->blocks;
 }
 
-static void compare(const scan_t *scan, davar_split_t *split, int32_t gain, uint32_t n, uint32_t age, uint32_t level)
+/* A gain against the thresholds f (1 + 1 / (3 nu n)) (h - ln n); h is above ln n + 1. */
+static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32_t level)
 {
-    const int32_t excess = gain - threshold_at(scan, split->threshold, n);
-    if (excess > split->excess) {
-        split->excess = excess;
-        split->gain = gain;
-        split->age = age;
-        split->level = level;
+    const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
+    const uint32_t bias = davar_divided(scan->config->bias, n);
+    for (uint32_t i = 0U; i < scan->count; i++) {
+        davar_split_t *const best = &scan->best[i];
+        const uint32_t plain = (uint32_t)(davar_multiply_u32(scan->f, best->threshold - logarithm) >> 16U);
+        const int32_t excess = gain - (int32_t)(plain + (uint32_t)(davar_multiply_u32(plain, bias) >> 16U));
+        if (excess > best->excess) {
+            best->excess = excess;
+            best->gain = gain;
+            best->age = age;
+            best->level = level;
+        }
     }
+}
+
+/* The split at `age`, where a record of this level is. */
+static void ask(scan_t *scan, uint32_t age, uint32_t level)
+{
+    if (age >= glr_age(scan->state, scan->begin)) {
+        return;
+    }
+    const davar_spread_t older =
+        spread_between(&scan->begin->sum, glr_record(scan->state, level, scan->state->now.at - age));
+    const uint32_t n = smaller_part(&scan->stretch, &older);
+    if ((n >= scan->config->least) && davar_likelihood_may_reach(&scan->stretch, &older, threshold_below(scan, n))) {
+        compare(scan, davar_likelihood_gain(&scan->stretch, &older), n, age, level);
+    }
+}
+
+/* The level whose turn it is, the first always: at 2^(l - 1) times an odd number it is l, so that no block asks more than two. */
+static uint32_t level_in_turn(uint32_t at)
+{
+    uint32_t level = 1U;
+    while (((at >> (level - 1U)) & 1U) == 0U) {
+        level++;
+    }
+    return level;
 }
 
 void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, const davar_glr_place_t *begin,
                     davar_split_t *split, uint32_t count)
 {
-    const uint32_t at = state->now.at;
     const davar_spread_t sum = spread_between(&begin->sum, &state->now.sum);
     if (sum.blocks < (2U * config->least)) {
         return;
     }
-    scan_t scan = {config, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state)};
+    scan_t scan = {state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state), split, count};
     davar_stretch(&scan.stretch, &sum, config->degrees);
-    /* An age of 2^level was one of 2 * 2^(level - 1) an octave before. */
-    for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at); level++) {
-        for (uint32_t c = GLR_RECORDS / 2U; c < GLR_RECORDS; c++) {
-            const uint32_t age = c << level;
-            if (age >= (at - begin->at)) {
-                return;
-            }
-            const davar_spread_t older = spread_between(&begin->sum, glr_record(state, level, at - age));
-            const uint32_t n = smaller_part(&scan.stretch, &older);
-            if ((n < config->least) ||
-                !davar_likelihood_may_reach(&scan.stretch, &older, threshold_below(&scan, split[0].threshold, n))) {
-                continue;
-            }
-            const int32_t gain = davar_likelihood_gain(&scan.stretch, &older);
-            for (uint32_t i = 0U; i < count; i++) {
-                compare(&scan, &split[i], gain, n, age, level);
-            }
-        }
+    ask(&scan, 2U, 0U);
+    ask(&scan, 3U, 0U);
+    const uint32_t level = level_in_turn(state->now.at);
+    if (level < config->levels) {
+        ask(&scan, 3U << (level - 1U), level);
+        ask(&scan, 5U << (level - 1U), level);
     }
 }

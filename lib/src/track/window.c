@@ -128,8 +128,9 @@ void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block)
 
 /* Sums over recent blocks, in units that the loudest of them fills 25 bits of. */
 typedef struct {
-    davar_spread_t sum;
-    uint64_t partial; /* the partial sums behind each block, added up: the k-th from the end counts k times */
+    uint32_t sum;
+    uint32_t blocks;
+    uint64_t partial; /* the sums up to each block, added up: the k-th from the end counts k times */
 } moment_t;
 
 static uint32_t loudest(const davar_glr_t *state, uint32_t from, uint32_t to)
@@ -149,9 +150,9 @@ static void add_recent(const davar_glr_t *state, uint32_t from, uint32_t to, uin
         if (packed != 0U) {
             const uint32_t below = most - (packed >> 9U);
             const uint32_t value = ((packed & 0x1FFU) | 0x200U) << 15U;
-            moment->sum.low += (below < 25U) ? (value >> below) : 1U;
-            moment->sum.blocks++;
-            moment->partial += moment->sum.low;
+            moment->sum += (below < 25U) ? (value >> below) : 1U;
+            moment->blocks++;
+            moment->partial += moment->sum;
         }
     }
 }
@@ -160,8 +161,8 @@ static void add_recent(const davar_glr_t *state, uint32_t from, uint32_t to, uin
  * b. */
 static int32_t ramp_gain(const davar_glr_config_t *config, const moment_t *moment)
 {
-    const uint32_t n = moment->sum.blocks;
-    const uint32_t sum = (uint32_t)moment->sum.low;
+    const uint32_t n = moment->blocks;
+    const uint32_t sum = moment->sum;
     const uint64_t twice = 2U * moment->partial;
     const uint64_t middle = davar_multiply_u32(sum, n + 1U);
     const uint64_t slope = ((twice > middle) ? (twice - middle) : (middle - twice)) >> 6U; /* below the sum */
@@ -184,19 +185,22 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     const uint32_t age = glr_age(state, &state->past[i]);
     const uint32_t before = (i != 0U) ? (at - state->past[i - 1U].at) : config->half;
     const uint32_t after = ((i + 1U) < state->cuts) ? (state->past[i + 1U].at - at) : age;
-    const uint32_t there = (age < GLR_RECENT) ? (GLR_RECENT - age) : 0U;
-    const uint32_t from = at - smaller(smaller(before, config->half), there);
+    if (age >= GLR_RECENT) {
+        return true;
+    }
+    const uint32_t from = at - smaller(smaller(before, config->half), GLR_RECENT - age);
     const uint32_t to = at + smaller(after, config->half);
     const uint32_t most = loudest(state, from, to);
-    moment_t moment = {{0U, 0U, 0U}, 0U};
+    moment_t moment = {0U, 0U, 0U};
     add_recent(state, from, at, most, &moment);
-    const davar_spread_t older = moment.sum;
+    const davar_spread_t older = {moment.sum, 0U, moment.blocks};
     add_recent(state, at, to, most, &moment);
-    if ((older.blocks == 0U) || (older.blocks == moment.sum.blocks)) {
+    const davar_spread_t sum = {moment.sum, 0U, moment.blocks};
+    if ((older.blocks == 0U) || (older.blocks == sum.blocks)) {
         return true;
     }
     davar_stretch_t stretch;
-    davar_stretch(&stretch, &moment.sum, config->degrees);
+    davar_stretch(&stretch, &sum, config->degrees);
     const int32_t limit = (int32_t)((davar_glr_dispersion(state) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
     return (davar_likelihood_gain(&stretch, &older) - ramp_gain(config, &moment)) > limit;
 }
@@ -212,7 +216,7 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
     if (is_cut) {
         if (state->cuts == GLR_CUTS) {
             drop_oldest(state);
-            state->counts[0] = 1U; /* beyond it nothing is known */
+            state->counts[0] = 1U; /* beyond it cuts may be forgotten */
             state->settled[0] = 1U;
         }
         keep(state, &state->cut, false);
@@ -255,11 +259,19 @@ static void clip(const davar_glr_t *state, uint32_t half, davar_glr_place_t *beg
 
 bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window)
 {
+    window->begin = state->now.at - state->seen;
+    window->end = state->now.at;
+    if (state->seen < config->half) {
+        return false;
+    }
     const uint32_t widest = 2U * config->half;
     davar_glr_place_t end = state->now;
     davar_glr_place_t begin = {state->now.sum, state->now.at - widest};
     davar_glr_place_t bound;
     oldest_record(state, config->longest, &bound); /* while there is none, the beginning is a cut */
+    if (state->cuts == GLR_CUTS) {
+        bound = state->past[0]; /* beyond it cuts may be forgotten */
+    }
     clip(state, config->half, &begin, &end, &bound);
     if (glr_age(state, &bound) > widest) {
         davar_glr_place_t grown;
@@ -270,5 +282,5 @@ bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *confi
     }
     window->begin = begin.at;
     window->end = end.at;
-    return state->seen >= config->half;
+    return true;
 }
