@@ -118,14 +118,17 @@ static void take_health(gateway_t *gateway)
     const davar_health_t health = davar_health(&gateway->davar);
     const uint32_t counts[] = {health.gaps,       health.missing,  health.saturated,
                                health.not_finite, health.restarts, health.missed};
+    const uint32_t tracking[] = {health.cuts, health.alarms, health.shocks};
     memcpy(gateway->health.count, counts, sizeof counts);
+    memcpy(&gateway->health.count[DAVAR_HEALTH_WINDOW_CUTS], tracking, sizeof tracking);
     davar_link_health(gateway->outbox.link, &gateway->health);
 }
 
 static void update_alarm(gateway_t *gateway, const davar_result_t *result)
 {
     const bool before = gateway->alarm.high;
-    const bool now = alarm_step(&gateway->alarm, result->epoch, result->unstable);
+    const bool tracks = (gateway->settings.config.policy == DAVAR_POLICY_GLR);
+    const bool now = alarm_step(&gateway->alarm, result->epoch, tracks ? result->alarm : result->unstable);
     if (now && !before) {
         count(gateway, DAVAR_HEALTH_ALARMS, 1U);
     }
@@ -263,9 +266,10 @@ static void run(gateway_t *gateway)
 static void report(const gateway_t *gateway)
 {
     static const char *const names[DAVAR_HEALTH_COUNT] = {
-        "gaps",           "missing samples", "saturated samples", "not finite", "window restarts", "results missed",
-        "frames dropped", "send retries",    "error passive",     "bus off",    "link lost",       "link back",
-        "noise bytes",    "edges lost",      "source faults",     "alarms"};
+        "gaps",           "missing samples", "saturated samples", "not finite",     "window restarts",
+        "results missed", "frames dropped",  "send retries",      "error passive",  "bus off",
+        "link lost",      "link back",       "noise bytes",       "edges lost",     "source faults",
+        "alarms",         "window cuts",     "noise alarms",      "shocks left out"};
     (void)fprintf(stderr, "davar-node: %llu samples, %llu results", (unsigned long long)gateway->node.counters.samples,
                   (unsigned long long)gateway->node.counters.results);
     for (size_t item = 0; item < DAVAR_HEALTH_COUNT; item++) {

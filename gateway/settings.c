@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define ALARM_S_MAX 1e6
+#define NOT_GIVEN UINT32_MAX
 
 static const char HELP[] =
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
@@ -28,14 +29,19 @@ static const char HELP[] =
     "  --rate HZ         sample rate\n"
     "  --lsb DPS         size of a count in deg/s\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
-    "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, 100, 100)\n"
+    "  --policy or|glr   who decides the window's length: the paper's law (default), or a likelihood ratio that says\n"
+    "                    when the noise has changed (docs/FIRMWARE.md)\n"
+    "  --false-alarms-per-hour X    --cut-interval S    glr: what you accept while nothing changes (0.01, 300)\n"
+    "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, 100, 100; glr: "
+    "6000,\n"
+    "                    20, 0, 100)\n"
     "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty and prints its name\n"
     "  --content WHAT    summary, full (default), intervals or fd\n"
     "  --raw             frames of the counts too, for davarlab live --raw (bus load: lib/WIRE.md)\n"
     "  --base HEX        CAN identifier of channel 0 (default 5D0);  --channel N  (default 0)\n"
     "  --baud N          of the serial line (default: as it is)\n"
     "  --wait            start even when the interface or tty is not there yet\n"
-    "  --alarm CHIP:LINE high while the noise is unstable\n"
+    "  --alarm CHIP:LINE high while the noise is unstable; glr: for --alarm-off seconds after a change\n"
     "  --alarm-on S      unstable for so long before it rises (default 0);  --alarm-off S  stable before it falls (1)\n"
     "  --help\n"
     "\n"
@@ -48,7 +54,7 @@ void settings_help(void)
     (void)fputs(HELP, stdout);
 }
 
-typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT } kind_t;
+typedef enum { TEXT, REAL, WHOLE, HEX, FLAG, CONTENT, POLICY } kind_t;
 
 typedef struct {
     const char *name;
@@ -68,6 +74,9 @@ static const entry_t TABLE[] = {
     {"lsb", REAL, AT(config.unit_per_count)},
     {"alarm-on", REAL, AT(alarm_on_s)},
     {"alarm-off", REAL, AT(alarm_off_s)},
+    {"policy", POLICY, AT(config.policy)},
+    {"false-alarms-per-hour", REAL, AT(config.false_alarms_per_hour)},
+    {"cut-interval", REAL, AT(config.cut_interval_s)},
     {"window-max", WHOLE, AT(config.window_max)},
     {"window-min", WHOLE, AT(config.window_min)},
     {"segment", WHOLE, AT(config.segment)},
@@ -96,6 +105,13 @@ static bool set_content(node_settings_t *settings, const char *text)
         }
     }
     return false;
+}
+
+static bool set_policy(node_settings_t *settings, const char *text)
+{
+    const bool tracks = (strcmp(text, "glr") == 0);
+    settings->config.policy = tracks ? DAVAR_POLICY_GLR : DAVAR_POLICY_OR;
+    return tracks || (strcmp(text, "or") == 0);
 }
 
 static bool set_number(node_settings_t *settings, const entry_t *entry, const char *text)
@@ -131,6 +147,8 @@ static bool apply(node_settings_t *settings, const entry_t *entry, const char *t
         return true;
     case CONTENT:
         return set_content(settings, text);
+    case POLICY:
+        return set_policy(settings, text);
     case REAL:
     case WHOLE:
     case HEX:
@@ -144,7 +162,8 @@ static const char *expected(const entry_t *entry)
     static const char *const WORDS[] = {[REAL] = "a number from 0 on",
                                         [WHOLE] = "a whole number from 0 on",
                                         [HEX] = "a hexadecimal number",
-                                        [CONTENT] = "summary, full, intervals or fd"};
+                                        [CONTENT] = "summary, full, intervals or fd",
+                                        [POLICY] = "or, or glr"};
     return (strcmp(entry->name, "bits") == 0) ? "2 to 32" : WORDS[entry->kind];
 }
 
@@ -176,6 +195,22 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
     return true;
 }
 
+/* What was not given: a window of the paper's lengths, or for glr a minute at 100 Hz, cut as short as two blocks. */
+static void fill_window(davar_config_t *config)
+{
+    const bool tracks = (config->policy == DAVAR_POLICY_GLR);
+    const davar_config_t *usual = &davar_default_config;
+    if (config->window_max == NOT_GIVEN) {
+        config->window_max = tracks ? 6000U : usual->window_max;
+    }
+    if (config->window_min == NOT_GIVEN) {
+        config->window_min = tracks ? (2U * config->block) : usual->window_min;
+    }
+    if (config->segment == NOT_GIVEN) {
+        config->segment = tracks ? 0U : usual->segment;
+    }
+}
+
 static bool check(const node_settings_t *settings, char *why, size_t size)
 {
     const char *missing = (settings->source == NULL) ? "source" : ((settings->out == NULL) ? "out" : NULL);
@@ -205,11 +240,9 @@ static const char *option_of(davar_status_t status)
     static const struct {
         davar_status_t status;
         const char *option;
-    } OPTIONS[] = {{DAVAR_ERR_RATE, "--rate"},
-                   {DAVAR_ERR_SCALE, "--lsb"},
-                   {DAVAR_ERR_WINDOW_MIN, "--window-min"},
-                   {DAVAR_ERR_SEGMENT, "--segment"},
-                   {DAVAR_ERR_STRIDE, "--stride"}};
+    } OPTIONS[] = {
+        {DAVAR_ERR_RATE, "--rate"},       {DAVAR_ERR_SCALE, "--lsb"},           {DAVAR_ERR_WINDOW_MIN, "--window-min"},
+        {DAVAR_ERR_SEGMENT, "--segment"}, {DAVAR_ERR_TRACKING, "--policy glr"}, {DAVAR_ERR_STRIDE, "--stride"}};
     for (size_t i = 0; i < sizeof OPTIONS / sizeof OPTIONS[0]; i++) {
         if (OPTIONS[i].status == status) {
             return OPTIONS[i].option;
@@ -227,7 +260,12 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
     settings->config.mode = DAVAR_MODE_TRAILING;
     settings->config.grow = 1U;
     settings->config.stride = 100U;
-    if (!walk(settings, argc, argv, why, size) || (!settings->help && !check(settings, why, size))) {
+    settings->config.window_max = NOT_GIVEN;
+    settings->config.window_min = NOT_GIVEN;
+    settings->config.segment = NOT_GIVEN;
+    const bool read = walk(settings, argc, argv, why, size);
+    fill_window(&settings->config);
+    if (!read || (!settings->help && !check(settings, why, size))) {
         return false;
     }
     settings->config.taus = settings->taus;

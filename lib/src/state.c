@@ -73,8 +73,8 @@ DAVAR_RARE static uint32_t payload_check(const header_t *header, const saved_t *
 DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
-    const double numbers[] = {config->rate_hz,          config->unit_per_count, config->full_scale,
-                              config->kurtosis_low,     config->kurtosis_high,  config->contribution_low,
+    const double numbers[] = {config->rate_hz,           config->unit_per_count,        config->full_scale,
+                              config->kurtosis_low,      config->kurtosis_high,         config->contribution_low,
                               config->contribution_high, config->false_alarms_per_hour, config->cut_interval_s};
     const uint32_t counts[] = {FORMAT,
                                DAVAR_VERSION_MAJOR,
@@ -92,8 +92,8 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
                                config->grow,
                                config->shrink,
                                config->stride,
-                              config->block,
-                              config->shock_blocks,
+                               config->block,
+                               config->shock_blocks,
                                config->tau_count,
                                config->gaps_max,
                                config->mirrored_end ? 1U : 0U,

@@ -123,9 +123,12 @@ static void test_the_memory_macros_hold_what_init_asks_for(void)
             config.window_max = window;
             config.window_min = 20U;
             config.gaps_max = gaps;
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q15(window, 1U << (TAUS - 1U), TAUS, gaps), davar_memory_size_q15(&config));
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q31(window, 1U << (TAUS - 1U), TAUS, gaps), davar_memory_size_q31(&config));
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_F32(window, 1U << (TAUS - 1U), TAUS, gaps), davar_memory_size_f32(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q15(window, 1U << (TAUS - 1U), TAUS, gaps),
+                                             davar_memory_size_q15(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q31(window, 1U << (TAUS - 1U), TAUS, gaps),
+                                             davar_memory_size_q31(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_F32(window, 1U << (TAUS - 1U), TAUS, gaps),
+                                             davar_memory_size_f32(&config));
         }
     }
 }

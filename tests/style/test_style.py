@@ -107,7 +107,7 @@ def functions(text):
 # The rooms of lib/src: which others each may know. The door is what lies beside them.
 ROOMS = {
     "number": set(), "common": set(), "change": {"number", "common"}, "window": {"number", "common", "change"},
-    "grid": {"number", "common", "change", "window"}, "pipeline": {"number", "common", "change", "window", "grid"},
+    "grid": {"number", "common", "change", "window"}, "pipeline": {"number", "common", "change", "window", "grid", "track"},
     "track": {"number", "common"}, "fit": {"number", "common"}, "wire": set(),
 }
 ROOM_FILES_MAX = 12

@@ -96,8 +96,8 @@ static void test_contribution_against_one_bound_or_the_other(void)
         const double contribution = davar_stationarity_contribution(&whole, &first);
         const bool upper = (i % 2U) == 0U;
         double bound;
-        const bool far = choose_bound(contribution, &bound) && (contribution < 0.45) && (contribution > 1e-6) &&
-                         (bound > 1e-6);
+        const bool far =
+            choose_bound(contribution, &bound) && (contribution < 0.45) && (contribution > 1e-6) && (bound > 1e-6);
         config.contribution_low = upper ? 0.0 : bound;
         config.contribution_high = upper ? bound : 3.9;
         check(davar_rough_contribution(&config, &whole, &first),

@@ -39,7 +39,7 @@ typedef enum {
 
 /* Everything that can be lost has a counter here; DAVAR_Health carries them one by one. */
 typedef enum {
-    DAVAR_HEALTH_GAPS = 0,          /* davar_health_t of the channel: the first six */
+    DAVAR_HEALTH_GAPS = 0,          /* davar_health_t of the channel: the first six, and the last three */
     DAVAR_HEALTH_MISSING_SAMPLES,   /* samples */
     DAVAR_HEALTH_SATURATED_SAMPLES, /* samples */
     DAVAR_HEALTH_NOT_FINITE_SAMPLES,
@@ -55,6 +55,9 @@ typedef enum {
     DAVAR_HEALTH_EDGES_LOST,     /* the source: data-ready edges that nobody read */
     DAVAR_HEALTH_SOURCE_FAULTS,  /* samples that could not be read */
     DAVAR_HEALTH_ALARMS,         /* times the alarm rose */
+    DAVAR_HEALTH_WINDOW_CUTS,    /* policy glr, davar_health_t of the channel: */
+    DAVAR_HEALTH_NOISE_ALARMS,
+    DAVAR_HEALTH_SHOCKS,
     DAVAR_HEALTH_COUNT
 } davar_health_item_t;
 

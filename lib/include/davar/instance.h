@@ -63,11 +63,11 @@ typedef struct davar {
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)112U + (5U * sizeof(void *)))
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)184U + (5U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                                                \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) + \
-     DAVAR_ROUND8((size_t)4U * (gaps)))
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                                                 \
+     DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)                                                                \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) + DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) + \
-     DAVAR_ROUND8((size_t)4U * (gaps)))
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                                                 \
+     DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
 
 #ifdef __cplusplus

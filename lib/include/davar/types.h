@@ -74,25 +74,25 @@ typedef struct {
     double full_scale;   /* f32: largest |rate| expected, deg/s, 1e-20 .. 1e20; from it on samples saturate (counted) */
     uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
     davar_mode_t mode;   /* default centred */
-    davar_policy_t policy;    /* default OR (A-DAVAR) */
-    uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
-    uint32_t window_min;      /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
-    uint32_t segment;         /* samples of the short segment l; default 100. 0 (fixed policy): no moments at all */
-    double kurtosis_low;      /* K1; default 2.5 */
-    double kurtosis_high;     /* K2; default 3.3 */
-    double contribution_low;  /* S1; default 0 */
-    double contribution_high; /* S2; default 0.07 */
-    uint32_t grow;            /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
-    uint32_t shrink;          /* samples the window shrinks per sample when unstable; default 2 */
-    uint32_t stride;          /* K: 1 = a value at every sample, K = a result every K samples (grid); default 1 */
+    davar_policy_t policy;        /* default OR (A-DAVAR) */
+    uint32_t window_max;          /* samples; default 600. Longer: better confidence, slower to see a change */
+    uint32_t window_min;          /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
+    uint32_t segment;             /* samples of the short segment l; default 100. 0 (fixed policy): no moments at all */
+    double kurtosis_low;          /* K1; default 2.5 */
+    double kurtosis_high;         /* K2; default 3.3 */
+    double contribution_low;      /* S1; default 0 */
+    double contribution_high;     /* S2; default 0.07 */
+    uint32_t grow;                /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
+    uint32_t shrink;              /* samples the window shrinks per sample when unstable; default 2 */
+    uint32_t stride;              /* K: 1 = a value at every sample, K = a result every K samples (grid); default 1 */
     double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (7.2) */
-    double cut_interval_s;    /* glr: between windows cut in vain; default 300 */
-    uint32_t block;           /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
-    uint32_t shock_blocks;    /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
-    const uint32_t *taus;     /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
-    uint8_t tau_count;        /* 1..DAVAR_TAUS_MAX */
-    uint16_t gaps_max;        /* gaps a window can remember; one more restarts the window (counted). Default 4 */
-    bool mirrored_end;        /* keep what davar_flush needs; only a grid pays for it: window_max + 32 samples */
+    double cut_interval_s;        /* glr: between windows cut in vain; default 300 */
+    uint32_t block;               /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
+    uint32_t shock_blocks;        /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
+    const uint32_t *taus;         /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
+    uint8_t tau_count;            /* 1..DAVAR_TAUS_MAX */
+    uint16_t gaps_max;            /* gaps a window can remember; one more restarts the window (counted). Default 4 */
+    bool mirrored_end;            /* keep what davar_flush needs; only a grid pays for it: window_max + 32 samples */
 } davar_config_t;
 
 /* Weather: things the world did, counted, never fatal. Saturating counters. */
@@ -142,13 +142,13 @@ typedef struct {
     uint32_t window_samples; /* L */
     uint32_t
         mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
-    uint32_t gaps_in_window; /* gaps inside this window */
-    bool unstable;           /* the policy's flag f (fixed: f1 OR f2, for information) */
-    double kurtosis;         /* of the whole window; NaN when its variance is 0 (3.1) */
-    double contribution;     /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
-    bool alarm;              /* glr: an alarm since the result taken before; false for every other policy */
+    uint32_t gaps_in_window;  /* gaps inside this window */
+    bool unstable;            /* the policy's flag f (fixed: f1 OR f2, for information) */
+    double kurtosis;          /* of the whole window; NaN when its variance is 0 (3.1) */
+    double contribution;      /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
+    bool alarm;               /* glr: an alarm since the result taken before; false for every other policy */
     uint32_t cut_age_samples; /* glr: samples since the noise changed, at most window_max; else 0 */
-    double dispersion;       /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (7.3) */
+    double dispersion;        /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (7.3) */
     uint8_t tau_count;
     davar_adev_t tau[DAVAR_TAUS_MAX];
     davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /* of davar_fit or davar_fit_white; absent until then */

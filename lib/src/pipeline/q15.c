@@ -2,6 +2,26 @@
 #include "window/number_q15.h"
 
 #include "davar/davar.h"
+#include "track/glr.h"
+
+/* What the detector wants to know of a block of at most 64 samples. */
+typedef struct {
+    int32_t sum;
+    uint64_t squares;
+} block_t;
+
+static inline void block_add(block_t *block, sample_t sample)
+{
+    block->sum += sample;
+    block->squares += (uint64_t)((int32_t)sample * sample);
+}
+
+static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
+                              davar_glr_event_t *event)
+{
+    davar_glr_push_q15(detector, config, block->sum, block->squares, event);
+}
+
 #include "pipeline/pipeline.h"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");

@@ -2,6 +2,27 @@
 #include "window/number_q31.h"
 
 #include "davar/davar.h"
+#include "track/glr.h"
+
+/* What the detector wants to know of a block of at most 64 samples. */
+typedef struct {
+    int64_t sum;
+    davar_u128_t squares;
+} block_t;
+
+static inline void block_add(block_t *block, sample_t sample)
+{
+    const davar_u128_t square = {davar_multiply_i32(sample, sample), 0U};
+    block->sum += sample;
+    block->squares = davar_u128_add(block->squares, square);
+}
+
+static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
+                              davar_glr_event_t *event)
+{
+    davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
+}
+
 #include "pipeline/pipeline.h"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");

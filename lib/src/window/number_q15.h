@@ -5,7 +5,6 @@
 
 #include "change/stationarity.h"
 #include "number/ieee.h"
-#include "track/glr.h"
 
 #include <stddef.h>
 
@@ -27,24 +26,6 @@ typedef struct {
     uint64_t third;
     uint64_t fourth_low;
 } powers_t;
-
-/* What the detector wants to know of a block of at most 64 samples. */
-typedef struct {
-    int32_t sum;
-    uint64_t squares;
-} block_t;
-
-static inline void block_add(block_t *block, sample_t sample)
-{
-    block->sum += sample;
-    block->squares += (uint64_t)((int32_t)sample * sample);
-}
-
-static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
-                              davar_glr_event_t *event)
-{
-    davar_glr_push_q15(detector, config, block->sum, block->squares, event);
-}
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {

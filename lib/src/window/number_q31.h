@@ -4,7 +4,6 @@
 #define DAVAR_SRC_NUMBER_H
 
 #include "change/stationarity.h"
-#include "track/glr.h"
 #include "window/wide.h"
 
 #define NUMBER(name) davar_q31_##name
@@ -25,25 +24,6 @@ typedef struct {
     davar_u128_t fourth_low;
     uint32_t fourth_high;
 } powers_t;
-
-/* What the detector wants to know of a block of at most 64 samples. */
-typedef struct {
-    int64_t sum;
-    davar_u128_t squares;
-} block_t;
-
-static inline void block_add(block_t *block, sample_t sample)
-{
-    const davar_u128_t square = {davar_multiply_i32(sample, sample), 0U};
-    block->sum += sample;
-    block->squares = davar_u128_add(block->squares, square);
-}
-
-static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
-                              davar_glr_event_t *event)
-{
-    davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
-}
 
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {
