@@ -83,7 +83,9 @@ int main(void)
 {
     static const char types[] = {'q', 'w', 'f'};
     davar_plan_init(&plan, taus, 4);
-    for (int way = 0; way < 24; way++) {
+    for (int all = 0; all < 30; all++) {
+        const int way = all % 10;
+        const bool tracked = way >= 8;
         davar_config_t config = davar_default_config;
         config.rate_hz = 100.0;
         config.unit_per_count = 0.01;
@@ -92,17 +94,22 @@ int main(void)
         config.window_min = 120;
         config.segment = (way & 1) != 0 ? 40 : 0;
         config.policy = (way & 1) != 0 ? DAVAR_POLICY_OR : DAVAR_POLICY_FIXED;
+        if (tracked) {
+            config.policy = DAVAR_POLICY_GLR;
+            config.segment = 0;
+            config.window_min = 20;
+        }
         config.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        config.stride = (way & 4) != 0 ? 20 : 1;
+        config.stride = ((way & 4) != 0) || (way == 9) ? 20 : 1;
         config.taus = taus;
         config.tau_count = 4;
-        const char type = types[way / 8];
+        const char type = types[all / 10];
         const davar_status_t status = start(type, &config);
         sum = 0;
         if (status == DAVAR_OK) {
             push(type, &config);
         }
-        printf("%c%d %s %016llx\n", type, way % 8, davar_status_text(status), (unsigned long long)sum);
+        printf("%c%d %s %016llx\n", type, way, davar_status_text(status), (unsigned long long)sum);
     }
     return 0;
 }

@@ -8,8 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
 FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
-# What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, grid 4.
-NEEDS = {"ADAPTIVE": lambda way: int(way[1]) & 1, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: int(way[1]) & 4,
+# What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, grid 4; 8 and 9 are policy glr, 9 on a grid.
+NEEDS = {"ADAPTIVE": lambda way: int(way[1]) & 9, "TRACKING": lambda way: int(way[1]) & 8, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: int(way[1]) & 4 or way[1] == "9",
          "Q15": lambda way: way[0] == "q", "Q31": lambda way: way[0] in "wf"}
 LEAN = ("GRID", "ADAPTIVE", "CENTRED", "Q31")
 
@@ -36,7 +36,7 @@ class Options(unittest.TestCase):
         whole = ways()
         self.assertEqual({status for status, _ in whole.values()}, {"ok"})
         self.assertGreater(len({total for _, total in whole.values()}), 15)
-        for left_out in (("GRID",), ("ADAPTIVE",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
+        for left_out in (("GRID",), ("ADAPTIVE",), ("TRACKING",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
             found = ways(*(f"-DDAVAR_{name}=0" for name in left_out))
             for way, (status, total) in found.items():
                 with self.subTest(left_out=left_out, way=way):
@@ -58,12 +58,13 @@ class Options(unittest.TestCase):
                 sizes[taus] = tuple(map(int, subprocess.run([source.with_suffix("")], text=True, stdout=subprocess.PIPE, check=True).stdout.split()))
         for taus, (result, plan) in sizes.items():
             self.assertIn(f"{result} and {plan}", readme)
-            self.assertEqual((result, plan), (40 * taus + 208, 72 * taus + 208))
-        self.assertIn("40 bytes a tau and 208", costs)
+            self.assertEqual((result, plan), (40 * taus + 224, 72 * taus + 208))
+        self.assertIn("40 bytes a tau and 224", costs)
         self.assertIn("72 bytes a tau and 208", costs)
 
     def test_a_wrong_combination_does_not_compile(self):
         for options, why in ((("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"), (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
+                             (("-DDAVAR_ADAPTIVE=0", "-DDAVAR_TRACKING=1"), "DAVAR_TRACKING needs DAVAR_ADAPTIVE"),
                              (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"), (("-ffast-math",), "without -ffast-math")):
             with tempfile.TemporaryDirectory() as folder:
                 said, program = compiled(folder, *options)
