@@ -395,8 +395,8 @@ static void test_the_gain_is_the_formulas_and_the_bound_never_below(void)
 
 static void test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions(void)
 {
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(360000.0 * 10.0) + 1.3, config.alarm / 65536.0);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(300.0 * 10.0) + 1.9, config.cut / 65536.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(360000.0 * 10.0) + 1.2, config.alarm / 65536.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(300.0 * 10.0) + 1.8, config.cut / 65536.0);
     TEST_ASSERT_EQUAL(9, config.levels);
     davar_glr_wish_t wish = usual;
     wish.false_alarms_per_hour = 1e6;
