@@ -654,6 +654,8 @@ static void test_a_trailing_window_can_hold_nothing_but_gaps(void)
     TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
     skip(50U);
     TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    config.near = 3U;
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
 }
 
 static void test_a_centred_window_is_cut_by_a_step_on_either_side(void)
