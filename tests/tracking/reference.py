@@ -72,9 +72,9 @@ class Detector:
     # the scan (7.4) to (7.6)
 
     def ages(self, now):
-        yield from (2, 3)
+        yield from (2, 3, 5 if now % 2 else 4)
         half = now & -now
-        if half < 2 ** (self.levels - 1):
+        if 1 < half < 2 ** (self.levels - 1):
             yield from (3 * half, 5 * half)
 
     def scan(self, s, h):

@@ -195,7 +195,8 @@ static uint32_t law_scan(uint32_t begin, uint32_t h)
     law_best_t best = {0, 0U};
     law_ask(&best, begin, 2U, h);
     law_ask(&best, begin, 3U, h);
-    for (uint32_t half = 1U; half < (1U << (config.levels - 1U)); half *= 2U) {
+    law_ask(&best, begin, ((law.now % 2U) == 0U) ? 4U : 5U, h);
+    for (uint32_t half = 2U; half < (1U << (config.levels - 1U)); half *= 2U) {
         if ((law.now % (2U * half)) == half) {
             law_ask(&best, begin, 3U * half, h);
             law_ask(&best, begin, 5U * half, h);
