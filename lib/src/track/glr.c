@@ -102,9 +102,9 @@ static bool is_above(const davar_spread_t *block, const davar_spread_t *window, 
 static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
 {
     const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
-    const davar_spread_t floor = {(uint64_t)(OVER_FLOOR * window.blocks) * config->floor, 0U, 0U};
+    const uint64_t floor = davar_multiply_u32(OVER_FLOOR * window.blocks, config->floor);
     return (config->shock != 0U) && ((window.blocks * config->degrees) >= ENOUGH) &&
-           ((window.high != 0U) || (window.low > floor.low)) && is_above(block, &window, config->outlier) &&
+           ((window.high != 0U) || (window.low > floor)) && is_above(block, &window, config->outlier) &&
            is_above(block, &window, widened(state, config->outlier));
 }
 
@@ -236,7 +236,7 @@ void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, in
                         davar_glr_event_t *event)
 {
     const uint64_t spread = davar_scale_u64(squares, config->block) - davar_square_i32(sum);
-    const davar_spread_t block = {(12U * spread) + config->floor, 0U, 1U};
+    const davar_spread_t block = {davar_scale_u64(spread, 12U) + config->floor, 0U, 1U};
     davar_glr_push(state, config, &block, event);
 }
 

@@ -62,14 +62,28 @@ static void ask(scan_t *scan, uint32_t age, uint32_t level)
     }
 }
 
-/* The level whose turn it is, the first always: at 2^(l - 1) times an odd number it is l, so that no block asks more than two. */
+/* The level whose turn it is at a place that 2 divides: at 2^(l - 1) times an odd number it is l, so that no block asks two. */
 static uint32_t level_in_turn(uint32_t at)
 {
-    uint32_t level = 1U;
+    uint32_t level = 2U;
     while (((at >> (level - 1U)) & 1U) == 0U) {
         level++;
     }
     return level;
+}
+
+static void ask_older(scan_t *scan)
+{
+    if ((scan->state->now.at & 1U) != 0U) {
+        ask(scan, 5U, 1U);
+        return;
+    }
+    ask(scan, 4U, 1U);
+    const uint32_t level = level_in_turn(scan->state->now.at);
+    if (level < scan->config->levels) {
+        ask(scan, 3U << (level - 1U), level);
+        ask(scan, 5U << (level - 1U), level);
+    }
 }
 
 void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, const davar_glr_place_t *begin,
@@ -83,9 +97,5 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, 
     davar_stretch(&scan.stretch, &sum, config->degrees);
     ask(&scan, 2U, 0U);
     ask(&scan, 3U, 0U);
-    const uint32_t level = level_in_turn(state->now.at);
-    if (level < config->levels) {
-        ask(&scan, 3U << (level - 1U), level);
-        ask(&scan, 5U << (level - 1U), level);
-    }
+    ask_older(&scan);
 }

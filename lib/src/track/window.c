@@ -30,10 +30,8 @@ static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
 /* The oldest place that is recorded and not older than `age` blocks. */
 static void oldest_record(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place)
 {
-    uint32_t level = 0U;
-    while ((GLR_RECORDS << level) <= age) {
-        level++;
-    }
+    const uint32_t bits = 32U - davar_leading_zeros_32(age);
+    const uint32_t level = (bits > 2U) ? (bits - 2U) : 0U; /* the least with 4 * 2^level > age */
     const uint32_t above = (UINT32_C(1) << level) - 1U;
     glr_move_to_record(state, place, level, ((state->now.at - age + above) >> level) << level);
 }
