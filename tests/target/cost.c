@@ -14,7 +14,8 @@
 
 static const uint32_t octaves[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
 static int16_t samples[STRIDE * 16U];
-static uint64_t memory[780];
+static uint64_t memory[1000];
+static uint32_t glr_block = 10U;
 static davar_plan_t plan;
 static davar_config_t config;
 static davar_t davar;
@@ -42,8 +43,9 @@ static void start(davar_policy_t policy, uint32_t stride)
     config.unit_per_count = 0.01;
     config.policy = policy;
     config.window_max = WINDOW;
-    config.window_min = (policy == DAVAR_POLICY_FIXED) ? WINDOW : 360U;
-    config.segment = (policy == DAVAR_POLICY_FIXED) ? 0U : 120U;
+    config.window_min = (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
+    config.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;
+    config.block = glr_block;
     config.stride = stride;
     config.mode = DAVAR_MODE_TRAILING;
     config.taus = octaves;
@@ -54,7 +56,8 @@ static void start(davar_policy_t policy, uint32_t stride)
         board_exit(1);
     }
     davar_plan_init(&plan, config.taus, config.tau_count);
-    board_figure((stride == 1U) ? "ram_bytes" : "ram_grid_bytes", (uint32_t)(bytes + sizeof davar));
+    const char *const grid = (policy == DAVAR_POLICY_GLR) ? "ram_glr_bytes" : "ram_grid_bytes";
+    board_figure((stride == 1U) ? "ram_bytes" : grid, (uint32_t)(bytes + sizeof davar));
 }
 
 static int16_t sample_at(uint32_t i)
@@ -148,6 +151,41 @@ static void measure_grid(void)
     measure_single("grid_single_push_x100", NULL);
 }
 
+/* Blocks as a DMA gives them, and nothing taken: instructions. */
+static uint32_t push_blocks(uint32_t block, uint32_t rounds)
+{
+    uint32_t total = 0U;
+    for (uint32_t i = 0U; i < rounds; i++) {
+        const int16_t *from = &samples[block * (i % 14U)];
+        const uint32_t mark = board_mark();
+        for (size_t left = block; left > 0U;) {
+            const size_t consumed = davar_push_q15(&davar, from, left);
+            from += consumed;
+            left -= consumed;
+        }
+        total += board_instructions_since(mark);
+    }
+    return total;
+}
+
+/* A fixed window in blocks of 64, newest result only; what policy glr adds to blocks, and its worst push. */
+static void measure_blocks(void)
+{
+    start(DAVAR_POLICY_FIXED, 64U);
+    feed(2U * WINDOW);
+    board_figure("block64_x100", (100U * push_blocks(64U, 64U)) / (64U * 64U));
+    start(DAVAR_POLICY_FIXED, STRIDE);
+    feed(2U * WINDOW);
+    const uint32_t fixed = push_blocks(STRIDE, 64U);
+    for (glr_block = 10U; glr_block <= 25U; glr_block += 15U) {
+        start(DAVAR_POLICY_GLR, STRIDE);
+        feed(2U * WINDOW);
+        const uint32_t spent = push_blocks(STRIDE, 64U) - fixed;
+        board_figure((glr_block == 10U) ? "glr_x100" : "glr_of_25_x100", (100U * spent) / (64U * STRIDE));
+    }
+    glr_block = 10U;
+}
+
 /* --- the default: adaptive window, steps of the noise, gaps -------------------------------------------------------------- */
 
 typedef struct {
@@ -172,10 +210,10 @@ static void push_roughly(rough_t *rough, uint32_t i)
     rough->worst = (spent > rough->worst) ? spent : rough->worst;
 }
 
-static rough_t measure_roughly(uint32_t stride, uint32_t take_every)
+static rough_t measure_roughly(davar_policy_t policy, uint32_t stride, uint32_t take_every)
 {
     rough_t rough = {0U, 0U, 0U, 0U};
-    start(DAVAR_POLICY_OR, stride);
+    start(policy, stride);
     for (uint32_t i = 0U; i < 5600U; i++) {
         push_roughly(&rough, i);
         if ((i % take_every) == 0U) {
@@ -190,10 +228,12 @@ static rough_t measure_roughly(uint32_t stride, uint32_t take_every)
 
 static void measure_default(void)
 {
-    const rough_t each = measure_roughly(1U, 50U);
+    const rough_t each = measure_roughly(DAVAR_POLICY_OR, 1U, 50U);
     board_figure("default_push_x100", (100U * (each.total / 100U)) / (each.pushes / 100U));
     board_figure("default_worst_push", each.worst);
-    const rough_t grid = measure_roughly(STRIDE, 1U);
+    const rough_t grid = measure_roughly(DAVAR_POLICY_OR, STRIDE, 1U);
+    const rough_t glr = measure_roughly(DAVAR_POLICY_GLR, STRIDE, 1U);
+    board_figure("glr_worst_push", glr.worst);
     board_figure("grid_worst_push", grid.worst);
     board_figure("worst_take", (each.worst_take > grid.worst_take) ? each.worst_take : grid.worst_take);
 }
@@ -331,6 +371,7 @@ int main(void)
     make_samples();
     measure_every_sample();
     measure_grid();
+    measure_blocks();
     measure_default();
     measure_white();
     measure_fir();

@@ -10,6 +10,7 @@
 #define DAVAR_SRC_TRACKER_H
 
 #include "common/arena.h"
+#include "grid/grid_window.h"
 #include "pipeline/pipelines.h"
 #include "track/window.h"
 #include "window/stages.h"
@@ -133,7 +134,9 @@ static uint32_t tracker_next(const tracker_t *tracker, const davar_config_t *con
     const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
     const uint32_t most = smaller(wanted, smaller(config->window_max, head));
     if (at_once) {
-        return smaller(((most + config->stride - 1U) / config->stride) * config->stride, tracker->longest);
+        uint32_t rest = most;
+        const uint32_t whole = whole_strides(&rest, config->stride) * config->stride;
+        return smaller((rest > 0U) ? (whole + config->stride) : whole, tracker->longest);
     }
     if (most > window->length) {
         return window->length + 1U;
