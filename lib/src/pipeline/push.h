@@ -115,16 +115,6 @@ DAVAR_APART static void step_carefully(stages_t *stages, davar_t *davar)
     window->wait--;
 }
 
-static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample)
-{
-    const uint32_t half = (uint32_t)highest;
-    if (((uint32_t)sample + half) < (2U * half)) { /* -highest .. highest - 1 */
-        return sample;
-    }
-    davar_count(&davar->health.saturated);
-    return (sample < 0) ? (sample_t)(-highest - 1) : highest;
-}
-
 /* One sample while the window glides: it completes an epoch. */
 static inline void push_gliding(stages_t *stages, davar_t *davar, sample_t sample)
 {

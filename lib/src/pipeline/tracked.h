@@ -44,14 +44,18 @@ static bool pass_in_step(stages_t *stages, davar_t *davar)
     return pass_on(stages, davar, 1U);
 }
 
+/* What the detector has heard when a sample goes on depends on nothing but the stream: on a grid all accepted ones go on before more
+ * than one comes. */
 DAVAR_APART static size_t push_tracked(stages_t *stages, davar_t *davar, const sample_t *samples, size_t count)
 {
+    tracker_t *const tracker = stages->tracker;
+    const bool grid = on_grid(stages);
     size_t consumed = 0U;
     bool complete = false;
     while ((consumed < count) && !complete) {
-        tracker_take_in(stages->tracker, davar, limited(stages->highest, davar, samples[consumed]));
-        consumed++;
-        complete = on_grid(stages) ? pass_on(stages, davar, UINT32_MAX) : pass_in_step(stages, davar);
+        const size_t most = (grid && (tracker->accepted == 0U)) ? (count - consumed) : 1U;
+        consumed += tracker_take_in(tracker, davar, stages->highest, &samples[consumed], most);
+        complete = grid ? pass_on(stages, davar, UINT32_MAX) : pass_in_step(stages, davar);
     }
     return consumed;
 }

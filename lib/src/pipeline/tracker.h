@@ -108,21 +108,42 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
     }
 }
 
-/* A sample comes. */
-static void tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t sample)
+static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample)
 {
-    tracker->waiting[tracker_index(tracker, tracker->count)] = sample;
-    tracker->count++;
-    block_add(&tracker->block, sample);
-    tracker->filled++;
+    const uint32_t half = (uint32_t)highest;
+    if (((uint32_t)sample + half) < (2U * half)) { /* -highest .. highest - 1 */
+        return sample;
+    }
+    davar_count(&davar->health.saturated);
+    return (sample < 0) ? (sample_t)(-highest - 1) : highest;
+}
+
+/* Samples come, to the end of their block at most; returns how many were taken. */
+static uint32_t tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t highest, const sample_t *samples,
+                                size_t count)
+{
+    static const block_t empty = {0};
+    const uint32_t at = tracker_index(tracker, tracker->count);
+    const uint32_t room = smaller(tracker->config.block - tracker->filled, tracker->capacity - at);
+    const uint32_t n = (count < room) ? (uint32_t)count : room;
+    block_t block = tracker->block;
+    sample_t *to = &tracker->waiting[at];
+    for (const sample_t *const end = samples + n; samples != end; samples++, to++) {
+        const sample_t sample = limited(highest, davar, *samples);
+        *to = sample;
+        block_add(&block, sample);
+    }
+    tracker->block = block;
+    tracker->count += n;
+    tracker->filled += n;
     if (tracker->filled == tracker->config.block) {
-        static const block_t empty = {0};
         davar_glr_event_t event;
-        block_tell(&tracker->block, &tracker->detector, &tracker->config, &event);
+        block_tell(&block, &tracker->detector, &tracker->config, &event);
         tracker->block = empty;
         tracker->filled = 0U;
         tracker_hear(tracker, davar, &event);
     }
+    return n;
 }
 
 /* Length of the next window (7.9): up to what the detector wants. The sums that follow both edges go there step by step. */
