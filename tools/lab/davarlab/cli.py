@@ -11,6 +11,7 @@ from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
 from .errors import BadInput, internal_error
+from .logs import door
 from .report import terminal, values
 
 DETAIL = 3
@@ -24,9 +25,15 @@ def emit(options, data, text):
     print(json.dumps(values.plain(data), indent=2) if options.json else text, flush=True)
 
 
+def log_options(options):
+    """How a log is to be read, from the command line."""
+    return door.Options(options.rate, options.sensor, options.unit, getattr(options, "rename", []), getattr(options, "scale", []), options.types,
+                        options.names.split(",") if options.names else None)
+
+
 def load(options):
     model = models.read(options.model)
-    recording = recordings.read(options.recording, options.rate)
+    recording = door.read(options.recording, log_options(options), progress)
     models.check_fits(model, recording, options.model)
     if options.command != "fit":
         models.check_noise(model, options.model)
@@ -38,7 +45,7 @@ def load(options):
 def load_held_out(options, model):
     if not options.held_out:
         return None
-    held_out = recordings.read(options.held_out, options.rate)
+    held_out = door.read(options.held_out, log_options(options), progress)
     models.check_fits(model, held_out, options.model)
     return held_out
 
@@ -179,11 +186,21 @@ def run_export(options):
 
 
 def run_import(options):
-    from .data import logs
-    found = logs.imported(options.log, options.rate, options.rename, options.scale)
-    recordings.write(found, options.output)
-    emit(options, {"recording": options.output, "samples": found.samples, "rate_hz": found.rate_hz},
-         f"{options.output}: {found.samples} samples at {found.rate_hz:.6g} Hz")
+    how = log_options(options)
+    if options.list:
+        found = door.listed(options.log, how)
+        emit(options, {"sensors": [{"name": one.name, "gives": sorted(one.gives), "samples": one.samples} for one in found]},
+             "\n".join(one.said for one in found) or "no sensors")
+        return 0
+    if not options.output:
+        raise BadInput("import: -o REC.csv is missing (or --list)")
+    found = door.samples(options.log, how)
+    for line in door.said(found.guesses):
+        progress(line)
+    count, columns = len(next(iter(found.columns.values()))), list(found.columns)
+    rate = door.write(found, options.output, options.rate, options.log)
+    emit(options, {"recording": options.output, "samples": count, "rate_hz": rate, "columns": columns, "guesses": [vars(one) for one in found.guesses]},
+         f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}")
     return 0
 
 
@@ -223,7 +240,7 @@ def argument(*names, **settings):
     return names, settings
 
 
-REC = argument("recording", help=f"CSV or .csv.gz, at least {recordings.MINIMUM_SAMPLES} samples")
+REC = argument("recording", help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples")
 MODEL = argument("-m", "--model", required=True, help="model file (TOML)")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
@@ -232,13 +249,19 @@ REPORT = argument("--report", metavar="R.html", help="one page with pictures tha
 BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
 RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="samples per second, when the recording has no time_s (which decides)")
 
+LOG = [RATE, argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)"),
+       argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
+                "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
+       argument("--types", action="append", default=[], metavar="PATH", help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
+       argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]
+
 # command: (function, what it does, arguments)
 COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
-    "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, RATE]),
-    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, RATE]),
-    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, RATE]),
-    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, RATE]),
+    "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, *LOG]),
+    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, *LOG]),
+    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, *LOG]),
+    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, *LOG]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "open": (run_open, "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one", [
@@ -246,14 +269,15 @@ COMMANDS = {
         argument("--port", type=option_types.port, default=0, metavar="N", help="default: any that is free"),
         argument("--no-browser", action="store_true", help="only print the address")]),
     "effects": (run_effects, "lists every effect", []),
-    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, RATE]),
+    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, *LOG]),
     "export": (run_export, "writes the model as a table for the device: C, or CSV for davar-sim --model-table", [
         argument("model"), argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv"),
         argument("--window", type=option_types.whole, default=6000, help="samples of the device's window (default 6000)"),
         argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
                  "deviation, relative (default 0.02)")]),
     "import": (run_import, "makes a recording of another log", [
-        argument("log"), OUT, RATE, argument("--rename", action="append", default=[], help="OLD=NEW"),
+        argument("log", help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind"), OUT_MAYBE, *LOG,
+        argument("--list", action="store_true", help="the sensors in it"), argument("--rename", action="append", default=[], help="OLD=NEW"),
         argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
     "live": (run_live, "checks, shows and records the stream of a CAN or serial source; waits for one that is lost", [
         argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),

@@ -14,11 +14,11 @@ AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z", "roll": "x",
 QUIET_RAD = 0.006  # scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad gyro's
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))  # least time from sample to sample, for rates up to 10 kHz
 WORDS = {"time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns)$",
-         "gyro": r"^(gyr|gyro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
+         "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
          "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
-         "temp": r"^(temp|temperature|degc|celsius|imutemp)$"}
+         "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$"}
 SAID = (("mdeg/s", r"mdps|mdeg"), ("rad/s", r"rad"), ("deg/s", r"dps|deg"), ("m/s^2", r"m_?s_?2|mps2|m/s"), ("mg", r"(^|[^a-z])mg($|[^a-z])"),
-        ("g", r"(^|[^a-z])g($|[^a-z])"), ("counts", r"raw|lsb|count|adc"), ("ns", r"ns(ec)?\]?\)?$"), ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
+        ("g", r"(^|[^a-z])g($|[^a-z])"), ("counts", r"raw|lsb|count|adc"), ("ns", r"ns(ec)?\]?\)?$|nano"), ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
         ("ms", r"(ms|msec|milli\w*)\]?\)?$"), ("s", r"(^|[^a-z])(s|sec|seconds)\]?\)?$"))
 
 

@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import model as models
-from ..data import clock, guess, logs, recording as recordings, table as tables
+from ..data import clock, guess, recording as recordings, table as tables
 from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..diagnosis import compare, improve, search, state as state_of
 from ..effects import columns as columns_of, table
 from ..errors import BadInput
 from ..inference.parts import Part
+from ..logs import door
 
 KEPT = 6  # outcomes in memory
 SEPARATORS = ";\t,"
@@ -33,7 +34,8 @@ class Outcome:
 
 def preview(path):
     """A log before it is read as a recording: (guesses for its columns, what a page shows of it)."""
-    _, columns, line = tables.read(path, SEPARATORS)
+    found = tables.read(path, SEPARATORS)
+    columns, line = found.columns, found.line
     found, rows = guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
     missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
@@ -58,7 +60,9 @@ def pairs(guesses):
 
 def read(path, guesses=None, rate_hz=None):
     """The recording; guesses: where its columns are not called as davarlab calls them."""
-    return recordings.at_own_rate(logs.imported(path, rate_hz, *pairs(guesses or [])))
+    renames, scales = pairs(guesses or [])
+    options = door.Options(rate_hz, renames=renames, scales=scales, plain=True)
+    return recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz))
 
 
 def gyro_columns(recording):
