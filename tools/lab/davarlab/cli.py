@@ -195,10 +195,10 @@ def run_import(options):
     if not options.output:
         raise BadInput("import: -o REC.csv is missing (or --list)")
     found = door.samples(options.log, how)
-    for line in door.said(found.guesses):
-        progress(line)
     count, columns = len(next(iter(found.columns.values()))), list(found.columns)
     rate = door.write(found, options.output, options.rate, options.log)
+    for line in door.said(found.guesses):
+        progress(line)
     emit(options, {"recording": options.output, "samples": count, "rate_hz": rate, "columns": columns, "guesses": [vars(one) for one in found.guesses]},
          f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}")
     return 0

@@ -14,7 +14,7 @@ from . import guess, signals
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
 FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
-FORMS = {"whole": r"[+-]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}", "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?"}
+FORMS = {"whole": r"[+-]?[0-8]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}", "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?"}
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
 
 

@@ -28,17 +28,15 @@ def npy(path, options):
 
 
 def npz(path, options):
-    file = np.load(path, allow_pickle=False)
-    if not hasattr(file, "files"):
-        raise BadInput(f"{path}: no NumPy file")
-    found = {name: file[name] for name in file.files if member_kind(file, name) in "iufM"}
+    with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+        found = {name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"}
     return named.Log(path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy")
 
 
-def member_kind(file, name):
+def member_kind(archive, name):
     """The kind of an array in the archive; of one that only pickle could read, O."""
     try:
-        return file[name].dtype.kind
+        return archive[name].dtype.kind
     except ValueError:
         return "O"
 

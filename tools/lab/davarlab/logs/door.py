@@ -178,12 +178,13 @@ def read(path, options=None, told=lambda text: None):
     """The recording in any log, ready for every command. told: hears what was guessed. Raises BadInput that names file and reason."""
     options = options or Options()
     found = samples(path, options)
-    for line in said(found.guesses):
-        told(f"{path}: {line}")
     count = len(next(iter(found.columns.values())))
     if count < recordings.MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
-    return recordings.at_own_rate(recording_of(found, path, options.rate_hz))
+    made = recordings.at_own_rate(recording_of(found, path, options.rate_hz))
+    for line in said(found.guesses):
+        told(f"{path}: {line}")
+    return made
 
 
 def said(guesses):
