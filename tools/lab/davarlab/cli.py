@@ -6,13 +6,13 @@ import json
 import os
 import sys
 
-from . import files, model as models, option_types, simulate
+from . import files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
 from .errors import BadInput, internal_error
 from .logs import door
-from .report import terminal, values
+from .report import parameters, terminal, values
 
 DETAIL = 3
 
@@ -177,11 +177,28 @@ def run_plot(options):
 
 
 def run_export(options):
+    given = [(path, models.read(path)) for path in options.models]
+    if options.to:
+        made = parameters.text(options.to, given, options.inflate, options.bias_time)
+        files.write_whole(options.output, made.encode())
+        emit(options, {"file": options.output, "format": options.to}, f"{made}{options.output}")
+        return 0
     from .report import export
     files.check_ending(options.output, (".h", ".csv"))
-    table = export.table_of(models.read(options.model), options.window, options.tolerance)
+    if len(given) > 1:
+        raise BadInput("export: a table for the device is of one model (--to FORMAT takes one for each axis)")
+    table = export.table_of(given[0][1], options.window, options.tolerance)
     files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
+    return 0
+
+
+def run_sheet(options):
+    if bool(options.kalibr) == bool(options.numbers):
+        raise BadInput("sheet: numbers with their units, or --kalibr imu.yaml")
+    made = kalibr.of_file(options.kalibr, options.column, options.rate) if options.kalibr else kalibr.of_sheet(options.numbers, options.column, options.rate)
+    models.write(made, options.output)
+    emit(options, {"model": options.output, "effects": made.kinds}, f"{options.output}: {', '.join(made.kinds)}")
     return 0
 
 
@@ -255,6 +272,8 @@ LOG = [RATE, argument("--sensor", metavar="NAME", help="which of the sensors, to
        argument("--types", action="append", default=[], metavar="PATH", help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
        argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]
 
+PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
+
 # command: (function, what it does, arguments)
 COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
@@ -270,11 +289,20 @@ COMMANDS = {
         argument("--no-browser", action="store_true", help="only print the address")]),
     "effects": (run_effects, "lists every effect", []),
     "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, *LOG]),
-    "export": (run_export, "writes the model as a table for the device: C, or CSV for davar-sim --model-table", [
-        argument("model"), argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv"),
+    "export": (run_export, "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program", [
+        argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
+        argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"),
+        argument("--to", choices=tuple(PARAMETER_FILES), help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items())),
+        argument("--inflate", type=option_types.positive, default=1.0, metavar="X", help="noise times X (the file says why, and why not)"),
+        argument("--bias-time", type=option_types.positive, default=300.0, metavar="SECONDS", help="a model without a walk of the bias gets the one that does the same in this "
+                 "time (default 300)"),
         argument("--window", type=option_types.whole, default=6000, help="samples of the device's window (default 6000)"),
         argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
                  "deviation, relative (default 0.02)")]),
+    "sheet": (run_sheet, "makes a model of a data sheet's numbers, or of a kalibr file, to compare with", [
+        argument("numbers", nargs="*", metavar="NUMBER", help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken "
+                 "for the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664"),
+        argument("--kalibr", metavar="IMU.yaml"), argument("--column", default="gyro_z_dps", help="of the recording it is for (default gyro_z_dps)"), OUT, RATE]),
     "import": (run_import, "makes a recording of another log", [
         argument("log", help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind"), OUT_MAYBE, *LOG,
         argument("--list", action="store_true", help="the sensors in it"), argument("--rename", action="append", default=[], help="OLD=NEW"),
@@ -323,8 +351,8 @@ def parser():
 
 def check_files(options):
     """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
-    given = {name: getattr(options, name, None) for name in ("recording", "held_out", "scenario", "log", "output", "report", "model")}
-    read = [given[name] for name in ("recording", "held_out", "scenario", "log") if given[name] is not None] + options.effects
+    given = {name: getattr(options, name, None) for name in ("kalibr", "recording", "held_out", "scenario", "log", "output", "report", "model")}
+    read = [given[name] for name in ("recording", "held_out", "scenario", "log", "kalibr") if given[name] is not None] + options.effects
     if given["report"] is not None:
         files.check_outputs([given["report"]], [given["model"]])
     files.check_outputs([given[name] for name in ("output", "report") if given[name] is not None], read)

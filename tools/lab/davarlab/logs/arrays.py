@@ -42,7 +42,7 @@ def member_kind(archive, name):
 
 
 def table(path, options):
-    file = parquet.ParquetFile(path, memory_map=True)
+    file = parquet.ParquetFile(path)
     fields = [field for field in file.schema_arrow if numeric(field.type)]
     count = file.metadata.num_rows
     if not count:

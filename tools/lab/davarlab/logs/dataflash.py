@@ -18,7 +18,7 @@ MAGIC = b"\xa3\x95\x80"
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
 CLOCKS = (("SampleUS", 1000), ("TimeUS", 1000), ("TimeMS", 1_000_000))  # the moment of the sample first; in nanoseconds
-ROWS = 1 << 18
+ROWS = 1 << 14
 
 
 @contextlib.contextmanager
@@ -103,11 +103,11 @@ class Message:
 
     def columns(self, places, names):
         """name -> numbers of the messages that begin at these places."""
-        data = np.memmap(self.path, np.uint8, "r")
         out = {name: np.empty(len(places), self.kind[name]) for name in names}
         for first in range(0, len(places), ROWS):
             part = places[first:first + ROWS]
-            rows = data[part[:, None] + np.arange(self.kind.itemsize)].view(self.kind)[:, 0]
+            data = np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])
+            rows = data[(part - part[0])[:, None] + np.arange(self.kind.itemsize)].view(self.kind)[:, 0]
             for name in names:
                 out[name][first:first + ROWS] = rows[name]
         return {name: column if self.factors[name] == 1 else column * self.factors[name] for name, column in out.items()}

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..data import recording as recordings
+from ..data import clock, recording as recordings
 from ..errors import BadInput
 from . import sensor as sensors, text
 
@@ -198,6 +198,10 @@ def said(guesses):
 def write(found, path, rate_hz, source):
     """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the rate. Raises BadInput where they are no
     recording: no time and no rate, time that runs backwards."""
-    rate = recording_of(found, source, rate_hz).rate_hz
+    rate = rate_hz or found.rate_hz
+    if "time_s" in found.columns:
+        rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz
+    elif not rate:
+        raise BadInput(f"{source}: no column time_s and no --rate")
     recordings.write_columns(found.columns, found.notes, path, found.origin_ns)
     return rate
