@@ -18,9 +18,10 @@ class Parameters(Folder):
     def models(self, *columns):
         made = []
         for place, column in enumerate(columns):
-            share = 1 / (1 + place % 3)
-            made.append(self.file(f"{column}.toml", f'[sensor]\nrate_hz = {RATE}\ncolumn = "{column}"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = '
-                                  f'{(0.3 if "gyro" in column else 0.06) * share}\n[[effect]]\nkind = "rate_random_walk"\ncoefficient_deg_per_h_per_sqrt_h = {20 * share}\n'))
+            share, gyro = 1 / (1 + place % 3), column.startswith("gyro")
+            unit, white = ("deg", "angle_random_walk") if gyro else ("m_per_s", "velocity_random_walk")
+            made.append(self.file(f"{column}.toml", f'[sensor]\nrate_hz = {RATE}\ncolumn = "{column}"\n[[effect]]\nkind = "{white}"\ncoefficient_{unit}_per_sqrt_h = '
+                                  f'{(0.3 if gyro else 0.06) * share}\n[[effect]]\nkind = "rate_random_walk"\ncoefficient_{unit}_per_h_per_sqrt_h = {20 * share}\n'))
         return made
 
     def exported(self, form, *models, options=()):

@@ -5,8 +5,9 @@ import contextlib
 import json
 import os
 import sys
+from dataclasses import replace
 
-from . import files, kalibr, model as models, option_types, simulate
+from . import axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
@@ -31,23 +32,71 @@ def log_options(options):
                         options.names.split(",") if options.names else None)
 
 
+def given_model(options, path=None):
+    """The model of -m: a model file, or a kalibr imu.yaml, which is one of every axis."""
+    path = path or options.model
+    if str(path).endswith((".yaml", ".yml")):
+        return kalibr.of_file(path, getattr(options, "axis", None) or "gyro_z_dps")
+    model = models.read(path)
+    return replace(model, column=options.axis) if getattr(options, "axis", None) else model
+
+
+def recorded(options, path):
+    """A recording, read once for all axes."""
+    kept = options.__dict__.setdefault("recordings", {})
+    if path not in kept:
+        kept[path] = door.read(path, log_options(options), progress)
+        if len(kept[path].gaps):
+            progress(f"{len(kept[path].gaps)} gaps: {(~kept[path].known).sum()} samples of the even grid are missing")
+    return kept[path]
+
+
 def load(options):
-    model = models.read(options.model)
-    recording = door.read(options.recording, log_options(options), progress)
+    """(recording, model) for the analysis; an accelerometer's as axes.py has it."""
+    given = given_model(options)
+    recording, model = axes.for_analysis(recorded(options, options.recording), given)
     models.check_fits(model, recording, options.model)
     if options.command != "fit":
         models.check_noise(model, options.model)
-    if len(recording.gaps):
-        progress(f"{len(recording.gaps)} gaps: {(~recording.known).sum()} samples of the even grid are missing")
     return recording, model
 
 
 def load_held_out(options, model):
     if not options.held_out:
         return None
-    held_out = door.read(options.held_out, log_options(options), progress)
+    held_out, model = axes.for_analysis(recorded(options, options.held_out), given_model(options))
     models.check_fits(model, held_out, options.model)
     return held_out
+
+
+def column_of(options):
+    return given_model(options).column
+
+
+def output_of(options):
+    """Where the model of this axis goes."""
+    return options.output and (str(axes.file_of(options.output, options.axis)) if getattr(options, "axis", None) else options.output)
+
+
+def each_axis(one):
+    """A command on the axis of the model, or on all that --axes names: one(options) -> axes.Found with the text of one axis."""
+    def run(options):
+        if not options.axes:
+            found, text = one(options)
+            emit(options, found.data, axes.in_units(text, found.column))
+            return found.status
+        if getattr(options, "report", None):
+            raise BadInput("--report: a page is of one axis (leave --axes out)")
+        columns = axes.columns_of(recorded(options, options.recording), options.axes)
+        if options.__dict__.get("output"):
+            files.check_outputs([axes.file_of(options.output, column) for column in columns], [options.recording])
+        found = []
+        for options.axis in columns:
+            progress(f"axis {options.axis}")
+            found.append(one(options)[0])
+        emit(options, {"axes": {one.column: one.data for one in found}}, axes.text(found))
+        return max(one.status for one in found)
+    return run
 
 
 def run_simulate(options):
@@ -58,15 +107,15 @@ def run_simulate(options):
     return 0
 
 
-def run_fit(options):
+def fit_one(options):
     recording, model = load(options)
     state, fitted, entries = improve.fit(recording, model, progress)
-    if options.output:
-        models.write(fitted, options.output)
-    emit(options, {"effects": values.fitted(fitted, entries), "model": options.output, **values.judgement(state.judgement),
-                   "observations": values.observations(state.seen), "intervals_hold": state.judgement.adequate},
-         terminal.fit(fitted, entries, state.judgement, state.seen))
-    return 0
+    column, output = column_of(options), output_of(options)
+    if output:
+        models.write(axes.called(fitted, column), output)
+    data = {"effects": values.fitted(fitted, entries), "model": output, **values.judgement(state.judgement),
+            "observations": values.observations(state.seen), "intervals_hold": state.judgement.adequate}
+    return axes.Found(column, 0, data, fitted, entries), terminal.fit(fitted, entries, state.judgement, state.seen)
 
 
 def report(options, recording, model, found, state=None):
@@ -83,13 +132,13 @@ def report(options, recording, model, found, state=None):
     page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
 
 
-def run_compare(options):
+def compare_one(options):
     recording, model = load(options)
     state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
-    emit(options, values.comparison(found), terminal.comparison(found, evidence.notes(recording, model)))
     report(options, recording, model, found, state)
-    return 0 if found.adequate else 1
+    return (axes.Found(column_of(options), 0 if found.adequate else 1, values.comparison(found), model, improve.as_it_is(model)),
+            terminal.comparison(found, evidence.notes(recording, model)))
 
 
 def run_diagnose(options):
@@ -101,15 +150,16 @@ def run_diagnose(options):
     return 0
 
 
-def run_improve(options):
+def improve_one(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
-    if options.output:
-        models.write(found.model, options.output)
-    emit(options, values.improvement(found, options.output), terminal.improvement(found))
+    column, output = column_of(options), output_of(options)
+    if output:
+        models.write(axes.called(found.model, column), output)
     report(options, recording, model, found)
-    return 0 if found.judgement.adequate else 1
+    return (axes.Found(column, 0 if found.judgement.adequate else 1, values.improvement(found, output), found.model, found.estimates),
+            terminal.improvement(found))
 
 
 def start_value(effect, parameter, rate_hz):
@@ -258,7 +308,7 @@ def argument(*names, **settings):
 
 
 REC = argument("recording", help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples")
-MODEL = argument("-m", "--model", required=True, help="model file (TOML)")
+MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
@@ -266,6 +316,8 @@ REPORT = argument("--report", metavar="R.html", help="one page with pictures tha
 BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
 RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="samples per second, when the recording has no time_s (which decides)")
 
+AXES = argument("--axes", metavar="AXES", help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, and one model file for each "
+                "axis (OUT_gyro_x.toml)")
 LOG = [RATE, argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)"),
        argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
                 "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
@@ -277,10 +329,10 @@ PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
 # command: (function, what it does, arguments)
 COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
-    "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, *LOG]),
-    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, *LOG]),
+    "fit": (each_axis(fit_one), "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, AXES, *LOG]),
+    "compare": (each_axis(compare_one), "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, AXES, *LOG]),
     "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, *LOG]),
-    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, *LOG]),
+    "improve": (each_axis(improve_one), "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "open": (run_open, "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one", [

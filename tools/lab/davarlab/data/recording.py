@@ -11,6 +11,7 @@ from ..errors import BadInput
 from . import clock, repeats, table
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
+FORCE = {"force_mps2": 1.0}
 MINIMUM_SAMPLES = 1000
 WRITTEN = 1 << 14  # rows that are written at once
 SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
@@ -54,11 +55,12 @@ class Recording:
         return self.columns[name].astype(np.float64, copy=False)
 
     def rate_dps(self, name):
-        """A gyro column in deg/s."""
-        unit = next((unit for unit in TO_DPS if name.endswith("_" + unit)), None)
+        """A gyro column in deg/s; one that an accelerometer's was made into (axes.py) in m/s^2."""
+        factors = TO_DPS | FORCE
+        unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)")
-        rate = self.column(name) * TO_DPS[unit]
+        rate = self.column(name) * factors[unit]
         spread = float(np.ptp(rate))
         if spread and not SPREAD_DPS[0] < spread < SPREAD_DPS[1]:
             raise BadInput(f"{self.name}: column {name}: values {spread:.3g} deg/s apart are no gyro's")

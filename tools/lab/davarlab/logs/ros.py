@@ -78,7 +78,7 @@ class Log:
         stamps = np.frombuffer(stamped, np.int64) if len(stamped) else np.array([], np.int64)
         own = len(stamps) > 0 and bool(np.all(stamps > 0))
         notes = {"source": f"ROS bag, {topic}, {'header.stamp' if own else 'time of arrival'}", "time_s": "seconds of the clock of the robot (Unix, unless simulated)"}
-        columns = {field: np.frombuffer(column) for field, column in zip(fields, numbers)}
+        columns = {field: np.frombuffer(numbers.pop(0)) for field in fields}  # each goes as soon as it is converted
         return self.dressed(topic, kind, columns, stamps if own else np.frombuffer(sent, np.int64), notes)
 
     def dressed(self, topic, kind, columns, stamps, notes):

@@ -13,10 +13,9 @@ from ..diagnosis import compare, improve, search, state as state_of
 from ..effects import columns as columns_of, table
 from ..errors import BadInput
 from ..inference.parts import Part
-from ..logs import door
+from ..logs import door, text as texts
 
 KEPT = 6  # outcomes in memory
-SEPARATORS = ";\t,"
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
@@ -34,13 +33,21 @@ class Outcome:
 
 def preview(path):
     """A log before it is read as a recording: (guesses for its columns, what a page shows of it)."""
-    found = tables.read(path, SEPARATORS)
-    columns, line = found.columns, found.line
+    columns, line = columns_in(path)
     found, rows = guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
     missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
     return found, {"path": str(path), "columns": [vars(one) for one in found], "rows": rows, "rate_hz": ticks and ticks.rate_hz, "missing": missing,
                    "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))], "units": guess.UNITS}
+
+
+def columns_in(path):
+    """(name -> numbers, line of the header or None) of a text as it is, of any other log in davarlab's names."""
+    if door.format_of(path)[1] is texts.log:
+        found = tables.read(path, texts.SEPARATORS)
+        return found.columns, found.line
+    found = door.samples(path, door.Options())
+    return found.columns, found.line
 
 
 def clock_of(columns, found, path, line):
