@@ -1,8 +1,10 @@
 """tools/davarlab import, and every command that takes a recording, on other people's logs: what the formats' own libraries wrote comes back."""
 
+import contextlib
 import csv
 import json
 import os
+import sqlite3
 import unittest
 from pathlib import Path
 
@@ -77,6 +79,13 @@ class Formats(Logs):
         self.check(columns, gyro=2)
         self.check_stamps(columns, np.array(writing.boot_us(self.truth)) * 1000)
 
+    def test_ardupilot_dataflash_in_text(self):
+        log = self.work / "log.log"
+        writing.dataflash_text(log, self.truth)
+        _, columns = self.imported(log)
+        self.check(columns)
+        self.check_stamps(columns, np.array(writing.boot_us(self.truth)) * 1000)
+
     def test_ros_1_bag_with_unix_stamps_to_the_nanosecond(self):
         log = self.work / "log.bag"
         writing.ros1(log, self.truth)
@@ -128,6 +137,23 @@ class Formats(Logs):
                 self.check(columns, accel=rest, temp=rest)
                 self.check_stamps(columns, self.truth.stamps_ns - (0 if rest else writing.START_NS))
 
+    def test_a_temperature_with_a_time_of_its_own(self):
+        writing.apart(self.work / "log.npz", self.truth)
+        _, columns = self.imported(self.work / "log.npz")
+        self.check(columns, accel=False)
+        self.check_stamps(columns, self.truth.stamps_ns)
+
+    def test_message_types_that_the_bag_does_not_bring(self):
+        bag = writing.ros2(self.work / "bag", self.truth, "db3", ("/raw",))
+        with contextlib.closing(sqlite3.connect(bag)) as base, base:
+            base.execute("DELETE FROM message_definitions")
+        self.refused(bag, bag.name)
+        folder = self.work / "my_robot" / "msg"
+        folder.mkdir(parents=True)
+        (folder / "Raw.msg").write_text(writing.CUSTOM)
+        self.check(self.imported(bag, "--types", folder / "Raw.msg")[1])
+        self.check(self.imported(bag, "--types", self.work / "my_robot")[1])
+
     def test_every_command_takes_a_log(self):
         log, own = self.work / "log.npz", self.work / "own.csv"
         self.truth = writing.Truth(3000)
@@ -174,6 +200,14 @@ class Text(Logs):
         dates = np.array(self.truth.stamps_ns, "datetime64[ns]")
         log = self.rows("date.csv", "time,gyro_x_dps", lambda i: f"{dates[i]},{i % 5}")
         self.check_stamps(self.imported(log)[1], self.truth.stamps_ns)
+
+    def test_degree_signs_quotes_and_a_column_of_somebody_elses_name(self):
+        log = self.rows("log.csv", '"Time (s)","Gyroscope x (\u00b0/s)","Absolute","light"', lambda i: f'"{i * 0.005:.3f}","{i % 5}.5",3,{i % 2}')
+        _, columns = self.imported(log)
+        self.assertEqual((columns["gyro_x_dps"][:2], columns["light"][:2]), (("0.5", "1.5"), ("0", "1")))
+        self.refused(self.rows("xyz.csv", "t,x", lambda i: f"{i * 0.005:.3f},{i % 5}"), "--rename")
+        columns = self.imported(self.work / "xyz.csv", "--rename", "x=gyro_x_rad_s")[1]
+        self.assertAlmostEqual(float(columns["gyro_x_dps"][1]), 57.29578, places=4)
 
     def test_two_gyros_in_a_table(self):
         log = self.rows("log.csv", "t,imu0_gx_dps,imu1_gx_dps", lambda i: f"{i * 0.005:.3f},{i % 5},{i % 3}")

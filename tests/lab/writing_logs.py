@@ -71,6 +71,14 @@ def dataflash(path, truth, instances=2):
     Path(path).write_bytes(out)
 
 
+def dataflash_text(path, truth):
+    lines = ["FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns", "FMT, 129, 43, IMU, Qfffffff, TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"]
+    for place, us in enumerate(boot_us(truth)):
+        numbers = [*truth.rad_s[:, place], *truth.m_s2[:, place], truth.temp[place]]
+        lines.append(f"IMU, {us}, " + ", ".join(f"{value:.12f}" for value in numbers))
+    Path(path).write_text("\n".join(lines) + "\n")
+
+
 def stamp_of(store, ns):
     return store.types["builtin_interfaces/msg/Time"](sec=int(ns // 10**9), nanosec=int(ns % 10**9))
 
@@ -151,6 +159,11 @@ def matlab_73(path, truth):
 
 def npz(path, truth):
     np.savez(path, timestamp_ns=truth.stamps_ns, gyro_dps=truth.gyro.T, accel_g=truth.accel.T, temperature=truth.temp)
+
+
+def apart(path, truth):
+    """A temperature at a rate and with a time of its own."""
+    np.savez(path, gyro_time_ns=truth.stamps_ns, gyro_dps=truth.gyro, temp_time_ns=truth.stamps_ns[::10], temp=truth.temp[::10])
 
 
 def npy(path, truth):

@@ -1,4 +1,5 @@
-"""ArduPilot DataFlash (.bin), indexed by pymavlink, whose format messages say what is where. Gyros in rad/s, accelerometers in m/s^2."""
+"""ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what is where. Gyros in rad/s, accelerometers in
+m/s^2."""
 
 import contextlib
 import io
@@ -7,6 +8,7 @@ import os
 import re
 import sys
 import tempfile
+from array import array
 
 import numpy as np
 from pymavlink import DFReader
@@ -43,6 +45,8 @@ def silenced():
 
 
 class Log:
+    """sensors: of the log; rows: name -> (Message or TextMessage, places of its messages)."""
+
     def __init__(self, path, options):
         self.path, self.sensors, self.rows = path, [], {}
         with silenced() as said:
@@ -60,11 +64,13 @@ class Log:
             log.close()
 
     def take(self, form, places):
-        """Lists the messages of one format, one sensor for each instance in them."""
-        kind, number = KINDS.match(form.name).groups()
-        message = Message(self.path, form)
-        if "I" not in form.columns:
-            self.add(form.name, str(max(int(number or 1) - 1, 0)), message, places)
+        """Lists the messages of one format."""
+        self.instances(*KINDS.match(form.name).groups(), Message(self.path, form), places)
+
+    def instances(self, kind, number, message, places):
+        """One sensor for each instance in the messages of a format."""
+        if "I" not in message.form.columns:
+            self.add(message.form.name, str(max(int(number or 1) - 1, 0)), message, places)
             return
         instance = message.columns(places, ["I"])["I"].astype(int)
         for one in np.unique(instance):
@@ -113,6 +119,35 @@ class Message:
             for name in names:
                 out[name][first:first + ROWS] = rows[name]
         return {name: column if self.factors[name] == 1 else column * self.factors[name] for name, column in out.items()}
+
+
+class TextMessage:
+    """The numbers of one format of a log in text, as pymavlink read them: places are rows."""
+
+    def __init__(self, form):
+        self.form, self.rows = form, {name: array("d") for name in form.columns}
+
+    def append(self, message):
+        for name, column in self.rows.items():
+            value = getattr(message, name)
+            column.append(value if isinstance(value, (int, float)) else np.nan)
+
+    def columns(self, places, names):
+        return {name: np.frombuffer(self.rows[name])[places] for name in names}
+
+
+class TextLog(Log):
+    def __init__(self, path, options):
+        self.path, self.sensors, self.rows, self.notes, found = path, [], {}, {}, {}
+        with silenced():
+            log = DFReader.DFReader_text(str(path))
+            kinds = [form.name for form in log.formats.values() if KINDS.match(form.name)]
+            while message := log.recv_match(type=kinds):
+                found.setdefault(message.get_type(), TextMessage(message.fmt)).append(message)
+            log.close()
+        for name, message in found.items():
+            kind, number = KINDS.match(name).groups()
+            self.instances(kind, number, message, np.arange(len(message.rows[message.form.columns[0]])))
 
 
 def numpy_type(code):

@@ -38,6 +38,11 @@ def dataflash(path, options):
     return dataflash.Log(path, options)
 
 
+def dataflash_text(path, options):
+    from . import dataflash
+    return dataflash.TextLog(path, options)
+
+
 def ros(path, options):
     from . import ros
     return ros.Log(path, options)
@@ -69,7 +74,8 @@ def parquet(path, options):
 
 
 # (how it begins, its name, who reads it); the libraries are loaded when they are needed.
-FORMATS = ((b"ULog", "PX4 ULog", ulog), (b"\xa3\x95", "ArduPilot DataFlash", dataflash), (ROS1, "ROS 1 bag", ros), (SQLITE, "ROS 2 db3", ros),
+FORMATS = ((b"ULog", "PX4 ULog", ulog), (b"\xa3\x95", "ArduPilot DataFlash", dataflash), (b"FMT, ", "ArduPilot DataFlash text", dataflash_text),
+           (ROS1, "ROS 1 bag", ros), (SQLITE, "ROS 2 db3", ros),
            (MCAP, "MCAP", ros), (b"MATLAB 5.0", "MATLAB 5", matlab_5), (b"\x93NUMPY", "NumPy npy", npy), (b"PK\x03\x04", "NumPy npz", npz),
            (b"PAR1", "Parquet", parquet))
 HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3

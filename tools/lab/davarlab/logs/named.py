@@ -109,6 +109,18 @@ class Log:
         beside = nearest(stem, [other for other, of in self.accels.items() if other != stem and self.columns[next(iter(of.values()))].count == count])
         return found + (list(self.accels[beside].values()) if beside and stem in self.gyros else [])
 
+    def apart(self, stem, quantity):
+        """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its own."""
+        singles = {name: {"": name} for name, one in self.columns.items() if guess.quantity_of(name) == "temp" and one.count > 1}
+        sets = self.accels if quantity == "accel" else singles
+        best = nearest(stem, list(sets))
+        names = list(sets[best].values()) if best else []
+        time = names and nearest(best, [name for name, one in self.columns.items() if guess.quantity_of(name) == "time" and one.count == self.columns[names[0]].count])
+        if time:
+            found = dressed({name: vector(self.load(self.columns[name].array), self.columns[name], f"{self.path}: {name}") for name in [*names, time]},
+                            [], self.path, self.origins)
+            yield found.stamps_ns, found.columns
+
     def read(self, stem):
         columns, last = {}, (None, None)
         for name in self.picked(stem):
@@ -117,6 +129,9 @@ class Log:
             columns[name] = vector(last[1], one, f"{self.path}: {name}")
         rate = float(np.ravel(self.load(self.rates[0]))[0]) if self.rates else None
         found = dressed(columns, self.given, self.path, self.origins)
+        if found.stamps_ns is not None and stem in self.gyros:
+            found.beside = [other for quantity in ("accel", "temp") if not any(name.startswith(quantity) for name in found.columns)
+                            for other in self.apart(stem, quantity)]
         found.notes["source"] = f"{self.what}, {stem}"
         found.rate_hz, found.line = rate if found.stamps_ns is None else None, self.line
         return found

@@ -51,7 +51,8 @@ def chosen(sensors, name, path):
         return found
     gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
     if not gyros:
-        raise BadInput(f"{path}: no gyro in it" + (f" (there are: {listed(sensors)}; --sensor NAME reads one)" if sensors else ""))
+        raise BadInput(f"{path}: no gyro in it (" + (f"there are: {listed(sensors)}; --sensor NAME reads one)" if sensors
+                                                     else "columns of odd names: --rename OLD=gyro_x_dps says what they are)"))
     first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
     if len(first) > 1:
         raise BadInput(f"{path}: more than one gyro: --sensor NAME says which (there are: {listed(gyros)})")
