@@ -236,7 +236,8 @@ class Refused(Logs):
                 if (name, what) not in (("log.mat", "short"), ("new.mat", "other")):  # padding of a text; the file proper begins behind 512 bytes
                     with self.subTest(name=name, what=what):
                         log.write_bytes(damaged)
-                        self.refused(log, name, options=() if name not in ("log.ulg", "log.bin") else ("--sensor", {"log.ulg": "sensor_gyro:0", "log.bin": "IMU:0"}[name]))
+                        named = {"log.ulg": "sensor_gyro:0", "log.bin": "IMU:0"}.get(name)
+                        self.refused(log, name, options=("--sensor", named) if named else ())
 
     def test_ros_2_cut_short(self):
         for storage in ("db3", "mcap"):
@@ -248,7 +249,8 @@ class Refused(Logs):
 
     def test_nan_empty_topics_and_text_in_numbers(self):
         self.truth.gyro[1, 17] = np.nan
-        for name, write, options in (("log.ulg", writing.ulog, ("--sensor", "sensor_gyro:0")), ("log.bag", writing.ros1, ()), ("log.npz", writing.npz, ()), ("log.parquet", writing.table, ())):
+        for name, write, options in (("log.ulg", writing.ulog, ("--sensor", "sensor_gyro:0")), ("log.bag", writing.ros1, ()), ("log.npz", writing.npz, ()),
+                                     ("log.parquet", writing.table, ())):
             with self.subTest(name=name):
                 write(self.work / name, self.truth)
                 self.refused(self.work / name, name, "gyro_y_dps", "not a finite number at sample 18", options=options)

@@ -52,8 +52,10 @@ class Parameters(Folder):
 
     def test_per_axis_values(self):
         axes = [N, N / 2, N / 3]
-        checks = (("ros", "angular_velocity_covariance", [value ** 2 * RATE for value in axes], slice(0, 9, 4)), ("gtsam", "setGyroscopeCovariance", [value ** 2 for value in axes], slice(3)),
-                  ("basalt", '"gyro_noise_std"', axes, slice(3)), ("matlab", "'NoiseDensity'", axes, slice(3)), ("vins", "gyr_n", [N * math.sqrt(RATE)], slice(1)))
+        checks = (("ros", "angular_velocity_covariance", [value ** 2 * RATE for value in axes], slice(0, 9, 4)),
+                  ("gtsam", "setGyroscopeCovariance", [value ** 2 for value in axes], slice(3)),
+                  ("basalt", '"gyro_noise_std"', axes, slice(3)), ("matlab", "'NoiseDensity'", axes, slice(3)),
+                  ("vins", "gyr_n", [N * math.sqrt(RATE)], slice(1)))
         for form, name, values, places in checks:
             with self.subTest(form=form):
                 for found, value in zip(self.numbers(self.exported(form), name)[places], values, strict=True):

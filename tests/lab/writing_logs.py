@@ -172,6 +172,6 @@ def npy(path, truth):
 
 def table(path, truth):
     columns = {"stamp": pyarrow.array(truth.stamps_ns, pyarrow.timestamp("ns")), "temp": truth.temp}
-    columns |= {f"wx wy wz".split()[axis] + " [rad/s]": truth.rad_s[axis] for axis in range(3)}
+    columns |= {f"w{'xyz'[axis]} [rad/s]": truth.rad_s[axis] for axis in range(3)}
     columns |= {f"a{name}_mps2": truth.m_s2[axis] for axis, name in enumerate("xyz")}
     parquet.write_table(pyarrow.table(columns), path)

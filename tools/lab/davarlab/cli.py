@@ -316,12 +316,13 @@ REPORT = argument("--report", metavar="R.html", help="one page with pictures tha
 BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
 RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="samples per second, when the recording has no time_s (which decides)")
 
-AXES = argument("--axes", metavar="AXES", help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, and one model file for each "
-                "axis (OUT_gyro_x.toml)")
+AXES = argument("--axes", metavar="AXES", help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
+                "and one model file for each axis (OUT_gyro_x.toml)")
 LOG = [RATE, argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)"),
        argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
                 "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
-       argument("--types", action="append", default=[], metavar="PATH", help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
+       argument("--types", action="append", default=[], metavar="PATH",
+                help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
        argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]
 
 PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
@@ -346,14 +347,15 @@ COMMANDS = {
         argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"),
         argument("--to", choices=tuple(PARAMETER_FILES), help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items())),
         argument("--inflate", type=option_types.positive, default=1.0, metavar="X", help="noise times X (the file says why, and why not)"),
-        argument("--bias-time", type=option_types.positive, default=300.0, metavar="SECONDS", help="a model without a walk of the bias gets the one that does the same in this "
-                 "time (default 300)"),
+        argument("--bias-time", type=option_types.positive, default=300.0, metavar="SECONDS",
+                 help="a model without a walk of the bias gets the one that does the same in this time (default 300)"),
         argument("--window", type=option_types.whole, default=6000, help="samples of the device's window (default 6000)"),
         argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
                  "deviation, relative (default 0.02)")]),
     "sheet": (run_sheet, "makes a model of a data sheet's numbers, or of a kalibr file, to compare with", [
-        argument("numbers", nargs="*", metavar="NUMBER", help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken "
-                 "for the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664"),
+        argument("numbers", nargs="*", metavar="NUMBER",
+                 help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
+                 " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664"),
         argument("--kalibr", metavar="IMU.yaml"), argument("--column", default="gyro_z_dps", help="of the recording it is for (default gyro_z_dps)"), OUT, RATE]),
     "import": (run_import, "makes a recording of another log", [
         argument("log", help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind"), OUT_MAYBE, *LOG,

@@ -94,10 +94,19 @@ def form_of(names, separator, block):
     if found.time and len(fields) == len(names):
         value = fields[names.index(found.time)]
         kind = next((kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value)), "")
-        origin = int(np.datetime64(value.rstrip("Z"), "s").astype(np.int64)) if kind == "date" else int(float(value)) if is_number(value) and abs(float(value)) < LARGEST else 0
+        origin = origin_of(value, kind)
         if kind == "date" or abs(origin) > FAR:
-            found.kind, found.origin = kind, int(value) if kind == "whole" else origin
+            found.kind, found.origin = kind, origin
     return found
+
+
+def origin_of(value, kind):
+    """The whole number at or below a first time, as text of a form; 0 for what is no number."""
+    if kind == "date":
+        return int(np.datetime64(value.rstrip("Z"), "s").astype(np.int64))
+    if kind == "whole":
+        return int(value)
+    return int(float(value)) if is_number(value) and abs(float(value)) < LARGEST else 0
 
 
 def types_of(form):

@@ -7,7 +7,6 @@ from pyarrow import parquet
 from ..errors import BadInput
 from . import named
 
-MAGIC_NPY, MAGIC_ZIP, MAGIC_PARQUET = b"\x93NUMPY", b"PK\x03\x04", b"PAR1"
 ORDERS = {3: ["gyro_x", "gyro_y", "gyro_z"], 4: ["time", "gyro_x", "gyro_y", "gyro_z"]}  # of the columns of an array without names
 
 

@@ -17,7 +17,6 @@ from ..errors import BadInput
 from . import units
 from .sensor import Samples, Sensor
 
-MAGIC = b"\xa3\x95\x80"
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
 CLOCKS = (("SampleUS", 1000), ("TimeUS", 1000), ("TimeMS", 1_000_000))  # the moment of the sample first; in nanoseconds

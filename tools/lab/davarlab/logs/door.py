@@ -1,5 +1,6 @@
 """Any log, by what is in it: which sensors it holds, and a Recording of one of them."""
 
+import importlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +12,6 @@ from . import sensor as sensors, text
 
 SECOND = 10**9
 FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second near the first
-SQLITE, MCAP, ROS1 = b"SQLite format 3\0", b"\x89MCAP0\r\n", b"#ROSBAG"
 
 
 @dataclass
@@ -28,56 +28,17 @@ class Options:
     plain: bool = False
 
 
-def ulog(path, options):
-    from . import ulog
-    return ulog.Log(path, options)
+def by(module, name):
+    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is loaded when it is needed."""
+    return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(path, options)
 
 
-def dataflash(path, options):
-    from . import dataflash
-    return dataflash.Log(path, options)
-
-
-def dataflash_text(path, options):
-    from . import dataflash
-    return dataflash.TextLog(path, options)
-
-
-def ros(path, options):
-    from . import ros
-    return ros.Log(path, options)
-
-
-def matlab_5(path, options):
-    from . import matlab
-    return matlab.version_5(path, options)
-
-
-def hdf5(path, options):
-    from . import matlab
-    return matlab.hdf5(path, options)
-
-
-def npy(path, options):
-    from . import arrays
-    return arrays.npy(path, options)
-
-
-def npz(path, options):
-    from . import arrays
-    return arrays.npz(path, options)
-
-
-def parquet(path, options):
-    from . import arrays
-    return arrays.table(path, options)
-
-
-# (how it begins, its name, who reads it); the libraries are loaded when they are needed.
-FORMATS = ((b"ULog", "PX4 ULog", ulog), (b"\xa3\x95", "ArduPilot DataFlash", dataflash), (b"FMT, ", "ArduPilot DataFlash text", dataflash_text),
-           (ROS1, "ROS 1 bag", ros), (SQLITE, "ROS 2 db3", ros),
-           (MCAP, "MCAP", ros), (b"MATLAB 5.0", "MATLAB 5", matlab_5), (b"\x93NUMPY", "NumPy npy", npy), (b"PK\x03\x04", "NumPy npz", npz),
-           (b"PAR1", "Parquet", parquet))
+ROS, HDF5_FILE = by("ros", "Log"), by("matlab", "hdf5")
+# (how it begins, its name, who reads it)
+FORMATS = ((b"ULog", "PX4 ULog", by("ulog", "Log")), (b"\xa3\x95", "ArduPilot DataFlash", by("dataflash", "Log")),
+           (b"FMT, ", "ArduPilot DataFlash text", by("dataflash", "TextLog")), (b"#ROSBAG", "ROS 1 bag", ROS), (b"SQLite format 3\0", "ROS 2 db3", ROS),
+           (b"\x89MCAP0\r\n", "MCAP", ROS), (b"MATLAB 5.0", "MATLAB 5", by("matlab", "version_5")), (b"\x93NUMPY", "NumPy npy", by("arrays", "npy")),
+           (b"PK\x03\x04", "NumPy npz", by("arrays", "npz")), (b"PAR1", "Parquet", by("arrays", "table")))
 HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3
 ENDINGS = {".ulg": "PX4 ULog", ".bin": "ArduPilot DataFlash", ".bag": "ROS 1 bag", ".db3": "ROS 2 db3", ".mcap": "MCAP", ".mat": "MATLAB",
            ".npy": "NumPy npy", ".npz": "NumPy npz", ".parquet": "Parquet", ".h5": "HDF5", ".hdf5": "HDF5"}
@@ -87,14 +48,14 @@ def format_of(path):
     """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text. Raises BadInput for a file that is not what
     its name says."""
     if Path(path).is_dir():
-        return "ROS 2 bag", ros
+        return "ROS 2 bag", ROS
     try:
         with open(path, "rb") as file:
             head = file.read(1024)
     except OSError as why:
         raise BadInput(f"{path}: {why.strerror or why}") from None
     if HDF5 in (head[:8], head[512:520]):
-        return "MATLAB 7.3 or HDF5", hdf5
+        return "MATLAB 7.3 or HDF5", HDF5_FILE
     found = next(((name, reader) for magic, name, reader in FORMATS if head.startswith(magic)), None)
     said = ENDINGS.get(Path(path).suffix.lower())
     if not found and said:

@@ -6,8 +6,6 @@ from scipy import io
 
 from . import named
 
-MAGIC_5, MAGIC_HDF5 = b"MATLAB 5.0", b"\x89HDF\r\n\x1a\n"
-
 
 def numeric(found):
     """name -> array of what is in a file or a struct of version 5."""

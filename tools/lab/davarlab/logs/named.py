@@ -155,13 +155,15 @@ def overridden(guesses, given, path):
         name, _, unit = pair.partition("=")
         met = [one for one in guesses if name in (one.name, one.quantity)]
         if not met:
-            raise BadInput(f"--unit {pair}: {path} has no such column (there are: {', '.join(one.name for one in guesses)}; or gyro, accel, temp, time for all of one kind)")
+            names = ", ".join(one.name for one in guesses)
+            raise BadInput(f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, temp, time for all of one kind)")
         for one in met:
             factors = guess.UNITS.get(one.quantity, {})
             try:
                 one.unit, one.factor, one.sure = (unit, factors[unit], True) if unit in factors else ("counts", float(unit), True)
             except ValueError:
-                raise BadInput(f"--unit {pair}: no unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to {next(iter(factors), '1')})") from None
+                raise BadInput(f"--unit {pair}: no unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
+                               f"{next(iter(factors), '1')})") from None
     return guesses
 
 

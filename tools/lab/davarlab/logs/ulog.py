@@ -11,7 +11,6 @@ from ..errors import BadInput
 from . import units
 from .sensor import Samples, Sensor
 
-MAGIC = b"ULog\x01\x12\x35"
 SINCE_BOOT, SELECTION = "seconds since boot", "sensor_selection"
 XYZ = ("x", "y", "z")
 # topic: (what it measures: fields of x, y, z; rank). Rank 1: filtered, made of the others.

@@ -41,8 +41,8 @@ class Parameter:
 
 @dataclass
 class Format:
-    """what: for --help. comment: how a comment begins. line(name, values): an assignment. parts: how those are put into a file (lines, noises) ->
-    lines. inflate: the reason for or against larger numbers than measured. source: where the formulas are from."""
+    """what: for --help. comment: how a comment begins. line(name, values): an assignment. around(lines, noises): the lines
+    of the file, made of those. inflate: the reason for or against larger numbers than measured. source: where the formulas are from."""
     what: str
     comment: str
     parameters: tuple
@@ -137,17 +137,20 @@ def matlab_around(lines, noises):
                                                                               for one in dict.fromkeys(noise.quantity for noise in noises)]
 
 
-MATLAB_NOTE = "N is of the two-sided spectrum (NoiseType double-sided): check that the scatter of what imuSensor makes is N sqrt(SampleRate); where a release takes a one-sided one, it is sqrt(2) too small"
+MATLAB_NOTE = ("N is of the two-sided spectrum (NoiseType double-sided): check that the scatter of what imuSensor makes is N sqrt(SampleRate); where a "
+               "release takes a one-sided one, it is sqrt(2) too small")
 
 FORMATS = {
     "kalibr": Format(
         "kalibr imu.yaml", "#", KALIBR, yaml_line, f"{KALIBR_WIKI} and YAML formats: continuous time",
-        "Its wiki: numbers of a record at rest make kalibr trust the IMU too much; \"for lowest-cost sensors, increasing the noise model parameters by a factor of 10x or more may be "
-        "necessary\". What is missing then is scale, alignment, temperature and vibration: a record of the mounted, running robot measures the last two, a factor guesses them.", RATE_LINES),
+        "Its wiki: numbers of a record at rest make kalibr trust the IMU too much; \"for lowest-cost sensors, increasing the noise model parameters by "
+        "a factor of 10x or more may be necessary\". What is missing then is scale, alignment, temperature and vibration: a record of the mounted, "
+        "running robot measures the last two, a factor guesses them.", RATE_LINES),
     "allan_variance_ros": Format(
-        "the imu.yaml that allan_variance_ros writes", "#", KALIBR, yaml_line, "allan_variance_ros, scripts/analysis.py: the worst axis; fits of slope -1/2 at 1 s and of slope 1/2 at 3 s",
-        "Not inflated there either. Its walk is the intercept of a line of slope 1/2 through the whole curve and stands too high where the curve is flat; this one is of the "
-        "fitted model.", RATE_LINES),
+        "the imu.yaml that allan_variance_ros writes", "#", KALIBR, yaml_line, "allan_variance_ros, scripts/analysis.py: the worst axis; fits of slope "
+                "-1/2 at 1 s and of slope 1/2 at 3 s",
+        "Not inflated there either. Its walk is the intercept of a line of slope 1/2 through the whole curve and stands too high where the curve is "
+        "flat; this one is of the fitted model.", RATE_LINES),
     "px4": Format(
         "PX4 EKF2 (param set lines)", "#",
         (Parameter("EKF2_GYR_NOISE", "gyro", "rad/s", "N / sqrt(dt)", PX4_WHITE, meaning=STEP.format("EKF2_GYR_NOISE", PX4_S)),
@@ -155,8 +158,9 @@ FORMATS = {
          Parameter("EKF2_ACC_NOISE", "accel", "m/s^2", "N / sqrt(dt)", PX4_WHITE, meaning=STEP.format("EKF2_ACC_NOISE", PX4_S)),
          Parameter("EKF2_ACC_B_NOISE", "accel", "m/s^3", "K / sqrt(dt)", PX4_WALK, meaning="process noise of the accelerometer bias")),
         lambda name, values: f"param set {name} {values[0]:.6g}", "PX4-Autopilot, src/modules/ekf2/EKF/covariance.cpp, predictCovariance; dt: EKF2_PREDICT_US",
-        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are ten times and more above a quiet MEMS gyro on purpose: they also hold vibration, aliasing, scale and alignment errors of a flying "
-        "vehicle, and EKF2 refuses less than 0.0001 rad/s. Take these numbers for a floor; go below the defaults only with innovations of a flight that allow it."),
+        "The defaults, 0.015 rad/s and 0.001 rad/s^2, are ten times and more above a quiet MEMS gyro on purpose: they also hold vibration, aliasing, "
+        "scale and alignment errors of a flying vehicle, and EKF2 refuses less than 0.0001 rad/s. Take these numbers for a floor; go below the defaults "
+        "only with innovations of a flight that allow it."),
     "ardupilot": Format(
         "ArduPilot EKF3 (.param)", "#",
         (Parameter("EK3_GYRO_P_NSE", "gyro", "rad/s", "N / sqrt(dt)", ARDU_WHITE, meaning=STEP.format("EK3_GYRO_P_NSE", ARDUPILOT_S)),
@@ -169,10 +173,11 @@ FORMATS = {
     "ros": Format(
         "covariances of ROS sensor_msgs/Imu", "#",
         sensor("angular_velocity_covariance", "linear_acceleration_covariance", "rad^2/s^2", "m^2/s^4", "N^2 rate on the diagonal, row by row",
-               lambda noise: sample(noise) ** 2, True, "the variance of one message: white noise alone, of a driver that sends every sample and has averaged none; correlations are not measured, so 0"),
+               lambda noise: sample(noise) ** 2, True, "the variance of one message: white noise alone, of a driver that sends every sample and has "
+                                                       "averaged none; correlations are not measured, so 0"),
         lambda name, values: f"{name}: {listed(diagonal(values))}", "sensor_msgs/msg/Imu.msg",
-        "Not inflated: a filter that reads the message takes it for the scatter of this sample, and has its own place for the bias. The first element -1 would say that there is none, all 0 that it is "
-        "unknown."),
+        "Not inflated: a filter that reads the message takes it for the scatter of this sample, and has its own place for the bias. The first element "
+        "-1 would say that there is none, all 0 that it is unknown."),
     "gtsam": Format(
         "GTSAM preintegration (Python)", "#",
         (*sensor("setGyroscopeCovariance", "setAccelerometerCovariance", "rad^2/s^2/Hz", "m^2/s^4/Hz", "N^2, continuous", lambda noise: noise.white ** 2, True,
@@ -180,27 +185,33 @@ FORMATS = {
          *sensor("setBiasOmegaCovariance", "setBiasAccCovariance", "rad^2/s^4/Hz", "m^2/s^6/Hz", "K^2, continuous", lambda noise: noise.walk ** 2, True,
                  "of PreintegrationCombinedParams; for a BetweenFactor of the bias over t seconds: K sqrt(t)")),
         lambda name, values: f"params.{name}(numpy.diag({listed(values)}))", "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time covariances",
-        "Not inflated. Where the IMU is driven hard, its scale and alignment errors are what is missing, and they are no white noise: 3 to 10 times N is the usual stand-in."),
+        "Not inflated. Where the IMU is driven hard, its scale and alignment errors are what is missing, and they are no white noise: 3 to 10 times N "
+        "is the usual stand-in."),
     "basalt": Format(
         "Basalt calibration (members of value0)", "//",
-        (*sensor("gyro_noise_std", "accel_noise_std", RAD, ACC, "N, continuous", density, True, "Basalt makes the discrete N sqrt(imu_update_rate) of it itself"),
+        (*sensor("gyro_noise_std", "accel_noise_std", RAD, ACC, "N, continuous", density, True, "Basalt makes the discrete N sqrt(imu_update_rate) "
+                "of it itself"),
          *sensor("gyro_bias_std", "accel_bias_std", RAD_WALK, ACC_WALK, "K, continuous", walk, True)),
         lambda name, values: f'"{name}": {listed(values)},', "basalt-headers, calibration.hpp: continuous time",
-        "Not inflated: the estimator weighs the IMU against the camera by these alone. Raise N, not K, where vibration or scale errors of a moving IMU are to be held by it too.",
+        "Not inflated: the estimator weighs the IMU against the camera by these alone. Raise N, not K, where vibration or scale errors of a moving IMU "
+        "are to be held by it too.",
         lambda lines, noises: [*lines, f'"imu_update_rate": {noises[0].rate_hz:g}']),
     "vins": Format(
         "VINS-Mono and VINS-Fusion (config yaml)", "#",
         (*sensor("gyr_n", "acc_n", "rad/s", "m/s^2", "N sqrt(rate), discrete", sample, meaning="the scatter of a sample; continuous: divide by sqrt(rate)"),
          *sensor("gyr_w", "acc_w", "rad/s^2", "m/s^3", "K sqrt(rate), discrete", lambda noise: noise.walk * math.sqrt(noise.rate_hz),
-                 meaning="the bias gets (x dt)^2 in each step of dt = 1 / rate. Many configurations hold K itself, which holds the bias sqrt(rate) times too still")),
+                 meaning="the bias gets (x dt)^2 in each step of dt = 1 / rate. Many configurations hold K itself, which holds the bias sqrt(rate) "
+                         "times too still")),
         yaml_line, "VINS-Mono, vins_estimator/src/factor/integration_base.h: midpoint steps with the noise of both ends",
-        "Its examples reach from twice (EuRoC, gyr_n 0.004) to tens of times that (0.1): for vibration, and for time stamps that are late. Raise N first where the estimate jumps with motion, "
-        "never K."),
+        "Its examples reach from twice (EuRoC, gyr_n 0.004) to tens of times that (0.1): for vibration, and for time stamps that are late. Raise N "
+        "first where the estimate jumps with motion, never K."),
     "matlab": Format(
         "MATLAB gyroparams and accelparams (.m)", "%",
         (*sensor("gyro.NoiseDensity", "accel.NoiseDensity", "(rad/s)/sqrt(Hz)", "(m/s^2)/sqrt(Hz)", "N", density, True, MATLAB_NOTE),
-         *sensor("gyro.BiasInstability", "accel.BiasInstability", "rad/s", "m/s^2", "B, the coefficient: the flat of the Allan deviation is 0.664 B", lambda noise: noise.flicker, True),
-         *sensor("gyro.RandomWalk", "accel.RandomWalk", "(rad/s) sqrt(Hz)", "(m/s^2) sqrt(Hz)", "K", walk, True, "a walk of the rate, not ARW, whatever its name")),
+         *sensor("gyro.BiasInstability", "accel.BiasInstability", "rad/s", "m/s^2", "B, the coefficient: the flat of the Allan "
+                 "deviation is 0.664 B", lambda noise: noise.flicker, True),
+         *sensor("gyro.RandomWalk", "accel.RandomWalk", "(rad/s) sqrt(Hz)", "(m/s^2) sqrt(Hz)", "K", walk, True, "a walk of the rate, not ARW, "
+                 "whatever its name")),
         lambda name, values: f"{name.split('.')[0]}. '{name.split('.')[1]}', {listed(values)}", "MathWorks, gyroparams and imuSensor",
         "Not inflated: a simulation is to be like the sensor.", matlab_around),
 }
