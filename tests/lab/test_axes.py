@@ -58,6 +58,9 @@ class Axes(Folder):
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertNotIn("deg", again.stdout)
         self.assertIn("velocity_random_walk", again.stdout)
+        said = run("fit", self.log, "-m", self.work / "better_accel_z.toml", "--json").stdout
+        self.assertIn('"coefficient_m_per_s_per_sqrt_h"', said)
+        self.assertNotIn("deg", said)
 
     def test_the_way_to_kalibr_and_back(self):
         self.assertEqual(run("fit", self.log, "-m", self.model, "--axes", "all", "-o", self.work / "out.toml").returncode, 0)

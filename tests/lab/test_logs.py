@@ -205,6 +205,8 @@ class Text(Logs):
         log = self.rows("log.csv", '"Time (s)","Gyroscope x (\u00b0/s)","Absolute","light"', lambda i: f'"{i * 0.005:.3f}","{i % 5}.5",3,{i % 2}')
         _, columns = self.imported(log)
         self.assertEqual((columns["gyro_x_dps"][:2], columns["light"][:2]), (("0.5", "1.5"), ("0", "1")))
+        log = self.rows("commas.csv", "t,gx_dps", lambda i: f'"{i * 0.005:.3f}","-{i % 5}.5"'.replace(".", ","))
+        self.assertEqual(self.imported(log)[1]["gyro_x_dps"][:2], ("-0.5", "-1.5"))
         self.refused(self.rows("xyz.csv", "t,x", lambda i: f"{i * 0.005:.3f},{i % 5}"), "--rename")
         columns = self.imported(self.work / "xyz.csv", "--rename", "x=gyro_x_rad_s")[1]
         self.assertAlmostEqual(float(columns["gyro_x_dps"][1]), 57.29578, places=4)

@@ -11,7 +11,7 @@ from pathlib import Path
 from .data import recording as recordings
 from .effects import table
 from .errors import BadInput
-from .model import ACCEL_KINDS
+from .model import ACCEL_KINDS, spoken
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
 SHOWN = {"deg": ("m/s", 1.0), "deg/h": ("ug", 1e6 / 9.80665 / 3600), "deg/h/sqrt(h)": ("ug/sqrt(h)", 1e6 / 9.80665 / 3600), "deg/s": ("m/s^2", 1.0),
@@ -77,6 +77,17 @@ def in_units(text, column):
     for gyro, accel in ACCEL_KINDS.items():
         text = text.replace(gyro, accel)
     return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
+
+
+def plain_in_units(data, column):
+    """The same of what --json says: names of parameters, kinds and sentences."""
+    if not is_accel(column):
+        return data
+    if isinstance(data, dict):
+        return {spoken(name, column) if isinstance(name, str) else name: plain_in_units(value, column) for name, value in data.items()}
+    if isinstance(data, (list, tuple)):
+        return [plain_in_units(value, column) for value in data]
+    return in_units(data, column) if isinstance(data, str) else data
 
 
 def file_of(path, column):

@@ -83,7 +83,7 @@ def each_axis(one):
     def run(options):
         if not options.axes:
             found, text = one(options)
-            emit(options, found.data, axes.in_units(text, found.column))
+            emit(options, axes.plain_in_units(found.data, found.column), axes.in_units(text, found.column))
             return found.status
         if getattr(options, "report", None):
             raise BadInput("--report: a page is of one axis (leave --axes out)")
@@ -94,7 +94,7 @@ def each_axis(one):
         for options.axis in columns:
             progress(f"axis {options.axis}")
             found.append(one(options)[0])
-        emit(options, {"axes": {one.column: one.data for one in found}}, axes.text(found))
+        emit(options, {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in found}}, axes.text(found))
         return max(one.status for one in found)
     return run
 
@@ -145,7 +145,8 @@ def run_diagnose(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
-    emit(options, values.diagnosis(found), terminal.diagnosis(found))
+    column = column_of(options)
+    emit(options, axes.plain_in_units(values.diagnosis(found), column), axes.in_units(terminal.diagnosis(found), column))
     report(options, recording, model, found)
     return 0
 

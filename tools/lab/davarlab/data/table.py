@@ -15,6 +15,7 @@ LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
 FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
 FORMS = {"whole": r"[+-]?[0-8]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}", "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?"}
+QUOTED = '(?=(?:[^"]*"[^"]*")*[^"]*$)'  # behind which every quote is closed again: not inside of one
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
 
 
@@ -81,14 +82,15 @@ class Form:
 
     def of(self, row):
         """The fields of a row of text."""
-        fields = row.split() if self.separator == " " else row.split(self.separator)
+        fields = row.split() if self.separator == " " else re.split(self.separator + QUOTED, row)
         return [field.strip().strip('"').replace(self.decimal, ".") for field in fields]
 
 
 def form_of(names, separator, block):
     """Of a file by its first row of numbers."""
     first = next((line for line in block.split(b"\n") if line.strip()), b"").decode("utf-8", errors="replace").strip()
-    found = Form(names, separator, "," if separator != "," and re.search(r"\d,\d", first) else ".")
+    quoted = first if separator != "," else " ".join(re.findall(r'"[^"]*"', first))  # between commas a decimal comma stands in quotes
+    found = Form(names, separator, "," if re.search(r"\d,\d", quoted) else ".")
     found.time = next((name for name in names if name == "time_s"), next((name for name in names if guess.quantity_of(name) == "time"), ""))
     fields = found.of(first)
     if found.time and len(fields) == len(names):
