@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import sys
+import subprocess
 import time
 import traceback
 from pathlib import Path
@@ -51,3 +52,12 @@ def ask(arguments, limit_s=900):
     finally:
         signal.alarm(0)
     return found, status, wrong, time.perf_counter() - begin
+
+
+def run(*arguments):
+    """A command with its exit status and what it printed, as subprocess says them."""
+    from davarlab import cli
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = cli.main([*map(str, arguments)])
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())

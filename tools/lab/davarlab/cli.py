@@ -5,13 +5,15 @@ import contextlib
 import json
 import os
 import sys
+from dataclasses import replace
 
-from . import files, model as models, option_types, simulate
+from . import axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
 from .errors import BadInput, internal_error
-from .report import terminal, values
+from .logs import door
+from .report import parameters, terminal, values
 
 DETAIL = 3
 
@@ -24,23 +26,77 @@ def emit(options, data, text):
     print(json.dumps(values.plain(data), indent=2) if options.json else text, flush=True)
 
 
+def log_options(options):
+    """How a log is to be read, from the command line."""
+    return door.Options(options.rate, options.sensor, options.unit, getattr(options, "rename", []), getattr(options, "scale", []), options.types,
+                        options.names.split(",") if options.names else None)
+
+
+def given_model(options, path=None):
+    """The model of -m: a model file, or a kalibr imu.yaml, which is one of every axis."""
+    path = path or options.model
+    if str(path).endswith((".yaml", ".yml")):
+        return kalibr.of_file(path, getattr(options, "axis", None) or "gyro_z_dps")
+    model = models.read(path)
+    return replace(model, column=options.axis) if getattr(options, "axis", None) else model
+
+
+def recorded(options, path):
+    """A recording, read once for all axes."""
+    kept = options.__dict__.setdefault("recordings", {})
+    if path not in kept:
+        kept[path] = door.read(path, log_options(options), progress)
+        if len(kept[path].gaps):
+            progress(f"{len(kept[path].gaps)} gaps: {(~kept[path].known).sum()} samples of the even grid are missing")
+    return kept[path]
+
+
 def load(options):
-    model = models.read(options.model)
-    recording = recordings.read(options.recording, options.rate)
+    """(recording, model) for the analysis; an accelerometer's as axes.py has it."""
+    given = given_model(options)
+    recording, model = axes.for_analysis(recorded(options, options.recording), given)
     models.check_fits(model, recording, options.model)
     if options.command != "fit":
         models.check_noise(model, options.model)
-    if len(recording.gaps):
-        progress(f"{len(recording.gaps)} gaps: {(~recording.known).sum()} samples of the even grid are missing")
     return recording, model
 
 
 def load_held_out(options, model):
     if not options.held_out:
         return None
-    held_out = recordings.read(options.held_out, options.rate)
+    held_out, model = axes.for_analysis(recorded(options, options.held_out), given_model(options))
     models.check_fits(model, held_out, options.model)
     return held_out
+
+
+def column_of(options):
+    return given_model(options).column
+
+
+def output_of(options):
+    """Where the model of this axis goes."""
+    return options.output and (str(axes.file_of(options.output, options.axis)) if getattr(options, "axis", None) else options.output)
+
+
+def each_axis(one):
+    """A command on the axis of the model, or on all that --axes names: one(options) -> axes.Found with the text of one axis."""
+    def run(options):
+        if not options.axes:
+            found, text = one(options)
+            emit(options, axes.plain_in_units(found.data, found.column), axes.in_units(text, found.column))
+            return found.status
+        if getattr(options, "report", None):
+            raise BadInput("--report: a page is of one axis (leave --axes out)")
+        columns = axes.columns_of(recorded(options, options.recording), options.axes)
+        if options.__dict__.get("output"):
+            files.check_outputs([axes.file_of(options.output, column) for column in columns], [options.recording])
+        found = []
+        for options.axis in columns:
+            progress(f"axis {options.axis}")
+            found.append(one(options)[0])
+        emit(options, {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in found}}, axes.text(found))
+        return max(one.status for one in found)
+    return run
 
 
 def run_simulate(options):
@@ -51,15 +107,15 @@ def run_simulate(options):
     return 0
 
 
-def run_fit(options):
+def fit_one(options):
     recording, model = load(options)
     state, fitted, entries = improve.fit(recording, model, progress)
-    if options.output:
-        models.write(fitted, options.output)
-    emit(options, {"effects": values.fitted(fitted, entries), "model": options.output, **values.judgement(state.judgement),
-                   "observations": values.observations(state.seen), "intervals_hold": state.judgement.adequate},
-         terminal.fit(fitted, entries, state.judgement, state.seen))
-    return 0
+    column, output = column_of(options), output_of(options)
+    if output:
+        models.write(axes.called(fitted, column), output)
+    data = {"effects": values.fitted(fitted, entries), "model": output, **values.judgement(state.judgement),
+            "observations": values.observations(state.seen), "intervals_hold": state.judgement.adequate}
+    return axes.Found(column, 0, data, fitted, entries), terminal.fit(fitted, entries, state.judgement, state.seen)
 
 
 def report(options, recording, model, found, state=None):
@@ -76,33 +132,35 @@ def report(options, recording, model, found, state=None):
     page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
 
 
-def run_compare(options):
+def compare_one(options):
     recording, model = load(options)
     state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
-    emit(options, values.comparison(found), terminal.comparison(found, evidence.notes(recording, model)))
     report(options, recording, model, found, state)
-    return 0 if found.adequate else 1
+    return (axes.Found(column_of(options), 0 if found.adequate else 1, values.comparison(found), model, improve.as_it_is(model)),
+            terminal.comparison(found, evidence.notes(recording, model)))
 
 
 def run_diagnose(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
-    emit(options, values.diagnosis(found), terminal.diagnosis(found))
+    column = column_of(options)
+    emit(options, axes.plain_in_units(values.diagnosis(found), column), axes.in_units(terminal.diagnosis(found), column))
     report(options, recording, model, found)
     return 0
 
 
-def run_improve(options):
+def improve_one(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL if options.report else 0)
-    if options.output:
-        models.write(found.model, options.output)
-    emit(options, values.improvement(found, options.output), terminal.improvement(found))
+    column, output = column_of(options), output_of(options)
+    if output:
+        models.write(axes.called(found.model, column), output)
     report(options, recording, model, found)
-    return 0 if found.judgement.adequate else 1
+    return (axes.Found(column, 0 if found.judgement.adequate else 1, values.improvement(found, output), found.model, found.estimates),
+            terminal.improvement(found))
 
 
 def start_value(effect, parameter, rate_hz):
@@ -170,20 +228,47 @@ def run_plot(options):
 
 
 def run_export(options):
+    given = [(path, models.read(path)) for path in options.models]
+    if options.to:
+        made = parameters.text(options.to, given, options.inflate, options.bias_time)
+        files.write_whole(options.output, made.encode())
+        emit(options, {"file": options.output, "format": options.to}, f"{made}{options.output}")
+        return 0
     from .report import export
     files.check_ending(options.output, (".h", ".csv"))
-    table = export.table_of(models.read(options.model), options.window, options.tolerance)
+    if len(given) > 1:
+        raise BadInput("export: a table for the device is of one model (--to FORMAT takes one for each axis)")
+    table = export.table_of(given[0][1], options.window, options.tolerance)
     files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
     return 0
 
 
+def run_sheet(options):
+    if bool(options.kalibr) == bool(options.numbers):
+        raise BadInput("sheet: numbers with their units, or --kalibr imu.yaml")
+    made = kalibr.of_file(options.kalibr, options.column, options.rate) if options.kalibr else kalibr.of_sheet(options.numbers, options.column, options.rate)
+    models.write(made, options.output)
+    emit(options, {"model": options.output, "effects": made.kinds}, f"{options.output}: {', '.join(made.kinds)}")
+    return 0
+
+
 def run_import(options):
-    from .data import logs
-    found = logs.imported(options.log, options.rate, options.rename, options.scale)
-    recordings.write(found, options.output)
-    emit(options, {"recording": options.output, "samples": found.samples, "rate_hz": found.rate_hz},
-         f"{options.output}: {found.samples} samples at {found.rate_hz:.6g} Hz")
+    how = log_options(options)
+    if options.list:
+        found = door.listed(options.log, how)
+        emit(options, {"sensors": [{"name": one.name, "gives": sorted(one.gives), "samples": one.samples} for one in found]},
+             "\n".join(one.said for one in found) or "no sensors")
+        return 0
+    if not options.output:
+        raise BadInput("import: -o REC.csv is missing (or --list)")
+    found = door.samples(options.log, how)
+    count, columns = len(next(iter(found.columns.values()))), list(found.columns)
+    rate = door.write(found, options.output, options.rate, options.log)
+    for line in door.said(found.guesses):
+        progress(line)
+    emit(options, {"recording": options.output, "samples": count, "rate_hz": rate, "columns": columns, "guesses": [vars(one) for one in found.guesses]},
+         f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}")
     return 0
 
 
@@ -223,8 +308,8 @@ def argument(*names, **settings):
     return names, settings
 
 
-REC = argument("recording", help=f"CSV or .csv.gz, at least {recordings.MINIMUM_SAMPLES} samples")
-MODEL = argument("-m", "--model", required=True, help="model file (TOML)")
+REC = argument("recording", help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples")
+MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
@@ -232,13 +317,24 @@ REPORT = argument("--report", metavar="R.html", help="one page with pictures tha
 BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
 RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="samples per second, when the recording has no time_s (which decides)")
 
+AXES = argument("--axes", metavar="AXES", help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
+                "and one model file for each axis (OUT_gyro_x.toml)")
+LOG = [RATE, argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)"),
+       argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
+                "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
+       argument("--types", action="append", default=[], metavar="PATH",
+                help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
+       argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]
+
+PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
+
 # command: (function, what it does, arguments)
 COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
-    "fit": (run_fit, "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, RATE]),
-    "compare": (run_compare, "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, RATE]),
-    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, RATE]),
-    "improve": (run_improve, "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, RATE]),
+    "fit": (each_axis(fit_one), "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, AXES, *LOG]),
+    "compare": (each_axis(compare_one), "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, AXES, *LOG]),
+    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, *LOG]),
+    "improve": (each_axis(improve_one), "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "open": (run_open, "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one", [
@@ -246,14 +342,25 @@ COMMANDS = {
         argument("--port", type=option_types.port, default=0, metavar="N", help="default: any that is free"),
         argument("--no-browser", action="store_true", help="only print the address")]),
     "effects": (run_effects, "lists every effect", []),
-    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, RATE]),
-    "export": (run_export, "writes the model as a table for the device: C, or CSV for davar-sim --model-table", [
-        argument("model"), argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv"),
+    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, *LOG]),
+    "export": (run_export, "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program", [
+        argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
+        argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"),
+        argument("--to", choices=tuple(PARAMETER_FILES), help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items())),
+        argument("--inflate", type=option_types.positive, default=1.0, metavar="X", help="noise times X (the file says why, and why not)"),
+        argument("--bias-time", type=option_types.positive, default=300.0, metavar="SECONDS",
+                 help="a model without a walk of the bias gets the one that does the same in this time (default 300)"),
         argument("--window", type=option_types.whole, default=6000, help="samples of the device's window (default 6000)"),
         argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
                  "deviation, relative (default 0.02)")]),
+    "sheet": (run_sheet, "makes a model of a data sheet's numbers, or of a kalibr file, to compare with", [
+        argument("numbers", nargs="*", metavar="NUMBER",
+                 help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
+                 " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664"),
+        argument("--kalibr", metavar="IMU.yaml"), argument("--column", default="gyro_z_dps", help="of the recording it is for (default gyro_z_dps)"), OUT, RATE]),
     "import": (run_import, "makes a recording of another log", [
-        argument("log"), OUT, RATE, argument("--rename", action="append", default=[], help="OLD=NEW"),
+        argument("log", help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind"), OUT_MAYBE, *LOG,
+        argument("--list", action="store_true", help="the sensors in it"), argument("--rename", action="append", default=[], help="OLD=NEW"),
         argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
     "live": (run_live, "checks, shows and records the stream of a CAN or serial source; waits for one that is lost", [
         argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
@@ -299,8 +406,8 @@ def parser():
 
 def check_files(options):
     """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
-    given = {name: getattr(options, name, None) for name in ("recording", "held_out", "scenario", "log", "output", "report", "model")}
-    read = [given[name] for name in ("recording", "held_out", "scenario", "log") if given[name] is not None] + options.effects
+    given = {name: getattr(options, name, None) for name in ("kalibr", "recording", "held_out", "scenario", "log", "output", "report", "model")}
+    read = [given[name] for name in ("recording", "held_out", "scenario", "log", "kalibr") if given[name] is not None] + options.effects
     if given["report"] is not None:
         files.check_outputs([given["report"]], [given["model"]])
     files.check_outputs([given[name] for name in ("output", "report") if given[name] is not None], read)

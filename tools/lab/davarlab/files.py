@@ -13,13 +13,14 @@ from .errors import BadInput
 
 @contextlib.contextmanager
 def unbroken():
-    """A signal that would end the program does so behind the block. Handlers, not a mask: other threads have masks of their own."""
+    """A signal that would end the program does so behind the block, and is in the list meanwhile. Handlers, not a mask: other threads have
+    masks of their own."""
     came, before = [], {}
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         if threading.current_thread() is threading.main_thread() and signal.getsignal(number) not in (signal.SIG_IGN, None):
             before[number] = signal.signal(number, lambda number, frame: came.append(number))
     try:
-        yield
+        yield came
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -75,16 +76,21 @@ def reason(why):
 
 
 def write_whole(path, data):
-    """Writes bytes to a file beside `path`, then takes its place. What was there stays until then. Raises BadInput."""
+    """Writes bytes, or pieces of them as they come, to a file beside `path`, then takes its place. What was there stays until then; a signal
+    ends it between two pieces. Raises BadInput."""
     trial = partial(path)
-    with unbroken():
+    with unbroken() as came:
         try:
             with open(trial, "xb") as file:
-                file.write(data)
+                for piece in [data] if isinstance(data, bytes) else data:
+                    file.write(piece)
+                    if came:
+                        return
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(trial, Path(path).resolve())
         except OSError as why:
+            raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
+        finally:
             with contextlib.suppress(OSError):
                 trial.unlink()
-            raise BadInput(f"{path}: cannot be written ({reason(why)})") from None

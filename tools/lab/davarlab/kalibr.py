@@ -1,12 +1,14 @@
-"""The gyro's numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats), as effects of a model."""
+"""The numbers in a kalibr imu.yaml (https://github.com/ethz-asl/kalibr/wiki/yaml-formats) or of a data sheet, as effects of a model."""
 
 import math
+import re
 import reprlib
 
 import yaml
 
 from .effects import table
 from .errors import BadInput
+from .model import Model, Term
 
 KINDS = {"gyroscope_noise_density": "angle_random_walk", "gyroscope_random_walk": "rate_random_walk"}  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
 
@@ -22,7 +24,49 @@ def number(value, where):
     return found
 
 
-def sizes(text, where):
+ACCEL_KINDS = {"accelerometer_noise_density": "angle_random_walk", "accelerometer_random_walk": "rate_random_walk"}  # m/s^2/sqrt(Hz), m/s^3/sqrt(Hz)
+RAD = 180 / math.pi
+# unit of a data sheet: (kind, factor to deg and s; of an accelerometer to m and s)
+SHEET = {"deg/sqrt(h)": ("angle_random_walk", 1 / 60), "deg/s/sqrt(Hz)": ("angle_random_walk", 1.0), "mdeg/s/sqrt(Hz)": ("angle_random_walk", 1e-3),
+         "rad/s/sqrt(Hz)": ("angle_random_walk", RAD), "rad/sqrt(s)": ("angle_random_walk", RAD), "deg/h/sqrt(Hz)": ("angle_random_walk", 1 / 3600),
+         "deg/h": ("bias_instability", 1 / 3600), "deg/s": ("bias_instability", 1.0), "rad/s": ("bias_instability", RAD),
+         "deg/h/sqrt(h)": ("rate_random_walk", 1 / 216000), "rad/s^2/sqrt(Hz)": ("rate_random_walk", RAD), "deg/s^2/sqrt(Hz)": ("rate_random_walk", 1.0)}
+G = 9.80665
+ACCEL_SHEET = {"m/s/sqrt(h)": ("angle_random_walk", 1 / 60), "m/s^2/sqrt(Hz)": ("angle_random_walk", 1.0), "ug/sqrt(Hz)": ("angle_random_walk", G * 1e-6),
+               "mg/sqrt(Hz)": ("angle_random_walk", G * 1e-3), "g/sqrt(Hz)": ("angle_random_walk", G), "ug": ("bias_instability", G * 1e-6),
+               "mg": ("bias_instability", G * 1e-3), "m/s^2": ("bias_instability", 1.0), "m/s^3/sqrt(Hz)": ("rate_random_walk", 1.0)}
+
+
+def model_of(found, column, rate_hz):
+    """A Model of kind -> size."""
+    return Model(rate_hz, column, [Term(kind, {table.find(kind).size.name: size}) for kind, size in found.items()])
+
+
+def of_sheet(words, column, rate_hz):
+    """A Model of the numbers of a data sheet, each with its unit, which says what it is: 0.005deg/s/sqrt(Hz), 10deg/h."""
+    units, found = ACCEL_SHEET if column.startswith("accel") else SHEET, {}
+    for word in words:
+        match = re.fullmatch(r"([0-9.]+(?:[eE][-+]?\d+)?)\s*(\D.*)", word)
+        if not match or match[2] not in units:
+            raise BadInput(f"{word}: a number with its unit expected, one of {', '.join(units)}")
+        kind, factor = units[match[2]]
+        if kind in found:
+            raise BadInput(f"{word}: a second number for {kind}")
+        found[kind] = number(match[1], word) * factor / table.find(kind).size.scale
+    return model_of(found, column, rate_hz)
+
+
+def of_file(path, column, rate_hz=None):
+    """A Model of a kalibr file: of its gyro, or of its accelerometer where the column is one. Raises BadInput."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except (OSError, UnicodeDecodeError) as why:
+        raise BadInput(f"{path}: {getattr(why, 'strerror', None) or why}") from None
+    return model_of(sizes(text, path, ACCEL_KINDS if column.startswith("accel") else KINDS), column, rate_hz)
+
+
+def sizes(text, where, kinds=KINDS):
     """kind -> size in the unit of a model file. Raises BadInput for what is no such file."""
     try:
         data = yaml.safe_load(text)
@@ -31,11 +75,11 @@ def sizes(text, where):
     if isinstance(data, dict) and isinstance(data.get("imu0"), dict):
         data = data["imu0"]
     found = {}
-    for key, kind in KINDS.items():
+    for key, kind in kinds.items():
         value = data.get(key) if isinstance(data, dict) else None
         if value is None:
             continue
-        found[kind] = math.degrees(number(value, f"{where}: {key}")) / table.find(kind).size.scale
+        found[kind] = number(value, f"{where}: {key}") * (1 if kinds is ACCEL_KINDS else RAD) / table.find(kind).size.scale
     if not found:
-        raise BadInput(f"{where}: neither {' nor '.join(KINDS)} is in it")
+        raise BadInput(f"{where}: neither {' nor '.join(kinds)} is in it")
     return found

@@ -1,6 +1,7 @@
 """The model file: TOML in, TOML out, every mistake named."""
 
 import json
+import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -115,11 +116,28 @@ def check_noise(model, where):
         raise BadInput(f"{where}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
 
 
-def terms_of(data, path):
+ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}
+
+
+def spoken(name, column):
+    """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for deg (coefficient_m_per_s_per_sqrt_h)."""
+    return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2") if column.startswith("accel_") else name
+
+
+def unspoken(entry, column):
+    """An [[effect]] of a file with the names of the table."""
+    if not column.startswith("accel_") or not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
+        return entry
+    kind = next((own for own, said in ACCEL_KINDS.items() if said == entry["kind"]), entry["kind"])
+    names = {spoken(p.name, column): p.name for p in table.TABLE[kind].parameters} if kind in table.TABLE else {}
+    return {names.get(name, name): value for name, value in entry.items()} | {"kind": kind}
+
+
+def terms_of(data, path, column):
     entries = data.get("effect", [])
     if not isinstance(entries, list):
         raise BadInput(f"{path}: effects are written as [[effect]]")
-    return [checked_term(entry, f"{path}: effect {i}") for i, entry in enumerate(entries, 1)]
+    return [checked_term(unspoken(entry, column), f"{path}: effect {i}") for i, entry in enumerate(entries, 1)]
 
 
 def table_in(data, name, path):
@@ -141,7 +159,7 @@ def of(data, path):
         raise BadInput(f"{path}: [sensor] needs column, the name of the gyro column")
     if rate is not None and (isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < HUGE):
         raise BadInput(f"{path}: rate_hz must be a positive number")
-    terms = terms_of(data, path)
+    terms = terms_of(data, path, column)
     check_lines(terms, rate, path)
     if any(term.kind == "follows" and term.parameters["column"] == column for term in terms):
         raise BadInput(f"{path}: follows: {column} cannot follow itself")
@@ -163,8 +181,8 @@ def text_of(model):
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
     lines.append(f"column = {json.dumps(model.column, ensure_ascii=False)}")
     for term in model.terms:
-        lines += ["", "[[effect]]", f'kind = "{term.kind}"']
-        lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}" if isinstance(value, str) else f"{name} = {float(value)!r}"
+        lines += ["", "[[effect]]", f'kind = "{ACCEL_KINDS.get(term.kind, term.kind) if model.column.startswith("accel_") else term.kind}"']
+        lines += [f"{spoken(name, model.column)} = {json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))}"
                   for name, value in term.parameters.items()]
     return "\n".join(lines) + "\n"
 

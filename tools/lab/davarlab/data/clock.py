@@ -44,7 +44,8 @@ def agreed(rate_hz, stamped_hz, path):
 def check_order(steps, path, line):
     back = np.flatnonzero(steps < 0)
     if len(back):
-        raise BadInput(f"{path}:{line + back[0] + 2}: column time_s: time runs backwards")
+        where = f"{path}: sample {back[0] + 2}" if line is None else f"{path}:{line + back[0] + 2}"
+        raise BadInput(f"{where}: column time_s: time runs backwards")
     if not steps.sum() > 0:
         raise BadInput(f"{path}: column time_s: time stands still")
 

@@ -14,11 +14,13 @@ AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z", "roll": "x",
 QUIET_RAD = 0.006  # scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad gyro's
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))  # least time from sample to sample, for rates up to 10 kHz
 WORDS = {"time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns)$",
-         "gyro": r"^(gyr|gyro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
+         "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
          "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
-         "temp": r"^(temp|temperature|degc|celsius|imutemp)$"}
+         "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$"}
+STAMP = r"^(time|times|timestamp|timestamps|stamp|stamps)$"
+DEGREE = re.compile("[\u00b0\u00ba\ufffd](?=/s)")  # the sign, and what is left of it in another encoding
 SAID = (("mdeg/s", r"mdps|mdeg"), ("rad/s", r"rad"), ("deg/s", r"dps|deg"), ("m/s^2", r"m_?s_?2|mps2|m/s"), ("mg", r"(^|[^a-z])mg($|[^a-z])"),
-        ("g", r"(^|[^a-z])g($|[^a-z])"), ("counts", r"raw|lsb|count|adc"), ("ns", r"ns(ec)?\]?\)?$"), ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
+        ("g", r"(^|[^a-z])g($|[^a-z])"), ("counts", r"raw|lsb|count|adc"), ("ns", r"ns(ec)?\]?\)?$|nano"), ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
         ("ms", r"(ms|msec|milli\w*)\]?\)?$"), ("s", r"(^|[^a-z])(s|sec|seconds)\]?\)?$"))
 
 
@@ -47,6 +49,8 @@ def tokens(name):
 def quantity_of(name):
     """time, gyro, accel, temp or other: by the first word that says one of them."""
     words = tokens(name)
+    if words and (words[0] == "t" or any(re.match(STAMP, word) for word in words)) and not axis_of(name):  # t_gyro, gyro_time
+        return "time"
     for quantity in ("gyro", "accel", "temp", "time"):
         if any(re.match(WORDS[quantity], word) for word in words):
             return quantity
@@ -63,7 +67,7 @@ def axis_of(name):
 
 
 def said_unit(name, quantity):
-    found = [unit for unit, pattern in SAID if re.search(pattern, name.lower())]
+    found = [unit for unit, pattern in SAID if re.search(pattern, DEGREE.sub("deg", name.lower()))]
     return next((unit for unit in found if unit in UNITS[quantity] or unit == "counts" and quantity in ("gyro", "accel")), "")
 
 

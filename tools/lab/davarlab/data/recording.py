@@ -1,7 +1,6 @@
 """A recording: samples on a uniform grid with the columns that were logged beside them."""
 
-import gzip
-import io
+import zlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -12,7 +11,9 @@ from ..errors import BadInput
 from . import clock, repeats, table
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
+FORCE = {"force_mps2": 1.0}
 MINIMUM_SAMPLES = 1000
+WRITTEN = 1 << 14  # rows that are written at once
 SPREAD_DPS = (1e-15, 1e15)  # of a rate whose unit may be right
 RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 
@@ -29,6 +30,7 @@ class Recording:
     measured: dict = field(default_factory=dict)  # what was worked out of it before: observations, Allan deviations
     known: object = None
     clock: object = None
+    origin_ns: int = 0  # of the stamps: time_s is counted from it, where doubles alone would round it (Unix times)
     read_hz: float | None = None  # rate of the file, when the sensor measures less often and its repeats are left out
 
     @property
@@ -53,11 +55,12 @@ class Recording:
         return self.columns[name].astype(np.float64, copy=False)
 
     def rate_dps(self, name):
-        """A gyro column in deg/s."""
-        unit = next((unit for unit in TO_DPS if name.endswith("_" + unit)), None)
+        """A gyro column in deg/s; one that an accelerometer's was made into (axes.py) in m/s^2."""
+        factors = TO_DPS | FORCE
+        unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
             raise BadInput(f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)")
-        rate = self.column(name) * TO_DPS[unit]
+        rate = self.column(name) * factors[unit]
         spread = float(np.ptp(rate))
         if spread and not SPREAD_DPS[0] < spread < SPREAD_DPS[1]:
             raise BadInput(f"{self.name}: column {name}: values {spread:.3g} deg/s apart are no gyro's")
@@ -122,19 +125,49 @@ def at_own_rate(made):
 
 def read(path, rate_hz=None):
     """Reads a CSV or .csv.gz recording. Raises BadInput that names file, line and column."""
-    notes, columns, line = table.read(path)
-    count = len(next(iter(columns.values())))
+    found = table.read(path)
+    count = len(next(iter(found.columns.values())))
     if count < MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {MINIMUM_SAMPLES} are needed")
-    return at_own_rate(of_columns(columns, rate_hz, path, notes, line))
+    made = of_columns(found.columns, rate_hz, path, found.notes, found.line)
+    made.origin_ns = found.origin * 10**9
+    return at_own_rate(made)
 
 
 def write(recording, path):
     """Writes CSV (gzip when the name ends in .gz), whole or not at all."""
-    table = np.column_stack(list(recording.columns.values()))
-    text = io.StringIO()
-    text.writelines(f"# {key}: {value}\n" for key, value in recording.notes.items())
-    text.write(",".join(recording.columns) + "\n")
-    np.savetxt(text, table, fmt="%.9g", delimiter=",")
-    data = text.getvalue().encode()
-    files.write_whole(path, gzip.compress(data, 1) if Path(path).suffix == ".gz" else data)
+    write_columns(recording.columns, recording.notes, path, recording.origin_ns)
+
+
+def write_columns(columns, notes, path, origin_ns=0):
+    """The same of columns of one length: nine digits, but of time_s as many as there are down to a nanosecond."""
+    lines = text_of(columns, notes, origin_ns)
+    files.write_whole(path, packed(lines) if Path(path).suffix == ".gz" else lines)
+
+
+def text_of(columns, notes, origin_ns):
+    """The bytes of a CSV recording, a piece at a time."""
+    yield ("".join(f"# {key}: {value}\n" for key, value in notes.items()) + ",".join(columns) + "\n").encode()
+    row = ",".join("%s" if name == "time_s" else "%.9g" for name in columns) + "\n"
+    count = len(next(iter(columns.values())))
+    for first in range(0, count, WRITTEN):
+        pieces = [column[first:first + WRITTEN] for column in columns.values()]
+        lists = [stamps_text(piece, origin_ns) if name == "time_s" else piece.tolist() for name, piece in zip(columns, pieces)]
+        values = [value for together in zip(*lists) for value in together]
+        yield (row * len(lists[0]) % tuple(values)).encode()
+
+
+def stamps_text(seconds, origin_ns):
+    """Stamps since an origin, as text."""
+    if not origin_ns:
+        return [f"{value:.9f}".rstrip("0").rstrip(".") for value in np.asarray(seconds, np.float64).tolist()]
+    whole = origin_ns + np.round(np.asarray(seconds, np.float64) * 1e9).astype(np.int64)
+    return [f"{ns // 10**9}.{ns % 10**9:09d}" for ns in whole.tolist()]
+
+
+def packed(pieces):
+    """Pieces of bytes, in one gzip stream."""
+    packer = zlib.compressobj(1, wbits=31)
+    for piece in pieces:
+        yield packer.compress(piece)
+    yield packer.flush()

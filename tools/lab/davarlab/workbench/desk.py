@@ -6,16 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import model as models
-from ..data import clock, guess, logs, recording as recordings, table as tables
+from ..data import clock, guess, recording as recordings, table as tables
 from ..candidates import lines
 from ..candidates.candidate import Candidate
 from ..diagnosis import compare, improve, search, state as state_of
 from ..effects import columns as columns_of, table
 from ..errors import BadInput
 from ..inference.parts import Part
+from ..logs import door, text as texts
 
 KEPT = 6  # outcomes in memory
-SEPARATORS = ";\t,"
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
@@ -33,12 +33,21 @@ class Outcome:
 
 def preview(path):
     """A log before it is read as a recording: (guesses for its columns, what a page shows of it)."""
-    _, columns, line = tables.read(path, SEPARATORS)
+    columns, line = columns_in(path)
     found, rows = guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
     missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
     return found, {"path": str(path), "columns": [vars(one) for one in found], "rows": rows, "rate_hz": ticks and ticks.rate_hz, "missing": missing,
                    "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))], "units": guess.UNITS}
+
+
+def columns_in(path):
+    """(name -> numbers, line of the header or None) of a text as it is, of any other log in davarlab's names."""
+    if door.format_of(path)[1] is texts.log:
+        found = tables.read(path, texts.SEPARATORS)
+        return found.columns, found.line
+    found = door.samples(path, door.Options())
+    return found.columns, found.line
 
 
 def clock_of(columns, found, path, line):
@@ -58,7 +67,9 @@ def pairs(guesses):
 
 def read(path, guesses=None, rate_hz=None):
     """The recording; guesses: where its columns are not called as davarlab calls them."""
-    return recordings.at_own_rate(logs.imported(path, rate_hz, *pairs(guesses or [])))
+    renames, scales = pairs(guesses or [])
+    options = door.Options(rate_hz, renames=renames, scales=scales, plain=True)
+    return recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz))
 
 
 def gyro_columns(recording):

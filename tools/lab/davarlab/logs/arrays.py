@@ -1,0 +1,72 @@
+"""NumPy files and Parquet tables."""
+
+import numpy as np
+import pyarrow
+from pyarrow import parquet
+
+from ..errors import BadInput
+from . import named
+
+ORDERS = {3: ["gyro_x", "gyro_y", "gyro_z"], 4: ["time", "gyro_x", "gyro_y", "gyro_z"]}  # of the columns of an array without names
+
+
+def npy(path, options):
+    """A structured array by its fields; an array without names of 3 or 4 columns as (time,) gyro x, y, z; others must be named."""
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    if array.dtype.names:
+        found = {name: array[name] for name in array.dtype.names}
+    else:
+        if array.ndim != 2:
+            raise BadInput(f"{path}: an array of {array.ndim} dimensions; a row for each sample expected")
+        array = array if array.shape[0] >= array.shape[1] else array.T
+        names = options.names or ORDERS.get(array.shape[1])
+        if names is None or len(names) != array.shape[1]:
+            raise BadInput(f"{path}: {array.shape[1]} columns without names: --names says what they are (time,gyro_x,gyro_y,gyro_z,temp ..)")
+        found = {name: array[:, place] for place, name in enumerate(names)}
+    return named.Log(path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy", True)
+
+
+def npz(path, options):
+    with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+        found = {name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"}
+    return named.Log(path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy")
+
+
+def member_kind(archive, name):
+    """The kind of an array in the archive; of one that only pickle could read, O."""
+    try:
+        return archive[name].dtype.kind
+    except ValueError:
+        return "O"
+
+
+def table(path, options):
+    file = parquet.ParquetFile(path)
+    fields = [field for field in file.schema_arrow if numeric(field.type)]
+    count = file.metadata.num_rows
+    if not count:
+        raise BadInput(f"{path}: no samples")
+    return named.Log(path, {field.name: (count,) for field in fields}, lambda name: column(file, path, name), options.units, "Parquet", True)
+
+
+def numeric(kind):
+    types = pyarrow.types
+    return types.is_integer(kind) or types.is_floating(kind) or types.is_timestamp(kind) or types.is_decimal(kind)
+
+
+def column(file, path, name):
+    """One column, in pieces: stamps as whole nanoseconds."""
+    out, place = None, 0
+    for batch in file.iter_batches(columns=[name]):
+        piece = batch.column(0)
+        if piece.null_count:
+            raise BadInput(f"{path}: column {name}: empty at row {place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}")
+        if pyarrow.types.is_timestamp(piece.type):
+            piece = piece.cast(pyarrow.timestamp("ns")).cast(pyarrow.int64())
+        elif pyarrow.types.is_decimal(piece.type):
+            piece = piece.cast(pyarrow.float64())
+        values = piece.to_numpy(zero_copy_only=False)
+        out = np.empty(file.metadata.num_rows, values.dtype) if out is None else out
+        out[place:place + len(values)] = values
+        place += len(values)
+    return out

@@ -1,0 +1,153 @@
+"""ArduPilot DataFlash (.bin, or .log as text), indexed by pymavlink, whose format messages say what is where. Gyros in rad/s, accelerometers in
+m/s^2."""
+
+import contextlib
+import io
+import mmap
+import os
+import re
+import sys
+import tempfile
+from array import array
+
+import numpy as np
+from pymavlink import DFReader
+
+from ..errors import BadInput
+from . import units
+from .sensor import Samples, Sensor
+
+FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
+KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
+CLOCKS = (("SampleUS", 1000), ("TimeUS", 1000), ("TimeMS", 1_000_000))  # the moment of the sample first; in nanoseconds
+ROWS = 1 << 14
+
+
+@contextlib.contextmanager
+def silenced():
+    """The lines that pymavlink and its indexer, which is C, print meanwhile: a list that is full behind the block."""
+    said = []
+    with tempfile.TemporaryFile() as file:
+        sys.stdout.flush(), sys.stderr.flush()
+        kept = [os.dup(number) for number in (1, 2)]
+        try:
+            for number in (1, 2):
+                os.dup2(file.fileno(), number)
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                yield said
+        finally:
+            for number, before in zip((1, 2), kept):
+                os.dup2(before, number)
+                os.close(before)
+            file.seek(0)
+            said += file.read().decode("utf-8", errors="replace").splitlines()
+
+
+class Log:
+    """sensors: of the log; rows: name -> (Message or TextMessage, places of its messages)."""
+
+    def __init__(self, path, options):
+        self.path, self.sensors, self.rows = path, [], {}
+        with silenced() as said:
+            log = DFReader.DFReader_binary(str(path))
+        self.notes = {"damaged": f"{len(said)} places of the log were skipped ({said[0]})"} if said else {}
+        log.data_map.madvise(mmap.MADV_DONTNEED)  # of a file of 10^7 messages the index alone is 400 MB
+        try:
+            for kind, form in log.formats.items():
+                places = np.array(log.offsets[kind], np.int64)
+                if len(places) and places[-1] + form.len > log.data_len:
+                    raise BadInput(f"{path}: cut short: its last message, {form.name}, is not whole (ArduPilot DataFlash)")
+                if len(places) and KINDS.match(form.name):
+                    self.take(form, places)
+        finally:
+            log.close()
+
+    def take(self, form, places):
+        """Lists the messages of one format."""
+        self.instances(*KINDS.match(form.name).groups(), Message(self.path, form), places)
+
+    def instances(self, kind, number, message, places):
+        """One sensor for each instance in the messages of a format."""
+        if "I" not in message.form.columns:
+            self.add(message.form.name, str(max(int(number or 1) - 1, 0)), message, places)
+            return
+        instance = message.columns(places, ["I"])["I"].astype(int)
+        for one in np.unique(instance):
+            self.add(f"{kind}:{one}", str(one), message, places[instance == one])
+
+    def add(self, name, group, message, places):
+        gives = [quantity for quantity, fields in FIELDS.items() if set(fields) <= set(message.form.columns)]
+        if "temp" in gives and not units.measured(message.columns(places[:ROWS], ["T"])["T"]):
+            gives.remove("temp")
+        self.sensors.append(Sensor(name, frozenset(gives), len(places), group))
+        self.rows[name] = message, places
+
+    def read(self, name):
+        message, places = self.rows[name]
+        sensor = next(sensor for sensor in self.sensors if sensor.name == name)
+        clocks = [(field, unit) for field, unit in CLOCKS if field in message.form.columns]
+        if not clocks:
+            raise BadInput(f"{self.path}: {name} has no time")
+        field, unit = clocks[0]
+        wanted = [field for quantity in FIELDS if quantity in sensor.gives for field in FIELDS[quantity]]
+        found = message.columns(places, [field] + wanted)
+        stamps = found.pop(field).astype(np.int64) * unit
+        columns = {}
+        for quantity in FIELDS:
+            if quantity in sensor.gives:
+                columns.update(units.axes(quantity, [found.pop(one) for one in FIELDS[quantity]], "rad/s", "m/s^2"))
+        return Samples(columns, stamps, notes={"source": f"ArduPilot DataFlash, {name}, {field}", "time_s": "seconds since boot", **self.notes})
+
+
+class Message:
+    """Where the numbers of one format stand in the bytes of its messages."""
+
+    def __init__(self, path, form):
+        self.path, self.form = path, form
+        codes = [DFReader.FORMAT_TO_STRUCT[one] for one in form.format]
+        self.kind = np.dtype([("", "u1")] * 3 + [(name, numpy_type(code)) for name, (code, _, _) in zip(form.columns, codes)])
+        self.factors = {name: factor or 1 for name, (_, factor, _) in zip(form.columns, codes)}
+
+    def columns(self, places, names):
+        """name -> numbers of the messages that begin at these places."""
+        out = {name: np.empty(len(places), self.kind[name]) for name in names}
+        for first in range(0, len(places), ROWS):
+            part = places[first:first + ROWS]
+            data = np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])
+            rows = data[(part - part[0])[:, None] + np.arange(self.kind.itemsize)].view(self.kind)[:, 0]
+            for name in names:
+                out[name][first:first + ROWS] = rows[name]
+        return {name: column if self.factors[name] == 1 else column * self.factors[name] for name, column in out.items()}
+
+
+class TextMessage:
+    """The numbers of one format of a log in text, as pymavlink read them: places are rows."""
+
+    def __init__(self, form):
+        self.form, self.rows = form, {name: array("d") for name in form.columns}
+
+    def append(self, message):
+        for name, column in self.rows.items():
+            value = getattr(message, name)
+            column.append(value if isinstance(value, (int, float)) else np.nan)
+
+    def columns(self, places, names):
+        return {name: np.frombuffer(self.rows[name])[places] for name in names}
+
+
+class TextLog(Log):
+    def __init__(self, path, options):
+        self.path, self.sensors, self.rows, self.notes, found = path, [], {}, {}, {}
+        with silenced():
+            log = DFReader.DFReader_text(str(path))
+            kinds = [form.name for form in log.formats.values() if KINDS.match(form.name)]
+            while message := log.recv_match(type=kinds):
+                found.setdefault(message.get_type(), TextMessage(message.fmt)).append(message)
+            log.close()
+        for name, message in found.items():
+            kind, number = KINDS.match(name).groups()
+            self.instances(kind, number, message, np.arange(len(message.rows[message.form.columns[0]])))
+
+
+def numpy_type(code):
+    return f"S{code[:-1]}" if code.endswith("s") else "<f2" if code == "e" else "<" + code

@@ -1,0 +1,174 @@
+"""Any log, by what is in it: which sensors it holds, and a Recording of one of them."""
+
+import importlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..data import clock, recording as recordings
+from ..errors import BadInput
+from . import sensor as sensors, text
+
+SECOND = 10**9
+FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second near the first
+
+
+@dataclass
+class Options:
+    """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over guesses; renames, scales: OLD=NEW,
+    NAME=FACTOR; types: .msg files; names: of the columns of an array without; plain: a CSV as it is, without guesses."""
+    rate_hz: float | None = None
+    sensor: str | None = None
+    units: list = field(default_factory=list)
+    renames: list = field(default_factory=list)
+    scales: list = field(default_factory=list)
+    types: list = field(default_factory=list)
+    names: list | None = None
+    plain: bool = False
+
+
+def by(module, name):
+    """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is loaded when it is needed."""
+    return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(path, options)
+
+
+ROS, HDF5_FILE = by("ros", "Log"), by("matlab", "hdf5")
+# (how it begins, its name, who reads it)
+FORMATS = ((b"ULog", "PX4 ULog", by("ulog", "Log")), (b"\xa3\x95", "ArduPilot DataFlash", by("dataflash", "Log")),
+           (b"FMT, ", "ArduPilot DataFlash text", by("dataflash", "TextLog")), (b"#ROSBAG", "ROS 1 bag", ROS), (b"SQLite format 3\0", "ROS 2 db3", ROS),
+           (b"\x89MCAP0\r\n", "MCAP", ROS), (b"MATLAB 5.0", "MATLAB 5", by("matlab", "version_5")), (b"\x93NUMPY", "NumPy npy", by("arrays", "npy")),
+           (b"PK\x03\x04", "NumPy npz", by("arrays", "npz")), (b"PAR1", "Parquet", by("arrays", "table")))
+HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3
+ENDINGS = {".ulg": "PX4 ULog", ".bin": "ArduPilot DataFlash", ".bag": "ROS 1 bag", ".db3": "ROS 2 db3", ".mcap": "MCAP", ".mat": "MATLAB",
+           ".npy": "NumPy npy", ".npz": "NumPy npz", ".parquet": "Parquet", ".h5": "HDF5", ".hdf5": "HDF5"}
+
+
+def format_of(path):
+    """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text. Raises BadInput for a file that is not what
+    its name says."""
+    if Path(path).is_dir():
+        return "ROS 2 bag", ROS
+    try:
+        with open(path, "rb") as file:
+            head = file.read(1024)
+    except OSError as why:
+        raise BadInput(f"{path}: {why.strerror or why}") from None
+    if HDF5 in (head[:8], head[512:520]):
+        return "MATLAB 7.3 or HDF5", HDF5_FILE
+    found = next(((name, reader) for magic, name, reader in FORMATS if head.startswith(magic)), None)
+    said = ENDINGS.get(Path(path).suffix.lower())
+    if not found and said:
+        raise BadInput(f"{path}: " + ("empty" if not head else f"not {said}, as its name says: it begins with {head[:8]!r}"))
+    return found or ("CSV", text.log)
+
+
+def guarded(path, name, work):
+    """work(), with whatever the libraries raise of a damaged file as one BadInput."""
+    try:
+        return work()
+    except (BadInput, MemoryError, BrokenPipeError):
+        raise
+    except Exception as why:
+        said = " ".join(str(why).split())[:160] or type(why).__name__
+        raise BadInput(f"{path}: damaged, or no {name} ({said})") from None
+
+
+def opened(path, options):
+    """(the log, the name of its format)."""
+    name, reader = format_of(path)
+    return guarded(path, name, lambda: reader(path, options)), name
+
+
+def listed(path, options=None):
+    """The sensors in a log."""
+    log, _ = opened(path, options or Options())
+    return log.sensors
+
+
+def samples(path, options):
+    """The Samples of the sensor that was named, or of the only gyro, with what was measured beside it. Raises BadInput."""
+    log, name = opened(path, options)
+    main = sensors.chosen(log.sensors, options.sensor, path)
+    found = guarded(path, name, lambda: log.read(main.name))
+    for other, quantity in sensors.companions(log.sensors, main):
+        if any(name.startswith(quantity) for name in found.columns):
+            continue
+        there = guarded(path, name, lambda: log.read(other.name))
+        columns = {name: column for name, column in there.columns.items() if name.startswith(quantity)}
+        if there.stamps_ns is not None and len(there.stamps_ns) and columns:
+            found.beside.append((there.stamps_ns, columns))
+            found.notes[f"beside, {', '.join(columns)}"] = f"{other.name}, at its own stamps, interpolated at those of the gyro"
+    return checked(found, main.name, path, options)
+
+
+def checked(found, name, path, options):
+    """Samples that every command can go on with: columns of one length and finite, what was beside them at their times, stamps in seconds."""
+    count = len(found.stamps_ns) if found.stamps_ns is not None else len(next(iter(found.columns.values()), ()))
+    where = path if found.line is not None else f"{path}: {name}"
+    if not count:
+        raise BadInput(f"{where}: no samples")
+    if found.stamps_ns is not None:
+        place(found)
+    for column, values in found.columns.items():
+        if not np.all(np.isfinite(values)):
+            raise BadInput(f"{where}: column {column}: not a finite number at sample {int(np.flatnonzero(~np.isfinite(values))[0]) + 1}")
+    if options.renames and found.line is None:
+        names = text.renamed(list(found.columns), options.renames, path)
+        found.columns = dict(zip(names, found.columns.values()))
+    text.scaled(found.columns, options.scales)
+    return found
+
+
+def place(found):
+    """Stamps as a column time_s, and what was measured beside, each at its own times, where the gyro was read: interpolated between its own."""
+    first = int(found.stamps_ns[0])
+    found.origin_ns = first // SECOND * SECOND if abs(first) > FAR_S * SECOND else 0
+    for stamps, columns in found.beside:
+        own = (stamps - found.origin_ns) / SECOND
+        for name, column in columns.items():
+            if np.any(np.isfinite(column)):
+                order = np.argsort(own, kind="stable")
+                found.columns[name] = np.interp((found.stamps_ns - found.origin_ns) / SECOND, own[order], column[order]).astype(column.dtype)
+    found.columns = {"time_s": (found.stamps_ns - found.origin_ns) / SECOND, **found.columns}
+    found.stamps_ns, found.beside = None, []
+
+
+def recording_of(found, path, rate_hz):
+    """A Recording on the even grid of the clock."""
+    made = recordings.of_columns(found.columns, rate_hz or found.rate_hz, path, found.notes, found.line)
+    made.origin_ns = found.origin_ns
+    return made
+
+
+def read(path, options=None, told=lambda text: None):
+    """The recording in any log, ready for every command. told: hears what was guessed. Raises BadInput that names file and reason."""
+    options = options or Options()
+    found = samples(path, options)
+    count = len(next(iter(found.columns.values())))
+    if count < recordings.MINIMUM_SAMPLES:
+        raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
+    made = recordings.at_own_rate(recording_of(found, path, options.rate_hz))
+    for line in said(found.guesses):
+        told(f"{path}: {line}")
+    return made
+
+
+def said(guesses):
+    """What was guessed, a line for each column that is not as davarlab would call it."""
+    for one in guesses:
+        if one.quantity != "other" and (one.name != one.column or not one.sure):
+            how = f"{one.unit} by its {'name' if one.sure else 'numbers'}" if one.unit else "as it is"
+            yield f"{one.name} -> {one.column}, {how}" + ("" if one.sure else f" (--unit {one.name}=UNIT says otherwise)")
+
+
+def write(found, path, rate_hz, source):
+    """Samples as a CSV recording, every one as it was measured: nothing is filled in. Returns the rate. Raises BadInput where they are no
+    recording: no time and no rate, time that runs backwards."""
+    rate = rate_hz or found.rate_hz
+    if "time_s" in found.columns:
+        rate = clock.of(found.columns["time_s"], rate, source, found.line).rate_hz
+    elif not rate:
+        raise BadInput(f"{source}: no column time_s and no --rate")
+    recordings.write_columns(found.columns, found.notes, path, found.origin_ns)
+    return rate

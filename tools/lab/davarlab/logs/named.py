@@ -1,0 +1,200 @@
+"""Arrays with names (a MATLAB or NumPy file, the columns of a table): which of them are a gyro's axes, and what belongs beside them."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..data import guess
+from ..errors import BadInput
+from . import units
+from .sensor import Samples, Sensor
+
+AXIS = re.compile(r"roll|pitch|yaw|[xyzXYZ](?![a-z])|(?<![0-9])[012](?![0-9])")
+RATE = re.compile(r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE)
+UNIT_WORDS = {"dps", "deg", "rad", "s", "g", "ms", "m", "s2", "mps2", "raw", "counts", "lsb"}
+TICKS = {"s": 10**9, "ms": 10**6, "us": 1000, "ns": 1}  # nanoseconds
+FOREIGN = ("datetime64", "timedelta64")
+
+
+@dataclass
+class Column:
+    """A row or column of an array. name: as it is called from here on; array, place: where it is; count: of its numbers."""
+    name: str
+    array: str
+    place: int | None
+    count: int
+
+
+def columns_of(shapes):
+    """The columns in arrays of these shapes (name -> shape): vectors as they are, 3 x N and N x 3 as axes."""
+    for name, shape in shapes.items():
+        size = [one for one in shape if one != 1]
+        if len(size) == 1:
+            yield Column(name, name, None, size[0])
+        elif len(size) == 2 and min(size) == 3 and guess.quantity_of(name) in ("gyro", "accel"):
+            yield from (Column(f"{name}_{axis}", name, place, max(size)) for place, axis in enumerate("xyz"))
+
+
+def stem_of(name):
+    """A name without its axis, so that those of one sensor are alike."""
+    found = [match for match in AXIS.finditer(name) if guess.AXES.get(match.group().lower()) == guess.axis_of(name)]
+    cut = found[-1] if found else None
+    return (name[:cut.start()] + name[cut.end():] if cut else name).strip(" _.-")
+
+
+def sets_of(names, quantity):
+    """stem -> {axis: name} of a quantity; one set where no axis is there twice, whatever the stems."""
+    found, axes = {}, []
+    for name in names:
+        axis = guess.axis_of(name)
+        if guess.quantity_of(name) == quantity and axis:
+            found.setdefault(stem_of(name), {}).setdefault(axis, name)
+            axes.append(axis)
+    if len(found) > 1 and len(set(axes)) == len(axes):
+        return {quantity: {axis: name for axes in found.values() for axis, name in axes.items()}}
+    return found
+
+
+def quantities(names):
+    """quantity -> names of the numbers: x, y, z of the first whole gyro and accelerometer, and a temperature."""
+    out = {}
+    for quantity in ("gyro", "accel"):
+        whole = [axes for axes in sets_of(names, quantity).values() if set(axes) == set("xyz")]
+        if whole:
+            out[quantity] = [whole[0][axis] for axis in "xyz"]
+    temperature = next((name for name in names if guess.quantity_of(name) == "temp"), None)
+    return out | ({"temp": [temperature]} if temperature else {})
+
+
+def words_of(stem):
+    """What a name says but the quantity and the unit: the device."""
+    return {word for word in guess.tokens(stem) if guess.quantity_of(word) == "other" and word not in UNIT_WORDS}
+
+
+def nearest(stem, others):
+    """The one of other names that speaks of the same device, in a unit where this one does; None where two do as well."""
+    if len(others) < 2:
+        return next(iter(others), None)
+    has_unit = {name: any(guess.said_unit(name, quantity) for quantity in guess.UNITS) for name in (stem, *others)}
+    shared = sorted(((len(words_of(stem) & words_of(other)), has_unit[stem] == has_unit[other], other) for other in others), reverse=True)
+    return shared[0][2] if shared[0][:2] > shared[1][:2] else None
+
+
+class Log:
+    """shapes: name -> shape of the arrays; load(name): one of them; whole: a table, of which every column is kept. given: names as the user
+    calls them (--unit NAME=UNIT). origins: name -> what the numbers of a column count from."""
+
+    def __init__(self, path, shapes, load, given, what, whole=False, line=None, origins=None):
+        self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = path, load, given, what, whole, line, origins or {}
+        self.columns = {one.name: one for one in columns_of({name: shape for name, shape in shapes.items() if not RATE.match(name)})}
+        self.rates = [name for name in shapes if RATE.match(name) and max(shapes[name], default=1) == 1]
+        self.gyros = sets_of([name for name, one in self.columns.items() if one.count > 1], "gyro")
+        self.accels = sets_of([name for name, one in self.columns.items() if one.count > 1], "accel")
+        sets = [("gyro", stem, axes) for stem, axes in self.gyros.items()] + [("accel", stem, axes) for stem, axes in self.accels.items()]
+        self.sensors = [Sensor(stem, frozenset([quantity]), self.columns[next(iter(axes.values()))].count, stem) for quantity, stem, axes in sets]
+
+    def picked(self, stem):
+        """Names of the columns of a sensor: its axes, its time, and what was measured beside it."""
+        axes = self.gyros.get(stem) or self.accels[stem]
+        count = self.columns[next(iter(axes.values()))].count
+        if self.whole:
+            other = {name for axes in self.gyros.values() for name in axes.values()} - set(axes.values())
+            return [name for name, one in self.columns.items() if one.count == count and name not in other]
+        alike = [name for name, one in self.columns.items() if one.count == count and one.place is None]
+        found = list(axes.values())
+        for quantity in ("temp", "time"):
+            one = nearest(stem, [name for name in alike if guess.quantity_of(name) == quantity])
+            found += [one] if one else []
+        beside = nearest(stem, [other for other, of in self.accels.items() if other != stem and self.columns[next(iter(of.values()))].count == count])
+        return found + (list(self.accels[beside].values()) if beside and stem in self.gyros else [])
+
+    def apart(self, stem, quantity):
+        """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its own."""
+        singles = {name: {"": name} for name, one in self.columns.items() if guess.quantity_of(name) == "temp" and one.count > 1}
+        sets = self.accels if quantity == "accel" else singles
+        best = nearest(stem, list(sets))
+        names = list(sets[best].values()) if best else []
+        time = names and nearest(best, [name for name, one in self.columns.items() if guess.quantity_of(name) == "time" and one.count == self.columns[names[0]].count])
+        if time:
+            found = dressed({name: vector(self.load(self.columns[name].array), self.columns[name], f"{self.path}: {name}") for name in [*names, time]},
+                            [], self.path, self.origins)
+            yield found.stamps_ns, found.columns
+
+    def read(self, stem):
+        columns, last = {}, (None, None)
+        for name in self.picked(stem):
+            one = self.columns[name]
+            last = last if last[0] == one.array else (one.array, self.load(one.array))
+            columns[name] = vector(last[1], one, f"{self.path}: {name}")
+        rate = float(np.ravel(self.load(self.rates[0]))[0]) if self.rates else None
+        found = dressed(columns, self.given, self.path, self.origins)
+        if found.stamps_ns is not None and stem in self.gyros:
+            found.beside = [other for quantity in ("accel", "temp") if not any(name.startswith(quantity) for name in found.columns)
+                            for other in self.apart(stem, quantity)]
+        found.notes["source"] = f"{self.what}, {stem}"
+        found.rate_hz, found.line = rate if found.stamps_ns is None else None, self.line
+        return found
+
+
+def vector(values, column, where):
+    """The numbers of one column, of a type that they can be counted in."""
+    values = np.squeeze(np.asarray(values))
+    if column.place is not None:
+        values = values[column.place] if values.shape[0] == 3 else values[:, column.place]
+    if values.dtype.name.startswith(FOREIGN):
+        return values.astype(f"{values.dtype.name.split('[')[0]}[ns]").astype(np.int64)
+    if values.dtype.kind not in "iufb":
+        raise BadInput(f"{where}: no numbers ({values.dtype})")
+    return values
+
+
+def overridden(guesses, given, path):
+    """Guesses with what --unit NAME=UNIT says: of a column, or of all of a quantity. A number is a factor to deg/s, g, degC or s."""
+    for pair in given:
+        name, _, unit = pair.partition("=")
+        met = [one for one in guesses if name in (one.name, one.quantity)]
+        if not met:
+            names = ", ".join(one.name for one in guesses)
+            raise BadInput(f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, temp, time for all of one kind)")
+        for one in met:
+            factors = guess.UNITS.get(one.quantity, {})
+            try:
+                one.unit, one.factor, one.sure = (unit, factors[unit], True) if unit in factors else ("counts", float(unit), True)
+            except ValueError:
+                raise BadInput(f"--unit {pair}: no unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
+                               f"{next(iter(factors), '1')})") from None
+    return guesses
+
+
+def dressed(columns, given, path, origins):
+    """Raw columns as Samples in davarlab's names and units, by guesses that can be overridden. Columns of no known quantity keep their names."""
+    guesses = overridden(guess.of(columns), given, path)
+    out, stamps = {}, None
+    for one in guesses:
+        values = columns.pop(one.name)
+        if one.quantity == "time" and one.column not in out:
+            stamps = nanoseconds(values, one, origins.get(one.name, 0), path)
+        else:
+            out[column_name(one)] = units.scaled(values, one.factor)
+    late = next((one.name for one in guesses if one.quantity == "other" and guess.quantity_of(one.name) == "time"), None)
+    if stamps is None and late:
+        raise BadInput(f"{path}: column {late}: time runs backwards")
+    return Samples(out, stamps, guesses=guesses)
+
+
+def column_name(one):
+    """Counts that nobody has given a unit stay counts."""
+    if one.unit == "counts" and one.factor == 1 and one.quantity == "gyro":
+        return f"gyro_{one.axis}_counts"
+    return one.column
+
+
+def nanoseconds(values, one, origin, path):
+    """Stamps as whole nanoseconds: exact where the log has whole numbers. origin: what they count from, in their unit."""
+    unit = TICKS.get(one.unit)
+    if values.dtype.kind in "iu" and unit:
+        return (values.astype(np.int64) + origin) * unit
+    if not np.all(np.isfinite(values)):
+        raise BadInput(f"{path}: column {one.name}: not a finite number at sample {int(np.flatnonzero(~np.isfinite(values))[0]) + 1}")
+    return np.round(np.asarray(values, np.float64) * one.factor * 1e9).astype(np.int64) + origin * (unit or 0)

@@ -1,0 +1,125 @@
+"""ROS 1 bags, ROS 2 bags (a folder, a db3 or an MCAP file), read message by message by rosbags; message types come from the bag, or from .msg files."""
+
+from array import array
+from pathlib import Path
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from .. import files
+from ..data import guess
+from ..errors import BadInput
+from . import named, units
+from .sensor import Samples, Sensor
+
+IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
+KNOWN = {IMU: {"gyro": [f"angular_velocity.{axis}" for axis in "xyz"], "accel": [f"linear_acceleration.{axis}" for axis in "xyz"]},
+         TEMPERATURE: {"temp": ["temperature"]}}
+OF_OTHERS = ("geometry_msgs/", "nav_msgs/", "tf", "sensor_msgs/")  # no sensor's own; rates in them are somebody's estimate
+LONGEST = 9  # numbers of an array that is looked into
+
+
+def typestore(paths):
+    """The types of ROS 2, and those of .msg files (PACKAGE/msg/NAME.msg, or a folder of such)."""
+    store = get_typestore(Stores.LATEST)
+    found = [path for given in map(Path, paths) for path in (sorted(given.rglob("*.msg")) if given.is_dir() else [given])]
+    if paths and not found:
+        raise BadInput(f"{paths[0]}: no .msg file in it")
+    for path in found:
+        package = path.resolve().parts[-3] if path.resolve().parent.name == "msg" else path.resolve().parent.name
+        try:
+            store.register(get_types_from_msg(path.read_text(encoding="utf-8"), f"{package}/msg/{path.stem}"))
+        except OSError as why:
+            raise BadInput(f"{path}: {files.reason(why)}") from None
+        except Exception as why:  # whatever the parser of a grammar raises
+            raise BadInput(f"{path}: no message definition ({str(why).splitlines()[0]})") from None
+    return store
+
+
+class Log:
+    def __init__(self, path, options):
+        self.path, self.units, self.store = path, options.units, typestore(options.types)
+        self.sensors, self.fields = [], {}
+        with self.opened() as bag:
+            for topic in dict.fromkeys(one.topic for one in bag.connections):
+                self.look(bag, topic)
+
+    def opened(self):
+        return AnyReader([Path(self.path)], default_typestore=self.store)
+
+    def look(self, bag, topic):
+        """Lists a topic if it is a sensor's."""
+        connections = [one for one in bag.connections if one.topic == topic]
+        kind, count = connections[0].msgtype, sum(one.msgcount for one in connections)
+        fields = KNOWN.get(kind)
+        rank = 0 if fields else 2 if kind.startswith(OF_OTHERS) else 1
+        if not fields and count and kind in bag.typestore.fielddefs:
+            _, _, raw = next(bag.messages(connections))
+            fields = sought(bag.deserialize(raw, kind), topic)
+        if fields:
+            self.fields[topic] = fields
+            self.sensors.append(Sensor(topic, frozenset(fields), count, topic.rsplit("/", 1)[0], rank))
+
+    def read(self, topic):
+        fields = [field for names in self.fields[topic].values() for field in names]
+        numbers, sent, stamped = [array("d") for _ in fields], array("q"), array("q")
+        with self.opened() as bag:
+            connections = [one for one in bag.connections if one.topic == topic]
+            kind = connections[0].msgtype
+            ways = [[int(step) if step.isdigit() else step for step in field.split(".")] for field in fields]
+            for _, when, raw in bag.messages(connections):
+                message = bag.deserialize(raw, kind)
+                for column, way in zip(numbers, ways):
+                    column.append(followed(message, way))
+                sent.append(when)
+                stamp = getattr(getattr(message, "header", None), "stamp", None)
+                stamped.append(stamp.sec * 1_000_000_000 + stamp.nanosec if stamp else 0)
+        stamps = np.frombuffer(stamped, np.int64) if len(stamped) else np.array([], np.int64)
+        own = len(stamps) > 0 and bool(np.all(stamps > 0))
+        notes = {"source": f"ROS bag, {topic}, {'header.stamp' if own else 'time of arrival'}", "time_s": "seconds of the clock of the robot (Unix, unless simulated)"}
+        columns = {field: np.frombuffer(numbers.pop(0)) for field in fields}  # each goes as soon as it is converted
+        return self.dressed(topic, kind, columns, stamps if own else np.frombuffer(sent, np.int64), notes)
+
+    def dressed(self, topic, kind, columns, stamps, notes):
+        """Samples: of a known type with its units, else guessed."""
+        if kind in KNOWN:
+            out = {}
+            for quantity, names in self.fields[topic].items():
+                out.update(units.axes(quantity, [columns.pop(name) for name in names], "rad/s", "m/s^2"))
+            return Samples(out, stamps, notes=notes)
+        quantities = {name: quantity for quantity, names in self.fields[topic].items() for name in names}
+        called = {name: name if guess.quantity_of(name) == quantity else f"{quantity}.{name}" for name, quantity in quantities.items()}
+        found = named.dressed({called[name]: column for name, column in columns.items()}, self.units, self.path, {})
+        found.stamps_ns, found.notes = stamps, notes
+        return found
+
+
+def followed(message, way):
+    for step in way:
+        message = message[step] if isinstance(step, int) else getattr(message, step)
+    return message
+
+
+def numbers_of(value, name=""):
+    """The names of the numbers in a message, as paths."""
+    if isinstance(value, (bool, str, bytes)) or value is None:
+        return
+    if isinstance(value, (int, float)):
+        yield name
+    elif isinstance(value, (list, np.ndarray)):
+        if len(value) <= LONGEST:
+            for place, one in enumerate(value):
+                yield from numbers_of(one.item() if hasattr(one, "item") else one, f"{name}.{place}")
+    else:
+        for field in getattr(value, "__dataclass_fields__", {}):
+            if field not in ("header", "__msgtype__"):
+                yield from numbers_of(getattr(value, field), f"{name}.{field}".lstrip("."))
+
+
+def sought(message, topic):
+    """quantity -> fields of a message of somebody's own type: axes of a gyro or an accelerometer, a temperature; empty without one. A topic that
+    is called after the temperature has it in its first number."""
+    names = list(numbers_of(message))
+    found = named.quantities(names)
+    return found or ({"temp": names[:1]} if names and guess.quantity_of(topic) == "temp" else {})

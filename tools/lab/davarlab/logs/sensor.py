@@ -1,0 +1,71 @@
+"""What a log holds: its sensors, and the samples of the one that is read."""
+
+from dataclasses import dataclass, field
+
+from ..errors import BadInput
+
+LISTED_MOST = 20
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many, None where only reading would tell.
+    group: of what belongs together on a device. rank: only those of the lowest rank in a log are chosen without being named."""
+    name: str
+    gives: frozenset
+    samples: int | None = None
+    group: str = ""
+    rank: int = 0
+
+    @property
+    def said(self):
+        return f"{self.name} ({', '.join(sorted(self.gives))}" + (")" if self.samples is None else f"; {self.samples} samples)")
+
+
+@dataclass
+class Samples:
+    """columns: name -> one number per sample, in deg/s, g and degC where the name says so. stamps_ns: int64, None where the log has none.
+    beside: (stamps_ns, columns) of what was measured at times of its own. guesses: how names and units were found, of data.guess.
+    line: of the file in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column time_s."""
+    columns: dict
+    stamps_ns: object = None
+    beside: list = field(default_factory=list)
+    guesses: list = field(default_factory=list)
+    notes: dict = field(default_factory=dict)
+    rate_hz: float | None = None
+    line: int | None = None
+    origin_ns: int = 0
+
+
+def listed(sensors):
+    names = [sensor.said for sensor in sensors[:LISTED_MOST]]
+    return ", ".join(names) + (f" and {len(sensors) - LISTED_MOST} more" if len(sensors) > LISTED_MOST else "")
+
+
+def chosen(sensors, name, path):
+    """The sensor of this name, or the only gyro of the lowest rank. Raises BadInput that lists what there is."""
+    if name is not None:
+        found = next((sensor for sensor in sensors if sensor.name == name), None)
+        if found is None:
+            raise BadInput(f"--sensor {name}: {path} has no such sensor (there are: {listed(sensors) or 'none'})")
+        return found
+    gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
+    if not gyros:
+        raise BadInput(f"{path}: no gyro in it (" + (f"there are: {listed(sensors)}; --sensor NAME reads one)" if sensors
+                                                     else "columns of odd names: --rename OLD=gyro_x_dps says what they are)"))
+    first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
+    if len(first) > 1:
+        raise BadInput(f"{path}: more than one gyro: --sensor NAME says which (there are: {listed(gyros)})")
+    return first[0]
+
+
+def companions(sensors, main):
+    """(sensor, quantity) of what was measured beside a gyro that the gyro does not say: by the first sensor of its group, or by the only one."""
+    found = []
+    for quantity in ("accel", "temp"):
+        if "gyro" in main.gives and quantity not in main.gives:
+            others = [sensor for sensor in sensors if quantity in sensor.gives and sensor is not main]
+            others = sorted(others, key=lambda sensor: (sensor.rank, "gyro" not in sensor.gives if quantity == "temp" else "gyro" in sensor.gives))
+            own = [sensor for sensor in others if sensor.group == main.group]
+            found += [(sensor, quantity) for sensor in own[:1] or (others if len(others) == 1 else [])]
+    return found

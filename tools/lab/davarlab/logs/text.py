@@ -1,0 +1,68 @@
+"""CSV with any separator, decimal point or comma, any names: davarlab's own recordings as they are, others by guesses."""
+
+import contextlib
+import math
+
+from ..data import recording as recordings, table
+from ..errors import BadInput
+from . import named
+from .sensor import Samples, Sensor
+
+SEPARATORS = ";\t, "
+
+
+def renamed(names, mapping, path):
+    """`old=new` pairs; new names must carry a unit."""
+    for pair in mapping:
+        old, equals, new = pair.partition("=")
+        if not equals or old not in names:
+            raise BadInput(f"--rename {pair}: {path} has no column {old!r} (there are: {', '.join(names)})")
+        if new in names and new != old:
+            raise BadInput(f"--rename {pair}: {path} has a column {new} already")
+        if not new or not set(new).isdisjoint(",\n\r") or new != new.strip():
+            raise BadInput(f"--rename {pair}: not a name for a column")
+        names = [new if name == old else name for name in names]
+    return names
+
+
+def factor_of(pair, names):
+    """A `NAME=FACTOR` pair of --scale."""
+    name, _, factor = pair.partition("=")
+    if name not in names:
+        raise BadInput(f"--scale {pair}: no column {name!r} (there are: {', '.join(names)})")
+    with contextlib.suppress(ValueError):
+        if float(factor) and math.isfinite(float(factor)):
+            return name, float(factor)
+    raise BadInput(f"--scale {pair}: a finite factor other than 0 expected")
+
+
+def scaled(columns, scales):
+    for pair in scales:
+        name, factor = factor_of(pair, columns)
+        columns[name] = columns[name] * factor
+    return columns
+
+
+def is_own(names, rate_hz):
+    """Are the columns called as davarlab calls them: then nothing is guessed."""
+    return any(name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names) and ("time_s" in names or bool(rate_hz))
+
+
+class Own:
+    """A recording of davarlab's: one sensor, every column as it is."""
+
+    def __init__(self, found):
+        self.found = found
+        self.sensors = [Sensor("recording", frozenset(["gyro"]), len(next(iter(found.columns.values()))))]
+
+    def read(self, name):
+        found = self.found
+        return Samples(found.columns, notes=dict(found.notes), line=found.line, origin_ns=found.origin * 10**9)
+
+
+def log(path, options):
+    found = table.read(path, SEPARATORS, lambda names, where: renamed(names, options.renames, where))
+    if options.plain or is_own(found.columns, options.rate_hz):
+        return Own(found)
+    return named.Log(path, {name: one.shape for name, one in found.columns.items()}, found.columns.get, options.units, "CSV", True, found.line,
+                     {found.time: found.origin})
