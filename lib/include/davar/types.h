@@ -58,7 +58,7 @@ typedef enum {
     DAVAR_POLICY_KURTOSIS,  /* kurtosis alone ("DAVAR-K") */
     DAVAR_POLICY_OR,        /* kurtosis OR sliding contribution: A-DAVAR, the paper's */
     DAVAR_POLICY_AND,       /* kurtosis AND sliding contribution */
-    DAVAR_POLICY_GLR        /* a likelihood ratio: the window begins where the noise last changed (7); trailing */
+    DAVAR_POLICY_GLR        /* a likelihood ratio: the window begins where the noise last changed (10); trailing */
 } davar_policy_t;
 
 /* Where the epoch sits in its window. DESIGN (4.2). */
@@ -85,7 +85,7 @@ typedef struct {
     uint32_t grow;                /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
     uint32_t shrink;              /* samples the window shrinks per sample when unstable; default 2 */
     uint32_t stride;              /* K: 1 = a value at every sample, K = a result every K samples (grid); default 1 */
-    double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (7.2) */
+    double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (10.6) */
     double cut_interval_s;        /* glr: between windows cut in vain; default 300 */
     uint32_t block;               /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
     uint32_t shock_blocks;        /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
@@ -148,7 +148,7 @@ typedef struct {
     double contribution;      /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
     bool alarm;               /* glr: an alarm since the result taken before; false for every other policy */
     uint32_t cut_age_samples; /* glr: samples since the noise changed, at most window_max; else 0 */
-    double dispersion;        /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (7.3) */
+    double dispersion;        /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (10.3) */
     uint8_t tau_count;
     davar_adev_t tau[DAVAR_TAUS_MAX];
     davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /* of davar_fit or davar_fit_white; absent until then */

@@ -15,7 +15,7 @@ static inline bool is_adaptive(const davar_config_t *config)
     return DAVAR_ADAPTIVE && (config->policy != DAVAR_POLICY_FIXED);
 }
 
-/* The detector decides (7). */
+/* The detector decides (10). */
 static inline bool has_tracker(const davar_config_t *config)
 {
     return DAVAR_TRACKING && (config->policy == DAVAR_POLICY_GLR);

@@ -1,4 +1,4 @@
-/* davar - samples that the detector has heard go on into the pipeline (7.9): see tracker.h. */
+/* davar - samples that the detector has heard go on into the pipeline (10.11): see tracker.h. */
 #ifndef DAVAR_SRC_TRACKED_H
 #define DAVAR_SRC_TRACKED_H
 

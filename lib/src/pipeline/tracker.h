@@ -1,5 +1,5 @@
 /* davar - policy glr: samples wait in front of the pipeline until the detector has heard their block, a shock is dropped and leaves
- * a gap, and a cut moves the window's trailing edge (7.9).
+ * a gap, and a cut moves the window's trailing edge (10.11).
  *
  *   sample -> [ accepted | a shock? | block that fills ] -> detector
  *                 |
@@ -146,7 +146,7 @@ static uint32_t tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t hig
     return n;
 }
 
-/* Length of the next window (7.9): up to what the detector wants. The sums that follow both edges go there step by step. */
+/* Length of the next window (10.11): up to what the detector wants. The sums that follow both edges go there step by step. */
 static uint32_t tracker_next(const tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
                              bool at_once)
 {
