@@ -3,8 +3,8 @@
  * only, the same on every target.
  *
  *      blocks  0                                  at
- *              |--------------|----------|xxxxxxx|..|     records of the running sum at ages of 1, 2, 3 blocks, at 2, 4, 6,
- *                             alarm      cut   split       at 4, 8, 12, ..; each scan compares [cut, split) with [split, at)
+ *              |--------------|----------|xxxxxxx|..|     records of the running sum of ages 2 to 5 blocks and, in turn,
+ *                             alarm      cut   split       6, 10; 12, 20; ..; each scan compares [cut, split) with [split, at)
  */
 #ifndef DAVAR_SRC_GLR_H
 #define DAVAR_SRC_GLR_H
@@ -95,8 +95,7 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
 
 void davar_glr_reset(davar_glr_t *state);
 
-/* The next block of K samples: their sum, and the sum of their squares. O(levels) and one more; at most 17 splits for each of the two
- * thresholds. */
+/* The next block of K samples: their sum, and the sum of their squares. O(levels), and at most five splits for each threshold. */
 void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
                         davar_glr_event_t *event);
 void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
