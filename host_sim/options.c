@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define OPTIONS_MAX 32
+#define OPTIONS_MAX 64
 #define ASCII_END 128
 #define CODE_FIRST 256 /* getopt codes of the table entries; below are characters */
 

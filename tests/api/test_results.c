@@ -39,6 +39,12 @@ static void test_a_push_of_nothing_consumes_nothing(void)
     (void)feed(0U, 60U); /* the window glides now */
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
+    config.policy = DAVAR_POLICY_FIXED; /* and nothing but that happens */
+    config.segment = 0U;
+    start_q15();
+    (void)feed(0U, 120U);
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, &sample, 0U));
+    TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 
 static void test_saturated_samples_are_counted_and_clamped(void)

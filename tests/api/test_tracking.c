@@ -227,6 +227,8 @@ static void test_a_step_is_told_and_the_window_begins_behind_it(void)
     check_step(Q31, 10U, 64U);
     check_step(F32, 1U, 1U);
     check_step(F32, 10U, 64U);
+    config.shrink = 5000U;
+    check_step(Q15, 1U, 1U);
 }
 
 /* Samples that come one by one or in blocks: the same results. */

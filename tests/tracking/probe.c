@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static davar_glr_t state;
@@ -26,21 +27,23 @@ static void print(const davar_glr_event_t *event)
 int main(void)
 {
     davar_glr_wish_t wish = {100.0, 0.01, 300.0, 6000U, 10U, 2U, true};
-    if (scanf("%" SCNu32 " %" SCNu32 " %lf", &wish.block, &wish.shock, &wish.false_alarms_per_hour) != 3) {
+    char words[3][32];
+    if (scanf("%31s %31s %31s", words[0], words[1], words[2]) != 3) {
         return 1;
     }
+    wish.block = (uint32_t)strtoul(words[0], NULL, 10);
+    wish.shock = (uint32_t)strtoul(words[1], NULL, 10);
+    wish.false_alarms_per_hour = strtod(words[2], NULL);
     davar_glr_start(&config, &wish);
     davar_glr_reset(&state);
     printf("%.17g %.17g\n", config.alarm / 65536.0, config.cut / 65536.0);
     char word[32];
     while (scanf("%31s", word) == 1) {
         davar_glr_event_t event;
-        int32_t sum = 0;
-        uint64_t squares = 0U;
         if (strcmp(word, "gap") == 0) {
             davar_glr_skip(&state, &config, &event);
-        } else if ((sscanf(word, "%" SCNd32, &sum) == 1) && (scanf("%" SCNu64, &squares) == 1)) {
-            davar_glr_push_q15(&state, &config, sum, squares, &event);
+        } else if (scanf("%31s", words[0]) == 1) {
+            davar_glr_push_q15(&state, &config, (int32_t)strtol(word, NULL, 10), strtoull(words[0], NULL, 10), &event);
         } else {
             return 1;
         }

@@ -1,8 +1,8 @@
 /* davar tests - how often the detector of change alarms when nothing has changed, and how late when something has: white and
- * other noise of known kind through lib/src/track, fixed seeds.
+ * other noise of known kind through lib/src/track.
  *
- *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK]     NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts
- *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK]     the noise's sigma is RATIO times as large after two minutes
+ *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]     NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts
+ *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED]]     the noise's sigma is RATIO times as large after two minutes
  */
 #include "track/glr.h"
 
@@ -33,6 +33,8 @@ typedef struct {
     uint64_t squares;
     uint32_t count;
 } detector_t;
+
+static uint64_t seed;
 
 static double gauss(source_t *source)
 {
@@ -120,7 +122,7 @@ static bool push(detector_t *detector, double value)
 static void alarms(const char *name, double hours, double per_hour, uint32_t block)
 {
     static detector_t detector;
-    source_t source = {random_seeded(2026U), (double)NAN, 0.0};
+    source_t source = {random_seeded(seed), (double)NAN, 0.0};
     const noise_t noise = noise_of(name);
     unsigned long count = 0U;
     unsigned long cuts = 0U;
@@ -167,7 +169,7 @@ static double delay_of(source_t *source, double ratio, double per_hour, uint32_t
 
 static void delays(double ratio, uint32_t trials, double per_hour, uint32_t block)
 {
-    source_t source = {random_seeded(2027U), (double)NAN, 0.0};
+    source_t source = {random_seeded(seed + 1U), (double)NAN, 0.0};
     double *const delay = malloc(trials * sizeof *delay);
     if (delay == NULL) {
         exit(1);
@@ -186,12 +188,14 @@ static void delays(double ratio, uint32_t trials, double per_hour, uint32_t bloc
 int main(int argc, char **argv)
 {
     if (argc < 5) {
-        fputs("usage: davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK] | delay RATIO TRIALS PER_HOUR [BLOCK]\n",
+        fputs("usage: davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay RATIO TRIALS PER_HOUR "
+              "[BLOCK [SEED]]\n",
               stderr);
         return 2;
     }
     const uint32_t block = (argc > 5) ? (uint32_t)strtoul(argv[5], NULL, 10) : 10U;
     const double per_hour = strtod(argv[4], NULL);
+    seed = (argc > 6) ? strtoull(argv[6], NULL, 10) : 1U;
     if (strcmp(argv[1], "alarms") == 0) {
         alarms(argv[2], strtod(argv[3], NULL), per_hour, block);
     } else {

@@ -59,7 +59,7 @@ static void push_samples(const int16_t *sample)
 
 static void push_noise(double sigma)
 {
-    int16_t sample[K_MAX];
+    int16_t sample[K_MAX] = {0};
     fill(sample, sigma);
     push_samples(sample);
 }
@@ -239,7 +239,7 @@ static void law_push(uint64_t b)
     const davar_spread_t window = sum_of(law.cut, law.now);
     law_learn(b);
     bool waits = (law.pending == 0U) && (config.shock != 0U) && ((window.blocks * (config.block - 1U)) >= 100U) &&
-                 (window.low > (4U * window.blocks * (uint64_t)config.floor)) && exceeds(b, &window, config.outlier);
+                 (window.low > ((uint64_t)4U * window.blocks * config.floor)) && exceeds(b, &window, config.outlier);
     if (law.pending != 0U) {
         const bool is_calm = law_is_over(b) || !exceeds(b, &window, 543U);
         waits = !is_calm && (law.pending < config.shock);
@@ -265,7 +265,7 @@ static void law_push_samples(const int16_t *sample)
             b += (uint64_t)(d * d);
         }
     }
-    law_push((12U * b) + (config.block * (config.block - 1U)));
+    law_push((12U * b) + ((uint64_t)config.block * (config.block - 1U)));
 }
 
 static void law_skip(void)
@@ -307,7 +307,7 @@ static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
     law_reset();
     uint32_t alarms = 0U;
     for (uint32_t n = 0U; n < BLOCKS; n++) {
-        int16_t sample[K_MAX];
+        int16_t sample[K_MAX] = {0};
         make(sample);
         if (random_uniform(&rng) < 0.003) {
             davar_glr_skip(&state, &config, &event);
@@ -448,7 +448,7 @@ static void test_noise_that_dies_is_a_change_too(void)
 
 static void knock(double size)
 {
-    int16_t sample[K_MAX];
+    int16_t sample[K_MAX] = {0};
     fill(sample, 20.0);
     sample[3] = rounded(size);
     push_samples(sample);
@@ -534,7 +534,7 @@ static double f_after(bool is_laplace)
 {
     davar_glr_reset(&state);
     for (uint32_t n = 0U; n < 3000U; n++) {
-        int16_t sample[K_MAX];
+        int16_t sample[K_MAX] = {0};
         for (uint32_t i = 0U; i < config.block; i++) {
             const double tail = is_laplace ? sqrt(-log(random_uniform(&rng))) : 1.0;
             sample[i] = rounded(100.0 * tail * random_gauss(&rng));

@@ -118,11 +118,20 @@ static void test_the_usual_bounds_are_nearly_always_told(void)
     TEST_ASSERT_LESS_THAN_UINT32(TRIALS / 1000U, unsure);
 }
 
+static void test_bounds_of_no_use_are_left_to_the_exact_way(void)
+{
+    choose_centrals();
+    first = whole;
+    config.contribution_high = 100.0;
+    TEST_ASSERT_EQUAL(ROUGH_UNSURE, davar_rough_contribution(&config, &whole, &first));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_kurtosis_against_one_bound_or_the_other);
     RUN_TEST(test_contribution_against_one_bound_or_the_other);
+    RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
     RUN_TEST(test_the_usual_bounds_are_nearly_always_told);
     return UNITY_END();
 }

@@ -143,13 +143,13 @@ typedef struct {
     uint32_t
         mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
     uint32_t gaps_in_window;  /* gaps inside this window */
-    bool unstable;            /* the policy's flag f (fixed: f1 OR f2, for information) */
-    double kurtosis;          /* of the whole window; NaN when its variance is 0 (3.1) */
-    double contribution;      /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
-    bool alarm;               /* glr: an alarm since the result taken before; false for every other policy */
     uint32_t cut_age_samples; /* glr: samples since the noise changed, at most window_max; else 0 */
-    double dispersion;        /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (10.3) */
+    bool unstable;            /* the policy's flag f (fixed: f1 OR f2, for information) */
+    bool alarm;               /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
+    double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
+    double contribution; /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
+    double dispersion;   /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (10.3) */
     davar_adev_t tau[DAVAR_TAUS_MAX];
     davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /* of davar_fit or davar_fit_white; absent until then */
 } davar_result_t;

@@ -127,6 +127,7 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     if (is_tracked(stages)) {
         stages->tracker->tail = 0U;
         stages->tracker->cut = 0U;
+        stages->tracker->news = false;
     }
     if (on_grid(stages)) {
         grid_start(stages->grid, config, &stages->allan);

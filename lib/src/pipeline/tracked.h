@@ -7,8 +7,8 @@
 /* The shock that was dropped leaves a gap, and takes its time. */
 DAVAR_RARE static void pass_shock(tracker_t *tracker, davar_t *davar)
 {
-    tracker->to_shock = NO_SHOCK;
     davar->window.origin += tracker->shock;
+    tracker->shock = 0U;
     window_gap(davar);
 }
 
@@ -18,16 +18,15 @@ static bool pass_on(stages_t *stages, davar_t *davar, uint32_t most)
     tracker_t *const tracker = stages->tracker;
     const uint32_t before = davar->produced;
     for (uint32_t left = smaller(most, tracker->accepted); (left > 0U) && (davar->produced == before);) {
-        if (tracker->to_shock == 0U) {
+        if (tracker->shock > 0U) {
             pass_shock(tracker, davar);
         }
-        const uint32_t straight = smaller(tracker->capacity - tracker->first, tracker->to_shock);
+        const uint32_t straight = tracker->capacity - tracker->first;
         const sample_t *const next = &tracker->waiting[tracker->first];
         const uint32_t n = (uint32_t)push_steadily(stages, davar, next, smaller(left, straight));
         tracker->first = tracker_index(tracker, n);
         tracker->count -= n;
         tracker->accepted -= n;
-        tracker->to_shock -= (tracker->to_shock == NO_SHOCK) ? 0U : n;
         left -= n;
     }
     return davar->produced != before;
@@ -69,12 +68,11 @@ DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
     while (tracker->accepted > 0U) {
         (void)pass_on(stages, davar, UINT32_MAX);
     }
-    davar->window.origin += tracker->count + ((tracker->to_shock == NO_SHOCK) ? 0U : tracker->shock);
+    davar->window.origin += tracker->count;
     davar_glr_skip(&tracker->detector, &tracker->config, &event);
     tracker->block = empty;
     tracker->filled = 0U;
     tracker->count = 0U;
-    tracker->to_shock = NO_SHOCK;
 }
 
 #endif

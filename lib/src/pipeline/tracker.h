@@ -15,8 +15,6 @@
 #include "track/window.h"
 #include "window/stages.h"
 
-#define NO_SHOCK UINT32_MAX
-
 typedef struct tracker {
     davar_glr_config_t config;
     davar_glr_t detector;
@@ -27,12 +25,13 @@ typedef struct tracker {
     uint32_t first;
     uint32_t count;
     uint32_t accepted; /* of them, the first ones: to be passed on */
-    uint32_t to_shock; /* accepted samples in front of a shock that was dropped, or NO_SHOCK */
-    uint32_t shock;    /* samples that it had */
+    uint32_t shock;    /* samples that were dropped in front of the next accepted one */
     uint32_t tail;     /* position where the detector wants the window to begin */
     uint32_t cut;      /* position of the newest change */
+    uint32_t end;      /* position of the end of what was accepted when a block was last heard */
     uint32_t longest;  /* whole strides of a window */
     bool was_cut;      /* since the newest epoch */
+    bool news;         /* the tail is older than the end */
 } tracker_t;
 
 /* A block that fills, what may be a shock with the block that tells, and as many accepted as that leaves when it was none. */
@@ -63,7 +62,6 @@ DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *c
                                    .shock = config->shock_blocks};
     davar_glr_start(&tracker->config, &wish);
     davar_glr_reset(&tracker->detector);
-    tracker->to_shock = NO_SHOCK;
     tracker->longest = (config->window_max / config->stride) * config->stride;
 }
 
@@ -73,14 +71,13 @@ static uint32_t tracker_index(const tracker_t *tracker, uint32_t ahead)
     return (index >= tracker->capacity) ? (index - tracker->capacity) : index;
 }
 
-/* `dropped` samples behind the accepted ones go; those behind them move up. */
+/* The oldest `dropped` samples go: while it was open whether they are a shock, all accepted ones have gone on. */
 DAVAR_RARE static void tracker_drop(tracker_t *tracker, uint32_t dropped)
 {
-    for (uint32_t i = tracker->accepted + dropped; i < tracker->count; i++) {
+    for (uint32_t i = dropped; i < tracker->count; i++) {
         tracker->waiting[tracker_index(tracker, i - dropped)] = tracker->waiting[tracker_index(tracker, i)];
     }
     tracker->count -= dropped;
-    tracker->to_shock = tracker->accepted;
     tracker->shock = dropped;
 }
 
@@ -94,11 +91,9 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
         davar_count(&davar->health.shocks);
     }
     tracker->accepted += (event->resolved - event->dropped) * block;
-    davar_glr_window_t window;
-    davar_glr_trailing(detector, &tracker->config, &window);
-    const uint32_t end = davar->window.received + tracker->accepted;
-    tracker->tail = end - (window.blocks * block);
-    tracker->cut = end - ((detector->now.sum.blocks - detector->cut.sum.blocks) * block);
+    tracker->end = davar->window.received + tracker->accepted;
+    tracker->cut = tracker->end - ((detector->now.sum.blocks - detector->cut.sum.blocks) * block);
+    tracker->news = true;
     if (event->is_cut) {
         tracker->was_cut = true;
         davar_count(&davar->health.cuts);
@@ -146,12 +141,24 @@ static uint32_t tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t hig
     return n;
 }
 
+/* Where the window that the detector wants begins; asked for when an epoch is due, once for each block at most. */
+static uint32_t tracker_tail(tracker_t *tracker)
+{
+    if (tracker->news) {
+        davar_glr_window_t window;
+        davar_glr_trailing(&tracker->detector, &tracker->config, &window);
+        tracker->tail = tracker->end - (window.blocks * tracker->config.block);
+        tracker->news = false;
+    }
+    return tracker->tail;
+}
+
 /* Length of the next window (10.11): up to what the detector wants. The sums that follow both edges go there step by step. */
-static uint32_t tracker_next(const tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
+static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
                              bool at_once)
 {
     const uint32_t head = window->received + config->stride;
-    const uint32_t since = head - tracker->tail;
+    const uint32_t since = head - tracker_tail(tracker);
     const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
     const uint32_t most = smaller(wanted, smaller(config->window_max, head));
     if (at_once) {

@@ -27,7 +27,7 @@ static inline davar_spread_t spread_between(const davar_spread_t *from, const da
     return between;
 }
 
-/* Bits `at` to at + 31 of the sum, at <= 64; below 0 (at > -32) it moves up, and must be short. */
+/* Bits `at` to at + 31 of the sum, below 64; below 0 (at > -32) it moves up, and must be short. */
 static inline uint32_t spread_bits(const davar_spread_t *sum, int32_t at)
 {
     const uint32_t middle = (uint32_t)(sum->low >> 32U);
@@ -35,8 +35,8 @@ static inline uint32_t spread_bits(const davar_spread_t *sum, int32_t at)
         return (uint32_t)sum->low << (uint32_t)(-at);
     }
     const uint32_t shift = (uint32_t)at & 31U;
-    const uint32_t lower = (at < 32) ? (uint32_t)sum->low : ((at < 64) ? middle : sum->high);
-    const uint32_t upper = (at < 32) ? middle : ((at < 64) ? sum->high : 0U);
+    const uint32_t lower = (at < 32) ? (uint32_t)sum->low : middle;
+    const uint32_t upper = (at < 32) ? middle : sum->high;
     return (lower >> shift) | ((upper << 1U) << (31U - shift));
 }
 

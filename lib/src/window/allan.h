@@ -79,14 +79,15 @@ static inline void allan_trail(allan_t *allan, const sample_t *tail)
 
 /* What one sample at `position` adds to D near the start, where a span reaches in front of the first sample: into its
  * mirror image (centred) or into nothing (trailing). By symmetry D is 0 until m samples are there (2.6). */
-static difference_t allan_start_step(const sample_t *head, uint32_t position, uint32_t m, bool mirrored)
+static difference_t allan_start_step(const sample_t *head, size_t position, size_t m, bool mirrored)
 {
     if (mirrored && (position < m)) {
         return 0;
     }
     difference_t step = *head;
     if (position >= m) {
-        step -= 2 * (difference_t) * (head - m);
+        const sample_t *const middle = head - m;
+        step -= 2 * (difference_t)*middle;
     }
     if (position >= (2U * m)) {
         step += *(head - (2U * m));
