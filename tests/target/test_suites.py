@@ -9,7 +9,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import targets
 
 BEYOND_16_KB = {"wrap", "glr", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "float", "gaps", "init", "instances", "results", "state",
-                "storage"}
+                "storage", "tracking"}
 SUITES = {"arena", "arithmetic", "slide", "real", "rough", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 

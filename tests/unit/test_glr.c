@@ -733,7 +733,7 @@ static void test_a_cut_beside_a_gap_counts(void)
     push_blocks(1190000U, 36U);
     TEST_ASSERT_EQUAL_UINT32(288U, state.cut.at);
     push_blocks(1190000U, 4U);
-    TEST_ASSERT_EQUAL(1, state.counts[state.cuts - 1U]);
+    TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
 }
 
 /* A change so small that its cut lies beyond the blocks that are remembered one by one. */
@@ -746,7 +746,7 @@ static void test_a_cut_that_came_late_counts(void)
     }
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(GLR_RECENT, state.now.at - state.cut.at);
     push_blocks(1170000U, 4U);
-    TEST_ASSERT_EQUAL(1, state.counts[state.cuts - 1U]);
+    TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
 }
 
 static void test_a_trailing_detector_remembers_no_cuts(void)

@@ -143,6 +143,8 @@ def disassembly(target, image):
         body = re.match(r"^\s*[0-9a-f]+:\t(\S+)\s*(.*)$", line)
         if body and name:
             operation, operands = body.groups()
+            if not operation.startswith(("j", "c.j")):
+                operands = operands.split(" # ")[0]  # a RISC-V's constant that happens to be an address
             code[name][0].add(operation.split(".")[0] if not operation.startswith("v") else operation)
             alone = re.fullmatch(r"{(r\d+)}", operands.strip())
             popped = alone.group(1) if operation == "pop" and alone else popped  # how a Cortex-M0 returns

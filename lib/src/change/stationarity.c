@@ -110,15 +110,15 @@ static bool is_outside(const ratio_t *ratio, const double *low, const double *hi
     return (compare(ratio, high) > 0) || (compare(ratio, low) < 0);
 }
 
-DAVAR_RARE static bool exact_kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
+DAVAR_APART static bool exact_kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
 {
     ratio_t kurtosis;
     kurtosis_of(&kurtosis, whole);
     return is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
 }
 
-DAVAR_RARE static bool exact_contribution_outside(const davar_config_t *config, const davar_central_t *whole,
-                                                  const davar_central_t *first)
+DAVAR_APART static bool exact_contribution_outside(const davar_config_t *config, const davar_central_t *whole,
+                                                   const davar_central_t *first)
 {
     ratio_t contribution;
     contribution_of(&contribution, whole, first);

@@ -49,13 +49,9 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
 }
 
 /* Windows of policy glr may begin earlier again: their gaps are kept as long as the longest reaches. */
-static davar_window_t window_of_gaps(const davar_t *davar)
+static uint32_t reach_of_gaps(const davar_t *davar)
 {
-    davar_window_t window = davar->window;
-    if (is_tracked(davar->stages)) {
-        window.length = davar->config->window_max;
-    }
-    return window;
+    return is_tracked(davar->stages) ? davar->config->window_max : davar->window.length;
 }
 
 /* The window of the epoch that is due. True when it is long enough to report. */
@@ -63,10 +59,7 @@ DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
     window_move(stages, davar);
-    if (davar->gaps.count > 0U) {
-        const davar_window_t longest = window_of_gaps(davar);
-        davar_gaps_forget(&davar->gaps, &longest);
-    }
+    davar_gaps_forget(&davar->gaps, window, reach_of_gaps(davar));
     window->wait = davar->config->stride;
     const bool reported = (window->length >= davar->config->window_min);
     if (reported && on_grid(stages)) {
@@ -249,29 +242,36 @@ static bool between_windows(const davar_t *davar)
     return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
 }
 
-DAVAR_RARE static void window_gap(davar_t *davar)
+/* A boundary in front of the sample that comes next. False: no room to remember it, nothing changed. */
+static bool window_boundary(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
-    davar_window_t *const window = &davar->window;
+    const davar_window_t *const window = &davar->window;
     allan_t *const allan = &stages->allan;
     stages->steady = STEADY_NOT;
     if (between_windows(davar)) {
         allan->to_gap = 0U; /* ends the run, and no window needs to remember it */
-        return;
+        return true;
     }
-    const davar_window_t longest = window_of_gaps(davar);
-    if (!davar_gaps_push(&davar->gaps, &longest)) {
-        pipeline_restart(davar);
-        return;
+    if (!davar_gaps_push(&davar->gaps, window, reach_of_gaps(davar))) {
+        return false;
     }
     if (davar->gaps.count == 0U) {
-        return; /* in front of the first sample: no boundary */
+        return true; /* in front of the first sample: no boundary */
     }
     if (allan->to_gap == DAVAR_NO_GAP) {
         allan->to_gap = on_grid(stages) ? 0U : window->lag;
     }
     if ((allan->room == DAVAR_NO_GAP) && !is_warming(allan)) {
         allan->room = davar_gaps_after(&davar->gaps, window, window_tail(window));
+    }
+    return true;
+}
+
+DAVAR_RARE static void window_gap(davar_t *davar)
+{
+    if (!window_boundary(davar)) {
+        pipeline_restart(davar);
     }
 }
 

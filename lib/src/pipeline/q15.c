@@ -10,6 +10,18 @@ typedef struct {
     uint64_t squares;
 } block_t;
 
+static inline void block_copy(block_t *to, const block_t *from)
+{
+    to->sum = from->sum;
+    to->squares = from->squares;
+}
+
+static inline void block_clear(block_t *block)
+{
+    block->sum = 0;
+    block->squares = 0U;
+}
+
 static inline void block_add(block_t *block, sample_t sample)
 {
     block->sum += sample;

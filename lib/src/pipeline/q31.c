@@ -10,6 +10,19 @@ typedef struct {
     davar_u128_t squares;
 } block_t;
 
+static inline void block_copy(block_t *to, const block_t *from)
+{
+    to->sum = from->sum;
+    davar_u128_copy(&to->squares, &from->squares);
+}
+
+static inline void block_clear(block_t *block)
+{
+    block->sum = 0;
+    block->squares.low = 0U;
+    block->squares.high = 0U;
+}
+
 static inline void block_add(block_t *block, sample_t sample)
 {
     const davar_u128_t square = {davar_multiply_i32(sample, sample), 0U};

@@ -4,12 +4,13 @@
 
 #include "pipeline/push.h"
 
-/* The shock that was dropped leaves a gap, and takes its time. */
+/* The shock that was dropped takes its time and leaves a gap. With more gaps than the window can remember its neighbours are joined:
+ * no differences are lost then, and a few span the joint. */
 DAVAR_RARE static void pass_shock(tracker_t *tracker, davar_t *davar)
 {
     davar->window.origin += tracker->shock;
     tracker->shock = 0U;
-    window_gap(davar);
+    (void)window_boundary(davar);
 }
 
 /* Accepted samples go on, at most `most` of them. True: up to one that completed a result. */
@@ -62,7 +63,6 @@ DAVAR_APART static size_t push_tracked(stages_t *stages, davar_t *davar, const s
 /* In front of a gap: what is accepted goes on, what is not is left out, with the block that has the gap in it. */
 DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
 {
-    static const block_t empty = {0};
     tracker_t *const tracker = stages->tracker;
     davar_glr_event_t event;
     while (tracker->accepted > 0U) {
@@ -70,7 +70,7 @@ DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
     }
     davar->window.origin += tracker->count;
     davar_glr_skip(&tracker->detector, &tracker->config, &event);
-    tracker->block = empty;
+    block_clear(&tracker->block);
     tracker->filled = 0U;
     tracker->count = 0U;
 }

@@ -117,24 +117,24 @@ static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample
 static uint32_t tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t highest, const sample_t *samples,
                                 size_t count)
 {
-    static const block_t empty = {0};
     const uint32_t at = tracker_index(tracker, tracker->count);
     const uint32_t room = smaller(tracker->config.block - tracker->filled, tracker->capacity - at);
     const uint32_t n = (count < room) ? (uint32_t)count : room;
-    block_t block = tracker->block;
+    block_t block;
+    block_copy(&block, &tracker->block);
     sample_t *to = &tracker->waiting[at];
     for (const sample_t *const end = samples + n; samples != end; samples++, to++) {
         const sample_t sample = limited(highest, davar, *samples);
         *to = sample;
         block_add(&block, sample);
     }
-    tracker->block = block;
+    block_copy(&tracker->block, &block);
     tracker->count += n;
     tracker->filled += n;
     if (tracker->filled == tracker->config.block) {
         davar_glr_event_t event;
         block_tell(&block, &tracker->detector, &tracker->config, &event);
-        tracker->block = empty;
+        block_clear(&tracker->block);
         tracker->filled = 0U;
         tracker_hear(tracker, davar, &event);
     }

@@ -49,7 +49,7 @@ static void learn(davar_glr_t *state, const davar_glr_config_t *config, const da
     spread_add(&state->eight, block);
     if (state->eight.blocks == 8U) {
         davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8, MEMORY_OF_8);
-        state->eight = none;
+        spread_clear(&state->eight);
     }
 }
 
@@ -72,7 +72,7 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config, const 
     state->now.at++;
     const uint32_t at = state->now.at;
     for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at); level++) {
-        state->record[level][(at >> level) % GLR_RECORDS] = state->now.sum;
+        spread_copy(&state->record[level][(at >> level) % GLR_RECORDS], &state->now.sum);
     }
     shorten(state, config, &state->alarm);
     shorten(state, config, &state->cut);
@@ -85,7 +85,7 @@ static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
     const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
     const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
-    const uint32_t root = davar_root_of_mantissa(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
+    const uint32_t root = davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
     return 256U + (((factor - 256U) * root) >> 8U);
 }
 
@@ -110,7 +110,7 @@ static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *con
 
 static void hold(davar_glr_t *state, const davar_spread_t *block)
 {
-    state->waiting[state->pending] = *block;
+    spread_copy(&state->waiting[state->pending], block);
     state->pending++;
 }
 
@@ -128,7 +128,8 @@ static void release(davar_glr_t *state, const davar_glr_config_t *config, bool i
 /* A change would go on: is this block far below one that waits? */
 static bool is_over(const davar_glr_t *state, const davar_spread_t *block)
 {
-    davar_spread_t thrice = *block;
+    davar_spread_t thrice;
+    spread_copy(&thrice, block);
     spread_add(&thrice, block);
     spread_add(&thrice, block);
     bool is_less = false;
@@ -166,11 +167,12 @@ static void begin_at(const davar_glr_t *state, davar_glr_place_t *place, const d
 
 static void raise_alarm(davar_glr_t *state, const davar_split_t *split, davar_glr_event_t *event)
 {
-    const davar_glr_place_t before = state->alarm;
+    davar_spread_t before;
+    spread_copy(&before, &state->alarm.sum);
     begin_at(state, &state->alarm, split);
     event->is_alarm = true;
     event->gain = split->gain;
-    event->older = spread_between(&before.sum, &state->alarm.sum);
+    event->older = spread_between(&before, &state->alarm.sum);
     event->newer = spread_between(&state->alarm.sum, &state->now.sum);
 }
 
@@ -190,7 +192,7 @@ static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_g
         raise_alarm(state, &split[1], event);
     }
     if (glr_age(state, &state->cut) > glr_age(state, &state->alarm)) {
-        state->cut = state->alarm;
+        glr_place_copy(&state->cut, &state->alarm);
         event->is_cut = true;
     }
     davar_glr_note(state, config, event->is_cut);
@@ -200,8 +202,8 @@ static void clear(davar_glr_event_t *event)
 {
     event->is_cut = false;
     event->is_alarm = false;
-    event->older = none;
-    event->newer = none;
+    spread_clear(&event->older);
+    spread_clear(&event->newer);
     event->gain = 0;
     event->resolved = 0U;
     event->dropped = 0U;
@@ -244,8 +246,9 @@ void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, in
                         davar_glr_event_t *event)
 {
     const davar_u128_t floor = {config->floor, 0U};
+    const davar_u128_t given = {squares->low, squares->high};
     const davar_u128_t spread =
-        davar_u128_subtract(davar_u128_scale(*squares, config->block), davar_multiply_i64(sum, sum));
+        davar_u128_subtract(davar_u128_scale(given, config->block), davar_multiply_i64(sum, sum));
     const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor);
     const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);

@@ -48,6 +48,12 @@ typedef struct {
     uint32_t at; /* blocks, modulo 2^32 */
 } davar_glr_place_t;
 
+static inline void glr_place_copy(davar_glr_place_t *to, const davar_glr_place_t *from)
+{
+    spread_copy(&to->sum, &from->sum);
+    to->at = from->at;
+}
+
 /* No pointers: saved and restored as bytes. */
 typedef struct {
     davar_spread_t record[GLR_LEVELS][GLR_RECORDS]; /* of the running sum at k, where 2^level divides k: [k >> level] */
@@ -60,8 +66,8 @@ typedef struct {
     davar_dispersion_t of_8;
     davar_glr_place_t past[GLR_CUTS]; /* cuts, the oldest first; at the start the beginning of the stream is one */
     uint16_t recent[GLR_RECENT];      /* block k at k % GLR_RECENT: 7 bits of exponent, 9 of mantissa; 0: dropped */
-    uint8_t counts[GLR_CUTS];         /* that cut is a step, not part of a ramp */
-    uint8_t settled[GLR_CUTS];        /* ... for ever */
+    uint32_t counts;                  /* bit i: that cut is a step, not part of a ramp */
+    uint32_t settled;                 /* ... for ever */
     uint8_t cuts;
     uint8_t turn;    /* of which cut to judge next */
     uint8_t seen;    /* blocks since the beginning, up to GLR_HALF_MAX */

@@ -5,7 +5,7 @@
 
 void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees)
 {
-    stretch->sum = *sum;
+    spread_copy(&stretch->sum, sum);
     stretch->degrees = degrees;
     stretch->exponent = spread_exponent(sum);
     const uint32_t mantissa = spread_bits(sum, stretch->exponent);

@@ -26,7 +26,7 @@ static inline const davar_spread_t *glr_record(const davar_glr_t *state, uint32_
 static inline void glr_move_to_record(const davar_glr_t *state, davar_glr_place_t *place, uint32_t level, uint32_t at)
 {
     place->at = at;
-    place->sum = *glr_record(state, level, at);
+    spread_copy(&place->sum, glr_record(state, level, at));
 }
 
 /* Blocks from there to now. */

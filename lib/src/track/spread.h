@@ -12,6 +12,21 @@ typedef struct {
     uint32_t blocks;
 } davar_spread_t;
 
+/* Field by field, here and below: a small core would call for what moves or clears a struct. */
+static inline void spread_copy(davar_spread_t *to, const davar_spread_t *from)
+{
+    to->low = from->low;
+    to->high = from->high;
+    to->blocks = from->blocks;
+}
+
+static inline void spread_clear(davar_spread_t *sum)
+{
+    sum->low = 0U;
+    sum->high = 0U;
+    sum->blocks = 0U;
+}
+
 static inline void spread_add(davar_spread_t *sum, const davar_spread_t *more)
 {
     sum->low += more->low;

@@ -40,15 +40,15 @@ static void oldest_record(const davar_glr_t *state, uint32_t age, davar_glr_plac
 static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_place_t *bound, davar_glr_place_t *place)
 {
     if (age >= glr_age(state, bound)) {
-        *place = *bound;
+        glr_place_copy(place, bound);
     } else {
         oldest_record(state, age, place);
     }
 }
 
 /* Doubles the window [begin, end) to the left while the older half is like the rest. */
-static void grow(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *begin,
-                 const davar_glr_place_t *end, const davar_glr_place_t *bound, uint32_t near_limit)
+static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *begin,
+                      const davar_glr_place_t *end, const davar_glr_place_t *bound, uint32_t near_limit)
 {
     uint32_t age = glr_age(state, begin);
     while (begin->at != bound->at) {
@@ -60,7 +60,7 @@ static void grow(const davar_glr_t *state, const davar_glr_config_t *config, dav
         if (!is_alike(state, config, place, limit)) {
             return;
         }
-        *begin = older;
+        glr_place_copy(begin, &older);
     }
 }
 
@@ -68,7 +68,7 @@ void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *conf
 {
     davar_glr_place_t begin;
     recorded(state, config->near, &state->cut, &begin);
-    grow(state, config, &begin, &state->now, &state->cut, NEAR_LIMIT);
+    grow_back(state, config, &begin, &state->now, &state->cut, NEAR_LIMIT);
     window->begin = begin.at;
     window->end = state->now.at;
     window->blocks = state->now.sum.blocks - begin.sum.blocks;
@@ -76,27 +76,39 @@ void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *conf
 
 /* ---- the cuts of the past ---- */
 
+static bool has_bit(uint32_t bits, uint32_t i)
+{
+    return ((bits >> i) & 1U) != 0U;
+}
+
+static void put_bit(uint32_t *bits, uint32_t i, bool value)
+{
+    *bits = (*bits & ~(UINT32_C(1) << i)) | ((value ? UINT32_C(1) : 0U) << i);
+}
+
 static void drop_oldest(davar_glr_t *state)
 {
     state->cuts--;
     for (uint32_t i = 0U; i < state->cuts; i++) {
-        state->past[i] = state->past[i + 1U];
-        state->counts[i] = state->counts[i + 1U];
-        state->settled[i] = state->settled[i + 1U];
+        glr_place_copy(&state->past[i], &state->past[i + 1U]);
     }
+    state->counts >>= 1U;
+    state->settled >>= 1U;
 }
 
 static void keep(davar_glr_t *state, const davar_glr_place_t *place, bool settled)
 {
-    state->past[state->cuts] = *place;
-    state->counts[state->cuts] = 1U;
-    state->settled[state->cuts] = settled ? 1U : 0U;
+    glr_place_copy(&state->past[state->cuts], place);
+    put_bit(&state->counts, state->cuts, true);
+    put_bit(&state->settled, state->cuts, settled);
     state->cuts++;
 }
 
 void davar_glr_forget(davar_glr_t *state)
 {
     state->cuts = 0U;
+    state->counts = 0U;
+    state->settled = 0U;
     state->turn = 0U;
     state->seen = 0U;
     keep(state, &state->now, true);
@@ -105,8 +117,6 @@ void davar_glr_forget(davar_glr_t *state)
     }
     for (uint32_t i = 1U; i < GLR_CUTS; i++) {
         state->past[i] = state->now;
-        state->counts[i] = 0U;
-        state->settled[i] = 0U;
     }
 }
 
@@ -214,8 +224,8 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
     if (is_cut) {
         if (state->cuts == GLR_CUTS) {
             drop_oldest(state);
-            state->counts[0] = 1U; /* beyond it cuts may be forgotten */
-            state->settled[0] = 1U;
+            put_bit(&state->counts, 0U, true); /* beyond it cuts may be forgotten */
+            put_bit(&state->settled, 0U, true);
         }
         keep(state, &state->cut, false);
     }
@@ -224,9 +234,9 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
         state->turn = 0U;
     }
     const uint32_t turn = state->turn;
-    if ((turn < state->cuts) && (state->settled[turn] == 0U)) {
-        state->counts[turn] = is_step(state, config, turn) ? 1U : 0U;
-        state->settled[turn] = (glr_age(state, &state->past[turn]) >= config->half) ? 1U : 0U;
+    if ((turn < state->cuts) && !has_bit(state->settled, turn)) {
+        put_bit(&state->counts, turn, is_step(state, config, turn));
+        put_bit(&state->settled, turn, glr_age(state, &state->past[turn]) >= config->half);
     }
 }
 
@@ -237,20 +247,20 @@ static void clip(const davar_glr_t *state, uint32_t half, davar_glr_place_t *beg
 {
     for (uint32_t i = state->cuts; i > 0U; i--) { /* the newest first */
         const davar_glr_place_t *const cut = &state->past[i - 1U];
-        const bool is_step = (state->counts[i - 1U] != 0U);
+        const bool is_step = has_bit(state->counts, i - 1U);
         if (is_step && (glr_age(state, cut) < half)) {
-            *end = *cut;
+            glr_place_copy(end, cut);
         }
     }
     for (uint32_t i = 0U; i < state->cuts; i++) {
         const davar_glr_place_t *const cut = &state->past[i];
-        const bool is_step = (state->counts[i] != 0U);
+        const bool is_step = has_bit(state->counts, i);
         const uint32_t age = glr_age(state, cut);
         if (is_step && (age >= half) && (age <= glr_age(state, begin))) {
-            *begin = *cut;
+            glr_place_copy(begin, cut);
         }
         if (age > glr_age(state, end)) {
-            *bound = *cut;
+            glr_place_copy(bound, cut);
         }
     }
 }
@@ -263,19 +273,22 @@ bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *confi
         return false;
     }
     const uint32_t widest = 2U * config->half;
-    davar_glr_place_t end = state->now;
-    davar_glr_place_t begin = {state->now.sum, state->now.at - widest};
+    davar_glr_place_t end;
+    davar_glr_place_t begin;
+    glr_place_copy(&end, &state->now);
+    glr_place_copy(&begin, &state->now);
+    begin.at -= widest;
     davar_glr_place_t bound;
     oldest_record(state, config->longest, &bound); /* while there is none, the beginning is a cut */
     if (state->cuts == GLR_CUTS) {
-        bound = state->past[0]; /* beyond it cuts may be forgotten */
+        glr_place_copy(&bound, &state->past[0]); /* beyond it cuts may be forgotten */
     }
     clip(state, config->half, &begin, &end, &bound);
     if (glr_age(state, &bound) > widest) {
         davar_glr_place_t grown;
         recorded(state, widest, &bound, &grown);
         const uint32_t from = grown.at;
-        grow(state, config, &grown, &end, &bound, FAR_LIMIT);
+        grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
         begin.at = (grown.at != from) ? grown.at : begin.at;
     }
     window->begin = begin.at;

@@ -66,14 +66,14 @@ DAVAR_RARE static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
     gaps->count = (uint16_t)(gaps->count - gone);
 }
 
-void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window)
+void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
 {
     if ((gaps->count > 0U) && !at_start(window) && !is_finished(window)) {
-        forget_before(gaps, window_tail(window));
+        forget_before(gaps, window_head(window) - length);
     }
 }
 
-DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window)
+DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
 {
     const uint32_t boundary = window->received;
     if ((boundary == 0U) && (at_start(window) || window->filling)) {
@@ -82,7 +82,7 @@ DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window
     if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == boundary)) {
         return true;
     }
-    davar_gaps_forget(gaps, window);
+    davar_gaps_forget(gaps, window, length);
     if (gaps->count == gaps->capacity) {
         return false;
     }

@@ -7,13 +7,13 @@
 /* Returned by davar_gaps_after when no boundary follows. */
 #define DAVAR_NO_GAP UINT32_MAX
 
-/* Forgets the boundaries that the window has left. To be called at least every 2^31 samples, since an older boundary would
+/* Forgets the boundaries that a window of this length has left, which ends where the window does. To be called at least every 2^31 samples, since an older boundary would
  * seem to lie ahead. O(gaps). */
-void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window);
+void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
-/* Remembers the boundary in front of the sample that comes next, and forgets those the window has left. A boundary at
+/* Remembers the boundary in front of the sample that comes next, and forgets those that a window of this length has left. A boundary at
  * the very start, or at one already known, changes nothing. False: full, nothing changed. O(gaps). */
-bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window);
+bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
 /* At the end of a record: a gap behind the last sample is none. */
 void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end);

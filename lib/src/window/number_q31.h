@@ -111,12 +111,23 @@ static inline void powers_between(powers_t *between, const powers_t *later, cons
     between->fourth_high = later->fourth_high - earlier->fourth_high - borrow;
 }
 
+static inline void powers_remove(powers_t *powers, sample_t value)
+{
+    const uint64_t square = davar_multiply_i32(value, value);
+    const davar_u128_t second = {square, 0U};
+    const davar_u128_t fourth = davar_multiply_u64(square, square);
+    powers->first -= (uint64_t)(int64_t)value;
+    powers->second = davar_u128_subtract(powers->second, second);
+    powers->third = davar_u128_subtract(powers->third, davar_multiply_i64((int64_t)square, value));
+    powers->fourth_high -= u128_less(powers->fourth_low, fourth) ? 1U : 0U;
+    powers->fourth_low = davar_u128_subtract(powers->fourth_low, fourth);
+}
+
+/* One sample in, one out. */
 static inline void powers_slide(powers_t *powers, sample_t in, sample_t out)
 {
-    powers_t before = {0};
-    powers_add(&before, out);
     powers_add(powers, in);
-    powers_between(powers, powers, &before);
+    powers_remove(powers, out);
 }
 
 /* n^2 s^2 and n^4 m4 of n samples: exact (3.3). */

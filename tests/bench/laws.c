@@ -1,0 +1,294 @@
+/* davar tests - every window law on the same signals: how far the angle random walk that it gives is from the truth, and how often it
+ * alarms. 100 Hz, counts of sigma 20, trailing windows, a result every ten samples. One table row a signal.
+ *
+ *   davar-laws [HOURS [SEED]]     HOURS of each signal (default 1)
+ */
+#include "davar/davar.h"
+
+#include "random.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define RATE_HZ 100U
+#define STRIDE 10U
+#define SETTLED 12000U /* samples until every law has a full window */
+#define NEAR (10U * RATE_HZ)
+#define SIGMA 20.0
+#define TAUS 9U
+
+static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U};
+
+typedef struct {
+    const char *name;
+    davar_policy_t policy;
+    uint32_t longest;
+    uint32_t shortest;
+} law_t;
+
+static const law_t laws[] = {
+    {"A-DAVAR", DAVAR_POLICY_OR, 600U, 400U},
+    {"kurtosis", DAVAR_POLICY_KURTOSIS, 600U, 400U},
+    {"fixed 200", DAVAR_POLICY_FIXED, 200U, 200U},
+    {"fixed 600", DAVAR_POLICY_FIXED, 600U, 600U},
+    {"fixed 1200", DAVAR_POLICY_FIXED, 1200U, 1200U},
+    {"fixed 6000", DAVAR_POLICY_FIXED, 6000U, 6000U},
+    {"glr", DAVAR_POLICY_GLR, 6000U, 20U},
+};
+#define LAWS (sizeof laws / sizeof laws[0])
+#define ROWS (LAWS + 1U) /* and an exponential mean */
+
+/* --- signals ------------------------------------------------------------------------------------------------------ */
+
+typedef enum { STEADY, STEPS, BURSTS, RAMPS, SINE, SHOCKS, STUCK, LAPLACE, COARSE } kind_t;
+
+typedef struct {
+    const char *name;
+    kind_t kind;
+    double size; /* ratio of a change; of a shock, sigmas */
+    uint32_t at; /* samples: of a burst, a sine's period, a shock */
+} signal_t;
+
+static const signal_t signals[] = {
+    {"quiet", STEADY, 1.0, 0U},
+    {"step x1.1", STEPS, 1.1, 0U},
+    {"step x1.25", STEPS, 1.25, 0U},
+    {"step x1.5", STEPS, 1.5, 0U},
+    {"step x2", STEPS, 2.0, 0U},
+    {"step x3", STEPS, 3.0, 0U},
+    {"burst x3 of 1 s", BURSTS, 3.0, 100U},
+    {"burst x3 of 5 s", BURSTS, 3.0, 500U},
+    {"burst x3 of 20 s", BURSTS, 3.0, 2000U},
+    {"ramp x3 in 30 s", RAMPS, 3.0, 3000U},
+    {"sine of 60 s", SINE, 0.5, 6000U},
+    {"sine of 20 s", SINE, 0.5, 2000U},
+    {"shock, 1 sample", SHOCKS, 30.0, 1U},
+    {"shock, 5 samples", SHOCKS, 30.0, 5U},
+    {"stuck for 10 s", STUCK, 0.0, 1000U},
+    {"Laplace noise", LAPLACE, 1.0, 0U},
+    {"half a count", COARSE, 1.0, 0U},
+};
+#define SIGNALS (sizeof signals / sizeof signals[0])
+#define PERIOD (120U * RATE_HZ) /* of everything that comes again */
+
+/* Sigma over that of quiet. */
+static double level_at(const signal_t *signal, uint32_t i)
+{
+    const uint32_t phase = i % PERIOD;
+    switch ((int)signal->kind) {
+    case STEPS:
+        return (phase < (PERIOD / 2U)) ? 1.0 : signal->size;
+    case BURSTS:
+        return ((phase >= (PERIOD / 2U)) && (phase < ((PERIOD / 2U) + signal->at))) ? signal->size : 1.0;
+    case RAMPS:
+        if (phase < (PERIOD / 2U)) {
+            return 1.0;
+        }
+        return (phase < ((PERIOD / 2U) + signal->at))
+                   ? (1.0 + ((signal->size - 1.0) * (phase - (PERIOD / 2U)) / signal->at))
+                   : signal->size;
+    case SINE:
+        return 1.0 + (signal->size * sin(6.283185307179586 * (double)(i % signal->at) / signal->at));
+    default:
+        return 1.0;
+    }
+}
+
+/* A sample since the newest change; changes are what a causal law can be late for. */
+static uint32_t since_change(const signal_t *signal, uint32_t i)
+{
+    const uint32_t phase = i % PERIOD;
+    const uint32_t half = PERIOD / 2U;
+    switch ((int)signal->kind) {
+    case STEPS:
+    case RAMPS:
+        return (phase < half) ? phase : (phase - half);
+    case BURSTS:
+    case SHOCKS:
+    case STUCK:
+        return (phase < half) ? UINT32_MAX : (phase - half);
+    default:
+        return UINT32_MAX;
+    }
+}
+
+static int16_t sample_at(const signal_t *signal, uint32_t i, random_t *random)
+{
+    const uint32_t phase = i % PERIOD;
+    const bool inside = (phase >= (PERIOD / 2U)) && (phase < ((PERIOD / 2U) + signal->at));
+    static int16_t held;
+    const double gauss = random_gauss(random);
+    double value = SIGMA * level_at(signal, i) * gauss;
+    if (signal->kind == LAPLACE) {
+        const double u = random_uniform(random) - 0.5;
+        value = ((u < 0.0) ? 1.0 : -1.0) * SIGMA * 0.7071067811865476 * log(1.0 - (2.0 * fabs(u)));
+    }
+    if (signal->kind == COARSE) {
+        value = 0.5 * gauss;
+    }
+    if ((signal->kind == SHOCKS) && inside) {
+        value += signal->size * SIGMA * (((phase % 2U) == 0U) ? 1.0 : -1.0);
+    }
+    if ((signal->kind == STUCK) && inside) {
+        return held;
+    }
+    held = (int16_t)lround(value);
+    return held;
+}
+
+/* The white noise that an ideal law would tell: half a count of noise is seen with that of rounding. */
+static double truth_at(const signal_t *signal, uint32_t i)
+{
+    const double sigma = (signal->kind == COARSE) ? sqrt(0.25 + (1.0 / 12.0))
+                                                  : sqrt(pow(SIGMA * level_at(signal, i), 2.0) + (1.0 / 12.0));
+    return 60.0 * sigma / sqrt((double)RATE_HZ);
+}
+
+/* --- errors ------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    double sum;
+    uint64_t count;
+} mean_square_t;
+
+typedef struct {
+    mean_square_t whole;
+    mean_square_t near;
+    uint32_t alarms;
+} errors_t;
+
+static void add(mean_square_t *mean, double error)
+{
+    mean->sum += error * error;
+    mean->count++;
+}
+
+static void judge(errors_t *errors, const signal_t *signal, uint64_t epoch, double arw)
+{
+    const uint32_t i = (uint32_t)epoch;
+    const bool stuck = (signal->kind == STUCK) && (since_change(signal, i) < signal->at); /* there is no noise then */
+    if ((i < SETTLED) || stuck) {
+        return;
+    }
+    const double error = log(arw / truth_at(signal, i));
+    add(&errors->whole, error);
+    if (since_change(signal, i) < NEAR) {
+        add(&errors->near, error);
+    }
+}
+
+/* ARW where white noise explains the window, otherwise what its shortest clusters say; an ADEV of 0 is taken as a tenth of a count. */
+static double arw_of(davar_plan_t *plan, davar_result_t *result)
+{
+    const bool white = davar_fit_white(plan, RATE_HZ, result);
+    const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    const double shortest = 60.0 * result->tau[0].adev / sqrt((double)RATE_HZ);
+    return fmax((white && arw->present) ? arw->value : shortest, 0.1);
+}
+
+typedef struct {
+    davar_config_t config;
+    davar_t davar;
+    uint64_t memory[32768];
+    davar_plan_t plan;
+} instance_t;
+
+static void start(instance_t *instance, const law_t *law)
+{
+    davar_config_t *const config = &instance->config;
+    *config = davar_default_config;
+    config->rate_hz = RATE_HZ;
+    config->unit_per_count = 1.0;
+    config->mode = DAVAR_MODE_TRAILING;
+    config->policy = law->policy;
+    config->window_max = law->longest;
+    config->window_min = law->shortest;
+    config->segment = (law->policy == DAVAR_POLICY_GLR) ? 0U : (law->shortest / 4U);
+    config->grow = 1U;
+    config->stride = STRIDE;
+    config->gaps_max = 64U;
+    config->taus = taus;
+    config->tau_count = (law->longest < 600U) ? 6U : TAUS;
+    davar_plan_init(&instance->plan, taus, config->tau_count);
+    if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) != DAVAR_OK) {
+        fprintf(stderr, "davar-laws: %s: refused\n", law->name);
+        exit(1);
+    }
+}
+
+static void run(const signal_t *signal, uint32_t samples, uint64_t seed, errors_t errors[ROWS])
+{
+    static instance_t instances[LAWS];
+    static davar_result_t result;
+    random_t random = random_seeded(seed);
+    double mean = SIGMA * SIGMA; /* exponential, of half a squared difference, over 300 samples */
+    int16_t before = 0;
+    for (size_t l = 0; l < LAWS; l++) {
+        start(&instances[l], &laws[l]);
+    }
+    for (uint32_t i = 0U; i < samples; i++) {
+        const int16_t sample = sample_at(signal, i, &random);
+        for (size_t l = 0; l < LAWS; l++) {
+            (void)davar_push_q15(&instances[l].davar, &sample, 1U);
+            if (davar_take(&instances[l].davar, &result)) {
+                judge(&errors[l], signal, result.epoch, arw_of(&instances[l].plan, &result));
+                errors[l].alarms += result.alarm ? 1U : 0U;
+            }
+        }
+        const double difference = (double)sample - before;
+        mean += ((0.5 * difference * difference) - mean) / 300.0;
+        before = sample;
+        if ((i % STRIDE) == (STRIDE - 1U)) {
+            judge(&errors[LAWS], signal, i, fmax(60.0 * sqrt(mean / RATE_HZ), 0.1));
+        }
+    }
+}
+
+static double rms(const mean_square_t *mean)
+{
+    return (mean->count == 0U) ? (double)NAN : (100.0 * sqrt(mean->sum / (double)mean->count));
+}
+
+static void print_row(const char *name, const errors_t errors[ROWS], bool near)
+{
+    printf("| %s |", name);
+    for (size_t l = 0; l < ROWS; l++) {
+        printf(" %.1f |", rms(near ? &errors[l].near : &errors[l].whole));
+    }
+    printf("\n");
+}
+
+static void pool(errors_t *all, const errors_t *one)
+{
+    all->whole.sum += one->whole.sum;
+    all->whole.count += one->whole.count;
+    all->near.sum += one->near.sum;
+    all->near.count += one->near.count;
+}
+
+int main(int argc, char **argv)
+{
+    const double hours = (argc > 1) ? strtod(argv[1], NULL) : 1.0;
+    const uint64_t seed = (argc > 2) ? strtoull(argv[2], NULL, 10) : 1U;
+    errors_t pooled[ROWS] = {{{0.0, 0U}, {0.0, 0U}, 0U}};
+    printf("| signal |");
+    for (size_t l = 0; l < LAWS; l++) {
+        printf(" %s |", laws[l].name);
+    }
+    printf(" exponential |\n|---|---|---|---|---|---|---|---|---|\n");
+    uint32_t quiet_alarms = 0U;
+    for (size_t s = 0; s < SIGNALS; s++) {
+        errors_t errors[ROWS] = {{{0.0, 0U}, {0.0, 0U}, 0U}};
+        run(&signals[s], (uint32_t)(hours * 3600.0 * RATE_HZ), seed + s, errors);
+        print_row(signals[s].name, errors, false);
+        const bool changes = (signals[s].kind != STEADY) && (signals[s].kind != LAPLACE) && (signals[s].kind != COARSE);
+        for (size_t l = 0; changes && (l < ROWS); l++) {
+            pool(&pooled[l], &errors[l]);
+        }
+        quiet_alarms += changes ? 0U : errors[LAWS - 1U].alarms;
+    }
+    print_row("all that change", pooled, false);
+    print_row("... within 10 s of a change", pooled, true);
+    printf("\nglr, alarms while nothing changed: %u in %g h.\n", (unsigned)quiet_alarms, 3.0 * hours);
+    return 0;
+}
