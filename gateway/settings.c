@@ -201,11 +201,12 @@ static void fill_window(davar_config_t *config)
     const bool tracks = (config->policy == DAVAR_POLICY_GLR);
     const davar_config_t *usual = &davar_default_config;
     if (config->window_max == NOT_GIVEN) {
-        config->window_max = tracks ? 6000U : usual->window_max;
+        config->window_max = tracks ? (600U * config->block) : usual->window_max;
     }
     if (config->window_min == NOT_GIVEN) {
         config->window_min = tracks ? (2U * config->block) : usual->window_min;
     }
+    config->shrink = tracks ? 64U : usual->shrink;
     if (config->segment == NOT_GIVEN) {
         config->segment = tracks ? 0U : usual->segment;
     }
@@ -224,6 +225,10 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     }
     if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
         (void)snprintf(why, size, "--%s: beyond 11-bit identifiers", (settings->channel > 34U) ? "channel" : "base");
+        return false;
+    }
+    if ((settings->alarm_on_s > 0.0) && (settings->config.policy == DAVAR_POLICY_GLR)) {
+        (void)snprintf(why, size, "--alarm-on: not with --policy glr, whose alarms are over at once");
         return false;
     }
     if ((settings->alarm_on_s > ALARM_S_MAX) || (settings->alarm_off_s > ALARM_S_MAX)) {

@@ -6,7 +6,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#define GLR_WINDOW_MAX 6000U
+#define GLR_BLOCKS 600U
 #define GLR_SHRINK 64U /* how fast a window follows a cut where the edges walk */
 
 static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
@@ -31,7 +31,7 @@ static void set_window(davar_config_t *config, const options_t *options)
     config->segment = either(&options->segment, config->segment);
 }
 
-/* glr: a minute, the shortest two blocks, no moments. */
+/* glr: 600 blocks, the shortest two, no moments. */
 static void set_tracking(davar_config_t *config, const options_t *options)
 {
     if (options->policy != DAVAR_POLICY_GLR) {
@@ -46,7 +46,7 @@ static void set_tracking(davar_config_t *config, const options_t *options)
         config->cut_interval_s = options->cut_interval_s;
     }
     config->mode = options->mode_given ? options->mode : DAVAR_MODE_TRAILING;
-    config->window_max = either(&options->window_max, GLR_WINDOW_MAX);
+    config->window_max = either(&options->window_max, GLR_BLOCKS * config->block);
     config->window_min = either(&options->window_min, 2U * config->block);
     config->segment = either(&options->segment, 0U);
     config->grow = either(&options->grow, 1U);

@@ -126,10 +126,12 @@ static davar_status_t check_tracking(const davar_config_t *config)
     }
     const bool rates =
         is_between(1e-9, config->false_alarms_per_hour, 1e9) && is_between(1e-9, config->cut_interval_s, 1e9);
-    const bool blocks = (config->block >= GLR_BLOCK_MIN) && (config->block <= GLR_BLOCK_MAX) &&
-                        (config->shock_blocks <= GLR_SHOCK_MAX) && ((config->window_max / 8U) >= config->block) &&
-                        (config->window_max >= config->stride);
-    return (rates && blocks && !centred(config)) ? DAVAR_OK : DAVAR_ERR_TRACKING;
+    const bool blocks =
+        (config->block >= GLR_BLOCK_MIN) && (config->block <= GLR_BLOCK_MAX) && (config->shock_blocks <= GLR_SHOCK_MAX);
+    const bool window = ((config->window_max / 8U) >= config->block) &&
+                        (config->window_max <= (GLR_LONGEST * config->block)) &&
+                        ((config->window_max - (config->window_max % config->stride)) >= config->window_min);
+    return (rates && blocks && window && !centred(config)) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */

@@ -171,7 +171,7 @@ size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
     size_t consumed = 0U;
     while ((consumed < count) && (davar->produced == produced)) {
         int32_t counts[FLOATS];
-        const size_t most = together(&davar->window, count - consumed);
+        const size_t most = has_tracker(davar->config) ? 1U : together(&davar->window, count - consumed);
         const size_t run = float_run(davar, &rates[consumed], most, counts);
         if (run > 0U) {
             davar->in_gap = false;

@@ -452,6 +452,41 @@ static void test_kurtosis_is_kept_beside_it_when_asked_for(void)
     TEST_ASSERT_TRUE(isnan(result.kurtosis));
 }
 
+/* Counted once, however the samples come. */
+static void test_saturated_samples_are_counted_once(void)
+{
+    static const type_t types[2] = {Q15, F32};
+    nothing_lost();
+    for (uint32_t i = 0U; i < 300U; i++) {
+        stream[1000U + i] = INT16_MAX;
+    }
+    config.full_scale = 0.25 * 30000.0;
+    config.stride = 10U;
+    for (unsigned t = 0U; t < 2U; t++) {
+        for (uint32_t block = 1U; block <= 64U; block += 21U) {
+            init(types[t], 0U);
+            (void)run(types[t], 0U, 4000U, block, 100000U);
+            TEST_ASSERT_EQUAL_UINT32(300U, davar_health(&davar).saturated);
+        }
+    }
+}
+
+/* ... and say so in one result at least, with or without moments. */
+static void test_a_cut_is_unstable(void)
+{
+    for (uint32_t segment = 0U; segment <= 10U; segment += 10U) {
+        uint32_t unstable = 0U;
+        config.segment = segment;
+        init(Q15, 0U);
+        for (uint32_t n = 0U; n < SAMPLES; n++) {
+            (void)push(Q15, n, 1U);
+            unstable += (davar_take(&davar, &result) && result.unstable) ? 1U : 0U;
+            TEST_ASSERT_LESS_OR_EQUAL_UINT32(SAMPLES, result.cut_age_samples);
+        }
+        TEST_ASSERT_EQUAL_UINT32(davar_health(&davar).cuts, unstable);
+    }
+}
+
 static void refused(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
@@ -466,6 +501,8 @@ static void test_what_init_refuses(void)
     config.shock_blocks = 3U, refused();
     config.window_max = 79U, refused();
     config.stride = 1201U, refused();
+    config.stride = 7U, config.window_min = 1200U, refused();
+    config.window_max = 7690U, refused();
     config.false_alarms_per_hour = 0.0, refused();
     config.cut_interval_s = -1.0, refused();
 }
@@ -485,6 +522,8 @@ int main(void)
     RUN_TEST(test_an_alarm_waits_to_be_taken);
     RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
     RUN_TEST(test_kurtosis_is_kept_beside_it_when_asked_for);
+    RUN_TEST(test_saturated_samples_are_counted_once);
+    RUN_TEST(test_a_cut_is_unstable);
     RUN_TEST(test_what_init_refuses);
     return UNITY_END();
 }

@@ -759,6 +759,20 @@ static void test_a_trailing_detector_remembers_no_cuts(void)
     TEST_ASSERT_EQUAL(1, state.cuts);
 }
 
+/* 2^32 blocks from the start the count of blocks is 0 again, a place that every power of two divides. */
+static void test_the_count_of_blocks_wraps(void)
+{
+    davar_glr_wish_t wish = usual;
+    wish.is_centred = false;
+    davar_glr_start(&config, &wish);
+    state.now.at = 0U - 512U;
+    state.cut.at = state.now.at;
+    state.alarm.at = state.now.at;
+    push_quiet(1000U);
+    TEST_ASSERT_EQUAL_UINT32(488U, state.now.at);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(12U, blocks_to_alarm(60.0, 20U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -767,6 +781,7 @@ int main(void)
     RUN_TEST(test_the_logarithm_is_within_2e_minus_7);
     RUN_TEST(test_the_gain_is_the_formulas_and_the_bound_never_below);
     RUN_TEST(test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions);
+    RUN_TEST(test_the_count_of_blocks_wraps);
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
     RUN_TEST(test_noise_that_dies_is_a_change_too);

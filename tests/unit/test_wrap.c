@@ -3,10 +3,19 @@
 
 #include "davar/davar.h"
 #include "fitted.h"
+#include "track/window.h"
 #include "unity.h"
 #include "window/stages.h"
 
 #include <string.h>
+
+static void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *setup,
+                       davar_glr_event_t *event)
+{
+    davar_glr_push_q15(detector, setup, block->sum, block->squares, event);
+}
+
+#include "pipeline/tracker.h"
 
 #define FED 400U
 
@@ -45,6 +54,11 @@ static void shift(davar_t *davar, uint32_t offset)
     davar->window.origin -= offset;
     for (uint16_t i = 0U; i < davar->gaps.count; i++) {
         davar->gaps.position[i] += offset;
+    }
+    if (stages->tracker != NULL) {
+        stages->tracker->tail += offset;
+        stages->tracker->cut += offset;
+        stages->tracker->end += offset;
     }
     if (stages->grid != NULL) {
         stages->grid->next += offset;
@@ -129,6 +143,19 @@ static void test_positions_wrap_unnoticed_on_a_grid(void)
     wrapped(90U);
 }
 
+static void test_positions_wrap_unnoticed_behind_the_detector(void)
+{
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_GLR;
+    config.window_max = 80U;
+    config.window_min = 20U;
+    wrapped(90U);
+    wrapped(333U);
+    config.stride = 7U;
+    wrapped(90U);
+    wrapped(333U);
+}
+
 /* The record ends right at the wrap and anywhere in the half window behind it: the last half window is not lost. */
 static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
 {
@@ -192,6 +219,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
+    RUN_TEST(test_positions_wrap_unnoticed_behind_the_detector);
     RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
     return UNITY_END();

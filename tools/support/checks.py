@@ -230,9 +230,10 @@ def wire_python():
 
 
 def lab():
-    """Makes what the commands in tools/ build on their first use, and every module would find missing at once."""
-    set_up("build tools && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
-    return plain()
+    """Makes what the commands in tools/ build on their first use, and every module would find missing at once. The lab's own
+    Python, for the modules that call it without a process of its own."""
+    python = set_up("build tools && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
+    return [python], {"DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"), "OPENBLAS_NUM_THREADS": "1"}
 
 
 def workbench():

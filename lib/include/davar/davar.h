@@ -50,7 +50,8 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
  * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0 or the push is refused). A result
  * that nobody took is overwritten and counted as missed. Any chunking gives the same results. Another type than that of init,
  * or a push behind davar_flush, is asserted, and where asserts are off refused: 0.
- * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. */
+ * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. Policy glr: a
+ * result is a block of samples late, and on a grid one push may take in as many as three blocks that have waited. */
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
 size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 size_t davar_push_f32(davar_t *davar, const float *rates, size_t count);
@@ -82,7 +83,7 @@ bool davar_take(davar_t *davar, davar_result_t *result);
 
 /* After the last sample, centred mode: completes the next epoch with the mirrored end. True: a result waits, take it and
  * call again. False: the record is finished (or shorter than window_max / 2, or mirrored_end was not asked for on a
- * grid, or the mode is trailing). After the first call no sample may be pushed before davar_reset (asserted). O(K T). */
+ * grid, or the mode is trailing; samples that wait for a block of policy glr are left). After the first call no sample may be pushed before davar_reset (asserted). O(K T). */
 bool davar_flush(davar_t *davar);
 
 /* Back to the state after init; counters too. O(memory). */

@@ -22,26 +22,27 @@ extern "C" {
 /* Why init (or restoring a state) refused. One code per cause; davar_status_text() says it in words. */
 typedef enum {
     DAVAR_OK = 0,
-    DAVAR_ERR_NULL,          /* a pointer that must not be null is null */
-    DAVAR_ERR_BUILD,         /* left out of this build (options.h) */
-    DAVAR_ERR_MEMORY_SIZE,   /* memory smaller than davar_memory_size_*() */
-    DAVAR_ERR_MEMORY_ALIGN,  /* memory not aligned to 8 bytes */
-    DAVAR_ERR_RATE,          /* rate_hz not a positive finite number */
-    DAVAR_ERR_SCALE,         /* unit_per_count (or full_scale for f32) not a positive finite number */
-    DAVAR_ERR_SAMPLE_BITS,   /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
-    DAVAR_ERR_MODE,          /* mode not in davar_mode_t */
-    DAVAR_ERR_POLICY,        /* policy not in davar_policy_t */
-    DAVAR_ERR_WINDOW_MAX,    /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
-    DAVAR_ERR_WINDOW_MIN,    /* window_min outside 1..window_max */
-    DAVAR_ERR_WINDOW_ODD,    /* window_max or window_min odd in centred mode */
-    DAVAR_ERR_SEGMENT,       /* segment 0 or not smaller than window_min */
-    DAVAR_ERR_KURTOSIS,      /* kurtosis bounds not finite, negative, or low > high */
-    DAVAR_ERR_CONTRIBUTION,  /* contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP,          /* grow or shrink moves an edge backwards (centred: 0 or 2) */
-    DAVAR_ERR_SHRINK,        /* shrink * stride beyond 2^31 - 1 */
-    DAVAR_ERR_STRIDE,        /* stride 0 or above 2^24 */
-    DAVAR_ERR_TRACKING,      /* policy glr: not trailing, block outside 5..64, shock_blocks above 2, window_max below 8
-                                blocks, a rate or an interval that is not a positive finite number */
+    DAVAR_ERR_NULL,         /* a pointer that must not be null is null */
+    DAVAR_ERR_BUILD,        /* left out of this build (options.h) */
+    DAVAR_ERR_MEMORY_SIZE,  /* memory smaller than davar_memory_size_*() */
+    DAVAR_ERR_MEMORY_ALIGN, /* memory not aligned to 8 bytes */
+    DAVAR_ERR_RATE,         /* rate_hz not a positive finite number */
+    DAVAR_ERR_SCALE,        /* unit_per_count (or full_scale for f32) not a positive finite number */
+    DAVAR_ERR_SAMPLE_BITS,  /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
+    DAVAR_ERR_MODE,         /* mode not in davar_mode_t */
+    DAVAR_ERR_POLICY,       /* policy not in davar_policy_t */
+    DAVAR_ERR_WINDOW_MAX,   /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
+    DAVAR_ERR_WINDOW_MIN,   /* window_min outside 1..window_max */
+    DAVAR_ERR_WINDOW_ODD,   /* window_max or window_min odd in centred mode */
+    DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
+    DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
+    DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
+    DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
+    DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
+    DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
+    DAVAR_ERR_TRACKING, /* policy glr: not trailing; block outside 5..64; shock_blocks above 2; window_max below 8 or above
+                                768 blocks, or no whole strides of it from window_min on; a rate or interval outside
+                                1e-9 .. 1e9 */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
@@ -91,8 +92,10 @@ typedef struct {
     uint32_t shock_blocks;        /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
     const uint32_t *taus;         /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
     uint8_t tau_count;            /* 1..DAVAR_TAUS_MAX */
-    uint16_t gaps_max;            /* gaps a window can remember; one more restarts the window (counted). Default 4 */
-    bool mirrored_end;            /* keep what davar_flush needs; only a grid pays for it: window_max + 32 samples */
+    uint16_t
+        gaps_max; /* gaps a window can remember; one more restarts it (counted). glr: shocks too, for window_max samples;
+                                 one more is joined. Default 4 */
+    bool mirrored_end; /* keep what davar_flush needs; only a grid pays for it: window_max - 2 m_max samples */
 } davar_config_t;
 
 /* Weather: things the world did, counted, never fatal. Saturating counters. */
@@ -143,9 +146,9 @@ typedef struct {
     uint32_t
         mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
     uint32_t gaps_in_window;  /* gaps inside this window */
-    uint32_t cut_age_samples; /* glr: samples since the noise changed, at most window_max; else 0 */
-    bool unstable;            /* the policy's flag f (fixed: f1 OR f2, for information) */
-    bool alarm;               /* glr: an alarm since the result taken before; false for every other policy */
+    uint32_t cut_age_samples; /* glr: at least so many samples of one noise; 0 for other policies */
+    bool unstable; /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
+    bool alarm;    /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
     double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
     double contribution; /* |K - Km| / K; NaN when K or Km is undefined (3.2) */

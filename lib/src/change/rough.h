@@ -1,4 +1,4 @@
-/* davar - stage [3b] in 32 bits: tells nearly every verdict at a fraction of the cost, and says when it cannot (3.6). */
+/* davar - stage [3b] in 32 bits: tells nearly every verdict at a fraction of the cost, and says when it cannot (3.5). */
 #ifndef DAVAR_SRC_ROUGH_H
 #define DAVAR_SRC_ROUGH_H
 

@@ -45,6 +45,8 @@ typedef struct {
     sum_t sum[DAVAR_TAUS_MAX];
     powers_t whole;
     powers_t first;
+    uint32_t alarms;     /* of the detector, ever */
+    uint32_t dispersion; /* f, GAIN_DIGITS; 0: no detector */
     bool unstable;
 } readings_t;
 
@@ -92,18 +94,17 @@ static void read_sums(const stages_t *stages, readings_t *readings)
     }
 }
 
-/* What the detector says; the alarms that nobody has taken yet are one. */
-static void read_tracker(const davar_t *davar, davar_result_t *result)
+/* What the detector says. A change that is told while samples behind it still wait is 0 samples old. */
+static void read_tracker(const davar_t *davar, davar_result_t *result, readings_t *readings)
 {
     const stages_t *const stages = davar->stages;
-    result->alarm = false;
+    readings->alarms = davar->health.alarms;
+    readings->dispersion = 0U;
     result->cut_age_samples = 0U;
-    result->dispersion = (double)NAN;
     if (is_tracked(stages)) {
-        const tracker_t *const tracker = stages->tracker;
-        result->alarm = (davar->health.alarms != davar->alarms_seen);
-        result->cut_age_samples = davar->window.received - tracker->cut;
-        result->dispersion = (double)davar_glr_dispersion(&tracker->detector) / (double)(1U << GAIN_DIGITS);
+        const uint32_t age = davar->window.received - stages->tracker->cut;
+        result->cut_age_samples = ((int32_t)age > 0) ? age : 0U;
+        readings->dispersion = davar_glr_dispersion(&stages->tracker->detector);
     }
 }
 
@@ -118,7 +119,7 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     read_window(davar->config, &gaps, &window, result);
     read_sums(davar->stages, readings);
     readings->unstable = davar->unstable;
-    read_tracker(davar, result);
+    read_tracker(davar, result, readings);
     if (has_moments(davar->config)) {
         powers_copy(&readings->whole, window_whole(&readings->whole, davar->stages));
         powers_copy(&readings->first, window_first(&readings->first, davar->stages));
@@ -148,7 +149,7 @@ static void evaluate_taus(const readings_t *readings, double unit_per_count, dav
 
 static void evaluate_stationarity(const davar_config_t *config, const readings_t *readings, davar_result_t *result)
 {
-    result->unstable = false;
+    result->unstable = is_adaptive(config) && readings->unstable;
     result->kurtosis = (double)NAN;
     result->contribution = (double)NAN;
     if (has_moments(config)) {
@@ -156,8 +157,9 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
         davar_central_t first;
         powers_central(&readings->whole, result->window_samples, &whole);
         powers_central(&readings->first, result->window_samples - config->segment, &first);
-        result->unstable =
-            is_adaptive(config) ? readings->unstable : davar_stationarity_unstable(config, &whole, &first);
+        if (!is_adaptive(config)) {
+            result->unstable = davar_stationarity_unstable(config, &whole, &first);
+        }
         result->kurtosis = davar_stationarity_kurtosis(&whole);
         result->contribution = davar_stationarity_contribution(&whole, &first);
     }
@@ -170,6 +172,11 @@ static void evaluate(const davar_t *davar, const readings_t *readings, davar_res
         is_float(davar) ? davar_inverse_of_power(davar->counts_per_unit) : config->unit_per_count;
     evaluate_taus(readings, unit_per_count, result);
     evaluate_stationarity(config, readings, result);
+    result->alarm = (readings->alarms != davar->alarms_seen);
+    result->dispersion = (double)NAN;
+    if (readings->dispersion != 0U) {
+        result->dispersion = (double)readings->dispersion / (double)(1U << GAIN_DIGITS);
+    }
     davar_absent_taus(result, 0U);
     davar_absent_coefficients(result);
 }

@@ -92,8 +92,8 @@ static bool pipeline_collect(davar_t *davar, davar_result_t *result)
     davar->health.missed = davar_missed(davar, produced, waits);
     davar->seen = produced;
     if (waits) {
-        davar->alarms_seen += result->alarm ? 1U : 0U;
         evaluate(davar, &readings, result);
+        davar->alarms_seen = readings.alarms;
     }
     return waits;
 }

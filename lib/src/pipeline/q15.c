@@ -4,30 +4,6 @@
 #include "davar/davar.h"
 #include "track/glr.h"
 
-/* What the detector wants to know of a block of at most 64 samples. */
-typedef struct {
-    int32_t sum;
-    uint64_t squares;
-} block_t;
-
-static inline void block_copy(block_t *to, const block_t *from)
-{
-    to->sum = from->sum;
-    to->squares = from->squares;
-}
-
-static inline void block_clear(block_t *block)
-{
-    block->sum = 0;
-    block->squares = 0U;
-}
-
-static inline void block_add(block_t *block, sample_t sample)
-{
-    block->sum += sample;
-    block->squares += (uint64_t)((int32_t)sample * sample);
-}
-
 static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
                               davar_glr_event_t *event)
 {

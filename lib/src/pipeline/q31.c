@@ -4,32 +4,6 @@
 #include "davar/davar.h"
 #include "track/glr.h"
 
-/* What the detector wants to know of a block of at most 64 samples. */
-typedef struct {
-    int64_t sum;
-    davar_u128_t squares;
-} block_t;
-
-static inline void block_copy(block_t *to, const block_t *from)
-{
-    to->sum = from->sum;
-    davar_u128_copy(&to->squares, &from->squares);
-}
-
-static inline void block_clear(block_t *block)
-{
-    block->sum = 0;
-    block->squares.low = 0U;
-    block->squares.high = 0U;
-}
-
-static inline void block_add(block_t *block, sample_t sample)
-{
-    const davar_u128_t square = {davar_multiply_i32(sample, sample), 0U};
-    block->sum += sample;
-    block->squares = davar_u128_add(block->squares, square);
-}
-
 static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
                               davar_glr_event_t *event)
 {

@@ -128,6 +128,7 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
         stages->tracker->tail = 0U;
         stages->tracker->cut = 0U;
         stages->tracker->news = false;
+        stages->tracker->full = false;
     }
     if (on_grid(stages)) {
         grid_start(stages->grid, config, &stages->allan);

@@ -24,7 +24,9 @@ static bool pass_on(stages_t *stages, davar_t *davar, uint32_t most)
         }
         const uint32_t straight = tracker->capacity - tracker->first;
         const sample_t *const next = &tracker->waiting[tracker->first];
+        const uint32_t saturated = davar->health.saturated; /* counted when they came */
         const uint32_t n = (uint32_t)push_steadily(stages, davar, next, smaller(left, straight));
+        davar->health.saturated = saturated;
         tracker->first = tracker_index(tracker, n);
         tracker->count -= n;
         tracker->accepted -= n;

@@ -11,7 +11,7 @@
 
 #include "common/arena.h"
 #include "grid/grid_window.h"
-#include "pipeline/pipelines.h"
+#include "pipeline/limit.h"
 #include "track/window.h"
 #include "window/stages.h"
 
@@ -30,6 +30,7 @@ typedef struct tracker {
     uint32_t cut;      /* position of the newest change */
     uint32_t end;      /* position of the end of what was accepted when a block was last heard */
     uint32_t longest;  /* whole strides of a window */
+    bool full;         /* as many samples as the longest window has come */
     bool was_cut;      /* since the newest epoch */
     bool news;         /* the tail is older than the end */
 } tracker_t;
@@ -103,16 +104,6 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
     }
 }
 
-static inline sample_t limited(sample_t highest, davar_t *davar, sample_t sample)
-{
-    const uint32_t half = (uint32_t)highest;
-    if (((uint32_t)sample + half) < (2U * half)) { /* -highest .. highest - 1 */
-        return sample;
-    }
-    davar_count(&davar->health.saturated);
-    return (sample < 0) ? (sample_t)(-highest - 1) : highest;
-}
-
 /* Samples come, to the end of their block at most; returns how many were taken. */
 static uint32_t tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t highest, const sample_t *samples,
                                 size_t count)
@@ -160,7 +151,8 @@ static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, c
     const uint32_t head = window->received + config->stride;
     const uint32_t since = head - tracker_tail(tracker);
     const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
-    const uint32_t most = smaller(wanted, smaller(config->window_max, head));
+    tracker->full = tracker->full || (head >= config->window_max);
+    const uint32_t most = smaller(wanted, tracker->full ? config->window_max : head);
     if (at_once) {
         uint32_t rest = most;
         const uint32_t whole = whole_strides(&rest, config->stride) * config->stride;

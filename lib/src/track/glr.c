@@ -67,7 +67,9 @@ static void shorten(const davar_glr_t *state, const davar_glr_config_t *config, 
 /* Time goes on by a block; `none` when it is dropped. */
 static void advance(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
 {
-    davar_glr_remember(state, block);
+    if (config->half != 0U) {
+        davar_glr_remember(state, block);
+    }
     spread_add(&state->now.sum, block);
     state->now.at++;
     const uint32_t at = state->now.at;

@@ -62,11 +62,12 @@ static void ask(scan_t *scan, uint32_t age, uint32_t level)
     }
 }
 
-/* The level whose turn it is at a place that 2 divides: at 2^(l - 1) times an odd number it is l, so that no block asks two. */
-static uint32_t level_in_turn(uint32_t at)
+/* The level whose turn it is at a place that 2 divides: at 2^(l - 1) times an odd number it is l, so that no block asks two; `levels`
+ * when it is none's. */
+static uint32_t level_in_turn(uint32_t at, uint32_t levels)
 {
     uint32_t level = 2U;
-    while (((at >> (level - 1U)) & 1U) == 0U) {
+    while ((level < levels) && (((at >> (level - 1U)) & 1U) == 0U)) {
         level++;
     }
     return level;
@@ -79,7 +80,7 @@ static void ask_older(scan_t *scan)
         return;
     }
     ask(scan, 4U, 1U);
-    const uint32_t level = level_in_turn(scan->state->now.at);
+    const uint32_t level = level_in_turn(scan->state->now.at, scan->config->levels);
     if (level < scan->config->levels) {
         ask(scan, 3U << (level - 1U), level);
         ask(scan, 5U << (level - 1U), level);

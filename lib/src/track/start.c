@@ -4,7 +4,7 @@
 #include "number/scaled.h"
 #include "track/glr.h"
 
-#define OF_ALARM 78643 /* 1.2, 16 digits: c of the thresholds (7.5) */
+#define OF_ALARM 78643 /* 1.2, 16 digits: c of the thresholds (10.6) */
 #define OF_CUT 117965  /* 1.8 */
 #define MARGIN 65536   /* 1, 16 digits: a threshold stays so far above ln of the longest part */
 

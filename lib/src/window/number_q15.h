@@ -27,6 +27,30 @@ typedef struct {
     uint64_t fourth_low;
 } powers_t;
 
+/* What the detector wants to know of a block of at most 64 samples. */
+typedef struct {
+    int32_t sum;
+    uint64_t squares;
+} block_t;
+
+static inline void block_copy(block_t *to, const block_t *from)
+{
+    to->sum = from->sum;
+    to->squares = from->squares;
+}
+
+static inline void block_clear(block_t *block)
+{
+    block->sum = 0;
+    block->squares = 0U;
+}
+
+static inline void block_add(block_t *block, sample_t sample)
+{
+    block->sum += sample;
+    block->squares += (uint64_t)((int32_t)sample * sample);
+}
+
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {
     *sum += davar_square_i32(difference);
@@ -138,7 +162,8 @@ static inline void powers_slide(powers_t *powers, sample_t in, sample_t out)
     const int32_t square_in = (int32_t)in * in;
     const int32_t square_out = (int32_t)out * out;
     const int32_t squares = square_in - square_out;
-    const int64_t fourths = (int64_t)davar_multiply_i32(squares, square_in + square_out);
+    const uint32_t both = (uint32_t)square_in + (uint32_t)square_out; /* 2^31 at most, and then squares is 0 */
+    const int64_t fourths = (int64_t)davar_multiply_i32(squares, (int32_t)both);
     powers->first += (uint32_t)((int32_t)in - out);
     powers->second += (uint64_t)(int64_t)squares;
     powers->third += davar_multiply_by_i16(square_in, in) - davar_multiply_by_i16(square_out, out);

@@ -25,6 +25,32 @@ typedef struct {
     uint32_t fourth_high;
 } powers_t;
 
+/* What the detector wants to know of a block of at most 64 samples. */
+typedef struct {
+    int64_t sum;
+    davar_u128_t squares;
+} block_t;
+
+static inline void block_copy(block_t *to, const block_t *from)
+{
+    to->sum = from->sum;
+    davar_u128_copy(&to->squares, &from->squares);
+}
+
+static inline void block_clear(block_t *block)
+{
+    block->sum = 0;
+    block->squares.low = 0U;
+    block->squares.high = 0U;
+}
+
+static inline void block_add(block_t *block, sample_t sample)
+{
+    const davar_u128_t square = {davar_multiply_i32(sample, sample), 0U};
+    block->sum += sample;
+    block->squares = davar_u128_add(block->squares, square);
+}
+
 static inline void sum_add_square(sum_t *sum, difference_t difference)
 {
     *sum = davar_u128_add(*sum, davar_multiply_i64(difference, difference));
