@@ -296,6 +296,31 @@ static void test_what_was_no_shock_is_passed_on(void)
     TEST_ASSERT_GREATER_THAN_UINT64(SAMPLES - 25U, story.last);
 }
 
+/* Blocks that wait may all lie behind the change: it is told before the window has come to it. */
+static void test_a_change_that_is_told_before_the_window_is_there_is_not_old(void)
+{
+    static int16_t quiet[SAMPLES];
+    uint32_t ahead = 0U;
+    make_stream(5U, SAMPLES, 1.0);
+    memcpy(quiet, stream, sizeof quiet);
+    config.block = 25U;
+    for (uint32_t turn = 0U; turn < 100U; turn++) {
+        for (uint32_t n = 0U; n < 1400U; n++) {
+            const int16_t sample = quiet[(n + (29U * turn)) % SAMPLES];
+            stream[n] = (int16_t)((n < (1000U + (turn % 50U))) ? sample : (6 * sample));
+        }
+        init(Q15, 0U);
+        for (uint32_t n = 0U; n < 1400U; n++) {
+            (void)push(Q15, n, 1U);
+            if (davar_take(&davar, &result)) {
+                TEST_ASSERT_LESS_OR_EQUAL_UINT32(n + 1U, result.cut_age_samples);
+                ahead += (result.cut_age_samples == 0U) ? 1U : 0U;
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(0U, ahead);
+}
+
 static void test_without_shock_blocks_a_shock_is_a_change(void)
 {
     nothing_lost();
@@ -514,6 +539,7 @@ int main(void)
     RUN_TEST(test_how_samples_come_changes_nothing);
     RUN_TEST(test_a_shock_is_left_out);
     RUN_TEST(test_what_was_no_shock_is_passed_on);
+    RUN_TEST(test_a_change_that_is_told_before_the_window_is_there_is_not_old);
     RUN_TEST(test_without_shock_blocks_a_shock_is_a_change);
     RUN_TEST(test_gaps);
     RUN_TEST(test_a_gap_beside_a_shock);
