@@ -304,7 +304,7 @@ static void test_a_change_that_is_told_before_the_window_is_there_is_not_old(voi
     make_stream(5U, SAMPLES, 1.0);
     memcpy(quiet, stream, sizeof quiet);
     config.block = 25U;
-    for (uint32_t turn = 0U; turn < 100U; turn++) {
+    for (uint32_t turn = 0U; turn < 300U; turn++) {
         for (uint32_t n = 0U; n < 1400U; n++) {
             const int16_t sample = quiet[(n + (29U * turn)) % SAMPLES];
             stream[n] = (int16_t)((n < (1000U + (turn % 50U))) ? sample : (6 * sample));
