@@ -204,6 +204,9 @@ int main(void)
     const davar_config_t grid = adaptive(60U);
     const davar_config_t short_window = plain(64U, 6U);
     const davar_config_t long_window = plain(65536U, 6U);
+    davar_config_t block64 = plain(600U, 8U); /* newest result of a block only; each push takes what is left */
+    block64.stride = 64U;
+    figure("block64_8_taus_ns_per_sample", median_of_runs(run_q15, &block64));
     figure("fixed_every_sample_8_taus_ns_per_sample", median_of_runs(run_q15, &every_sample));
     figure("float_every_sample_8_taus_ns_per_sample", median_of_runs(run_f32, &every_sample));
     figure("grid_8_taus_ns_per_sample", median_of_runs(run_chain, &grid));

@@ -82,6 +82,7 @@ def show(figures):
     print(f"{'':<38}{'ns per sample':>14}{'times davar':>14}")
     for name, value in rows:
         print(f"{name:<38}" + (f"{value:>14,.1f}{value / fixed:>14,.1f}" if value else f"{'not installed':>14}"))
+    print(f"{'davar, blocks of 64, newest only':<38}{figures['block64_8_taus_ns_per_sample']:>14,.1f}")
     print("\nThe whole chain: kurtosis, contribution, window law, deviations, fit, intervals")
     print(f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}")
     print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
