@@ -3,7 +3,6 @@ m/s^2."""
 
 import contextlib
 import io
-import mmap
 import os
 import re
 import sys
@@ -51,7 +50,6 @@ class Log:
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
         self.notes = {"damaged": f"{len(said)} places of the log were skipped ({said[0]})"} if said else {}
-        log.data_map.madvise(mmap.MADV_DONTNEED)  # of a file of 10^7 messages the index alone is 400 MB
         try:
             for kind, form in log.formats.items():
                 places = np.array(log.offsets[kind], np.int64)
