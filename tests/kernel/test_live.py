@@ -21,7 +21,7 @@ from davarlab.wire import frames as wire, source  # noqa: E402
 # The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 RESULTS = len(sim_csv())
-FRAMES = RESULTS * 17 + 16
+FRAMES = RESULTS * 17 + 19
 
 
 class Live(KernelCase):
