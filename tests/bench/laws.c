@@ -44,29 +44,29 @@ typedef enum { STEADY, STEPS, BURSTS, RAMPS, SINE, SHOCKS, STUCK, LAPLACE, COARS
 
 typedef struct {
     const char *name;
-    kind_t kind;
     double size; /* ratio of a change; of a shock, sigmas */
+    kind_t kind;
     uint32_t at; /* samples: of a burst, a sine's period, a shock */
 } signal_t;
 
 static const signal_t signals[] = {
-    {"quiet", STEADY, 1.0, 0U},
-    {"step x1.1", STEPS, 1.1, 0U},
-    {"step x1.25", STEPS, 1.25, 0U},
-    {"step x1.5", STEPS, 1.5, 0U},
-    {"step x2", STEPS, 2.0, 0U},
-    {"step x3", STEPS, 3.0, 0U},
-    {"burst x3 of 1 s", BURSTS, 3.0, 100U},
-    {"burst x3 of 5 s", BURSTS, 3.0, 500U},
-    {"burst x3 of 20 s", BURSTS, 3.0, 2000U},
-    {"ramp x3 in 30 s", RAMPS, 3.0, 3000U},
-    {"sine of 60 s", SINE, 0.5, 6000U},
-    {"sine of 20 s", SINE, 0.5, 2000U},
-    {"shock, 1 sample", SHOCKS, 30.0, 1U},
-    {"shock, 5 samples", SHOCKS, 30.0, 5U},
-    {"stuck for 10 s", STUCK, 0.0, 1000U},
-    {"Laplace noise", LAPLACE, 1.0, 0U},
-    {"half a count", COARSE, 1.0, 0U},
+    {"quiet", 1.0, STEADY, 0U},
+    {"step x1.1", 1.1, STEPS, 0U},
+    {"step x1.25", 1.25, STEPS, 0U},
+    {"step x1.5", 1.5, STEPS, 0U},
+    {"step x2", 2.0, STEPS, 0U},
+    {"step x3", 3.0, STEPS, 0U},
+    {"burst x3 of 1 s", 3.0, BURSTS, 100U},
+    {"burst x3 of 5 s", 3.0, BURSTS, 500U},
+    {"burst x3 of 20 s", 3.0, BURSTS, 2000U},
+    {"ramp x3 in 30 s", 3.0, RAMPS, 3000U},
+    {"sine of 60 s", 0.5, SINE, 6000U},
+    {"sine of 20 s", 0.5, SINE, 2000U},
+    {"shock, 1 sample", 30.0, SHOCKS, 1U},
+    {"shock, 5 samples", 30.0, SHOCKS, 5U},
+    {"stuck for 10 s", 0.0, STUCK, 1000U},
+    {"Laplace noise", 1.0, LAPLACE, 0U},
+    {"half a count", 1.0, COARSE, 0U},
 };
 #define SIGNALS (sizeof signals / sizeof signals[0])
 #define PERIOD (120U * RATE_HZ) /* of everything that comes again */
@@ -85,7 +85,7 @@ static double level_at(const signal_t *signal, uint32_t i)
             return 1.0;
         }
         return (phase < ((PERIOD / 2U) + signal->at))
-                   ? (1.0 + ((signal->size - 1.0) * (phase - (PERIOD / 2U)) / signal->at))
+                   ? (1.0 + ((signal->size - 1.0) * (double)(phase - (PERIOD / 2U)) / signal->at))
                    : signal->size;
     case SINE:
         return 1.0 + (signal->size * sin(6.283185307179586 * (double)(i % signal->at) / signal->at));
