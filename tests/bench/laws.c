@@ -69,7 +69,8 @@ static const signal_t signals[] = {
     {"half a count", 1.0, COARSE, 0U},
 };
 #define SIGNALS (sizeof signals / sizeof signals[0])
-#define PERIOD (120U * RATE_HZ) /* of everything that comes again */
+#define HALF (60U * RATE_HZ) /* of a period: quiet, then changed */
+#define PERIOD (2U * HALF)   /* of everything that comes again */
 
 /* Sigma over that of quiet. */
 static double level_at(const signal_t *signal, uint32_t i)
@@ -77,16 +78,15 @@ static double level_at(const signal_t *signal, uint32_t i)
     const uint32_t phase = i % PERIOD;
     switch ((int)signal->kind) {
     case STEPS:
-        return (phase < (PERIOD / 2U)) ? 1.0 : signal->size;
+        return (phase < HALF) ? 1.0 : signal->size;
     case BURSTS:
-        return ((phase >= (PERIOD / 2U)) && (phase < ((PERIOD / 2U) + signal->at))) ? signal->size : 1.0;
+        return ((phase >= HALF) && (phase < (HALF + signal->at))) ? signal->size : 1.0;
     case RAMPS:
-        if (phase < (PERIOD / 2U)) {
+        if (phase < HALF) {
             return 1.0;
         }
-        return (phase < ((PERIOD / 2U) + signal->at))
-                   ? (1.0 + ((signal->size - 1.0) * (double)(phase - (PERIOD / 2U)) / signal->at))
-                   : signal->size;
+        return (phase < (HALF + signal->at)) ? (1.0 + ((signal->size - 1.0) * (double)(phase - HALF) / signal->at))
+                                             : signal->size;
     case SINE:
         return 1.0 + (signal->size * sin(6.283185307179586 * (double)(i % signal->at) / signal->at));
     default:
@@ -98,15 +98,14 @@ static double level_at(const signal_t *signal, uint32_t i)
 static uint32_t since_change(const signal_t *signal, uint32_t i)
 {
     const uint32_t phase = i % PERIOD;
-    const uint32_t half = PERIOD / 2U;
     switch ((int)signal->kind) {
     case STEPS:
     case RAMPS:
-        return (phase < half) ? phase : (phase - half);
+        return (phase < HALF) ? phase : (phase - HALF);
     case BURSTS:
     case SHOCKS:
     case STUCK:
-        return (phase < half) ? UINT32_MAX : (phase - half);
+        return (phase < HALF) ? UINT32_MAX : (phase - HALF);
     default:
         return UINT32_MAX;
     }
@@ -115,7 +114,7 @@ static uint32_t since_change(const signal_t *signal, uint32_t i)
 static int16_t sample_at(const signal_t *signal, uint32_t i, random_t *random)
 {
     const uint32_t phase = i % PERIOD;
-    const bool inside = (phase >= (PERIOD / 2U)) && (phase < ((PERIOD / 2U) + signal->at));
+    const bool inside = (phase >= HALF) && (phase < (HALF + signal->at));
     static int16_t held;
     const double gauss = random_gauss(random);
     double value = SIGMA * level_at(signal, i) * gauss;
