@@ -4,6 +4,8 @@ import gzip
 import json
 import math
 import random
+import shlex
+import struct
 import unittest
 
 from playwright.sync_api import expect
@@ -18,6 +20,19 @@ def log(path, names, rows=2000):
         lines.append(f"{1_700_000_000_000_000 + 5000 * i};{rng.gauss(0.01, 0.0017):.7f};{round(rng.gauss(3, 20))};{rng.gauss(0.1, 0.02):.5f};"
                      f"{rng.gauss(0.0, 0.02):.5f};{rng.gauss(9.8, 0.02):.5f};{25 + 0.01 * math.sin(i / 300):.3f};{3.7 + i * 1e-5:.5f}")
     path.write_text("\n".join(lines) + "\n")
+
+
+def flight(path, sigmas_dps, rows=2000):
+    """An ArduPilot log of several IMUs at 200 Hz, gyros in rad/s, each as noisy as it is told."""
+    def named(kind, length, name, form, columns):
+        return struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 0x80, kind, length, name, form, columns)
+
+    rng = random.Random(5)
+    out = named(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns") + named(0x81, 24, b"IMU", b"QBfff", b"TimeUS,I,GyrX,GyrY,GyrZ")
+    for i in range(rows):
+        for one, sigma in enumerate(sigmas_dps):
+            out += struct.pack("<BBBQBfff", 0xA3, 0x95, 0x81, 5000 * i, one, *(rng.gauss(0, math.radians(sigma)) for _ in range(3)))
+    path.write_bytes(out)
 
 
 NAMES = ("timestamp_us", "GyroX [rad/s]", "wz_raw", "accX", "accY", "accZ", "Temp (C)", "<b>vbat</b>")
@@ -53,6 +68,31 @@ class Logs(Visiting):
         page.wait_for_selector("#error-value")
         self.assertEqual(page.locator("#axis").input_value(), "gyro_x_dps")
         self.assert_quiet()
+
+    def test_of_a_log_with_two_gyros_one_is_chosen_and_each_keeps_its_session(self):
+        flight(self.folder / "flight.bin", (0.1, 0.4))
+        page = self.page(self.open())
+        page.set_input_files("#file", str(self.folder / "flight.bin"))
+        arw = page.locator("[data-kind=angle_random_walk] input[type=number]").first
+        for name, sigma in (("IMU:1", 0.4), ("IMU:0", 0.1)):
+            page.click(f"[data-sensor='{name}']")
+            page.wait_for_selector("#error-value")
+            self.assertAlmostEqual(float(arw.input_value()), sigma / math.sqrt(200) * 60, delta=0.1 * sigma * 60 / math.sqrt(200))
+            self.shot(page, f"sensor {name[-1]}")
+            page.click("#close")
+            page.set_input_files("#file", str(self.folder / "flight.bin"))
+            page.wait_for_selector("[data-sensor]")
+        self.shot(page, "sensors")
+        self.assertEqual(len(list(self.folder.glob("davarlab-files/flight.bin.IMU:?.davarlab.json"))), 2)
+        self.assert_quiet()
+        again = self.open("davarlab-files/flight.bin", "--sensor", "IMU:1")
+        seen = again.ask("all")[1]
+        self.assertEqual((len(seen["steps"]), seen["gyros"]), (1, ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"]))
+        words = shlex.split(next(line for line in seen["commands"] if " import " in line))
+        self.assertEqual(words[words.index("--sensor") + 1], "IMU:1")
+        refused = run("open", "--no-browser", self.folder / "flight.bin", "--sensor", "IMU:7")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("IMU:7", refused.stderr)
 
     def test_what_is_no_recording_is_refused_in_one_line(self):
         bench = self.open()

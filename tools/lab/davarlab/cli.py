@@ -319,7 +319,8 @@ RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="sample
 
 AXES = argument("--axes", metavar="AXES", help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
                 "and one model file for each axis (OUT_gyro_x.toml)")
-LOG = [RATE, argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)"),
+SENSOR = argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)")
+LOG = [RATE, SENSOR,
        argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
                 "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
        argument("--types", action="append", default=[], metavar="PATH",
@@ -338,7 +339,7 @@ COMMANDS = {
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
     "open": (run_open, "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one", [
-        argument("recording", nargs="?", help="CSV or .csv.gz, columns of any name"), argument("-m", "--model", help="model file (TOML)"),
+        argument("recording", nargs="?", help="any log, columns of any name"), argument("-m", "--model", help="model file (TOML)"), SENSOR,
         argument("--port", type=option_types.port, default=0, metavar="N", help="default: any that is free"),
         argument("--no-browser", action="store_true", help="only print the address")]),
     "effects": (run_effects, "lists every effect", []),

@@ -31,9 +31,18 @@ class Outcome:
     estimates: list
 
 
-def preview(path):
+def gyros_in(path):
+    """The gyros of a log that leaves open which one is meant; none where there is nothing to choose."""
+    if door.format_of(path)[1] is texts.log:
+        return []
+    found = [one for one in door.listed(path) if "gyro" in one.gives]
+    first = [one for one in found if one.rank == min(gyro.rank for gyro in found)]
+    return found if len(first) > 1 else []
+
+
+def preview(path, sensor=None):
     """A log before it is read as a recording: (guesses for its columns, what a page shows of it)."""
-    columns, line = columns_in(path)
+    columns, line = columns_in(path, sensor)
     found, rows = guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
     missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
@@ -41,12 +50,12 @@ def preview(path):
                    "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))], "units": guess.UNITS}
 
 
-def columns_in(path):
+def columns_in(path, sensor=None):
     """(name -> numbers, line of the header or None) of a text as it is, of any other log in davarlab's names."""
     if door.format_of(path)[1] is texts.log:
         found = tables.read(path, texts.SEPARATORS)
         return found.columns, found.line
-    found = door.samples(path, door.Options())
+    found = door.samples(path, door.Options(sensor=sensor))
     return found.columns, found.line
 
 
@@ -65,10 +74,10 @@ def pairs(guesses):
     return renames, [f"{one.column}={one.factor!r}" for one in guesses if one.factor != 1]
 
 
-def read(path, guesses=None, rate_hz=None):
-    """The recording; guesses: where its columns are not called as davarlab calls them."""
+def read(path, guesses=None, rate_hz=None, sensor=None):
+    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a log with several."""
     renames, scales = pairs(guesses or [])
-    options = door.Options(rate_hz, renames=renames, scales=scales, plain=True)
+    options = door.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
     return recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz))
 
 

@@ -185,9 +185,9 @@ def run(options):
     token = secrets.token_urlsafe(16)
     visit = Visit(Path.cwd())
     if options.recording:
-        visit.open(path=options.recording, model=options.model)
-    elif options.model:
-        raise BadInput("-m needs a recording")
+        visit.open(options.recording, options.model, options.sensor)
+    elif options.model or options.sensor:
+        raise BadInput(("-m" if options.model else "--sensor") + " needs a recording")
     server = Server(visit, token)
     with socket.socket() as listener, tempfile.TemporaryDirectory() as folder:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

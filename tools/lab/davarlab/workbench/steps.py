@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from urllib.parse import quote
 
 from .. import files, model as models
 from ..errors import BadInput
@@ -47,17 +48,18 @@ class Sight:
 class Steps:
     """The trees of a recording, one for each sight of it, and where one stands. Each change is in the file before the page hears of it."""
 
-    def __init__(self, recording_path):
-        self.path, self.recording = Path(str(recording_path) + ENDING), str(recording_path)
-        self.log = None  # how the columns are to be read, None: as they are called
+    def __init__(self, recording_path, sensor=None):
+        self.path = Path(str(recording_path) + (f".{quote(sensor, safe=':')}" if sensor else "") + ENDING)
+        self.recording = str(recording_path)
+        self.log = None  # how the columns are to be read, and of which sensor; None: as they are called, of the only one
         self.held_out = None  # path of a second recording, on which every step is judged
         self.sha256, self.written = files.sha256(recording_path), None
         self.trees, self.sight = {}, None  # Sight.text -> {"steps", "current"}; the one looked at
 
     @classmethod
-    def beside(cls, recording_path):
-        """Those of an earlier visit; empty without one. Raises BadInput when the file is not what this program wrote."""
-        found = cls(recording_path)
+    def beside(cls, recording_path, sensor=None):
+        """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when the file is not what this program wrote."""
+        found = cls(recording_path, sensor)
         if found.path.exists():
             try:
                 found.written = found.path.read_bytes()

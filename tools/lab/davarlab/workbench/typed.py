@@ -20,6 +20,7 @@ def commands(steps, sight):
 def in_terminal(steps):
     """(the import that the log needs, if any, the name of the recording behind it, its --rate): words to type."""
     renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
-    given = [word for flag, values in (("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
+    sensors = [steps.log["sensor"]] if steps.log and steps.log.get("sensor") else []
+    given = [word for flag, values in (("--sensor", sensors), ("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
     rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
     return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, []) if given else ([], steps.recording, rate)

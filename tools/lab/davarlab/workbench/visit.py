@@ -1,5 +1,6 @@
 """A visit to the workbench: which recording lies on the desk, which step one stands on, and everything that a page may ask or do."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import kalibr, model as models
@@ -18,6 +19,15 @@ class Superseded(Exception):
     """What was being computed is not wanted now."""
 
 
+@dataclass
+class Waiting:
+    """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none while the sensor is to be chosen."""
+    path: Path
+    shown: dict
+    guesses: list = field(default_factory=list)
+    sensor: str | None = None
+
+
 class Visit:
     """questions, looks and actions: name -> function of plain values that returns plain values. Questions need the bench of a fit, looks only what is
     there; actions change something."""
@@ -26,14 +36,14 @@ class Visit:
         self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
         self.not_held = ""  # why what was held out in an earlier visit is not now
         self.revision = 0  # counts the changes
-        self.log = None  # one that waits to be read: its path, guesses, what a page shows
+        self.log = None  # one that is Waiting
         self.tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
         self.hurried = lambda: False  # is somebody waiting for what is being computed
         self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against,
                           "preview": self.preview, "held_out": self.held_out, "report": self.report}
         self.looks = {"all": self.everything, "live": self.ears.so_far, "save": self.save, **Looks(self).table}
-        self.actions = {"open": self.open, "tutorial": self.tutorial, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
+        self.actions = {"open": self.open, "tutorial": self.tutorial, "sensor": self.sensor, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
                         "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go,
                         "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen, "freeze": self.freeze, "kalibr": self.kalibr, "close": self.close}
 
@@ -51,7 +61,7 @@ class Visit:
         """Where the visit stands; `step` gives what a step looks like."""
         desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
         if not desk:
-            return {"revision": self.revision, "recording": None, "live": live, "log": log and log[2], "folder": str(self.arrivals.folder)}
+            return {"revision": self.revision, "recording": None, "live": live, "log": log and log.shown, "folder": str(self.arrivals.folder)}
         recording = desk.recording
         return {"revision": self.revision, "recording": str(recording.name), "live": live, "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
@@ -60,15 +70,33 @@ class Visit:
                 "held_out": held and str(held.name), "not_held": self.not_held, "current": steps.current, "session": str(steps.path), "commands": typed.commands(steps, desk.sight),
                 "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor} for s in steps.steps]}
 
-    def open(self, path, model=None):
-        """A recording by its path. Columns that are not called as davarlab calls them are asked about first."""
-        steps = Steps.beside(path)
+    def open(self, path, model=None, sensor=None):
+        """A recording by its path. Which sensor is meant, and columns that are not called as davarlab calls them, are asked about first."""
+        steps = Steps.beside(path, sensor)
+        if steps.log is None and not sensor:
+            gyros = desks.gyros_in(path)
+            if gyros:
+                return self.ask_about(Waiting(Path(path), {"path": str(path), "sensors": [{"name": one.name, "said": one.said} for one in gyros]}))
         if steps.log is None and not model:
-            found, preview = desks.preview(path)
-            if any(one.column != one.name or one.factor != 1 for one in found) or not {"gyro", "time"} <= {one.quantity for one in found}:
-                self.desk, self.steps, self.log = None, None, (Path(path), found, preview)
-                return self.changed()
+            guesses, shown = desks.preview(path, sensor)
+            if any(one.column != one.name or one.factor != 1 for one in guesses) or not {"gyro", "time"} <= {one.quantity for one in guesses}:
+                return self.ask_about(Waiting(Path(path), shown, guesses, sensor))
+        if steps.log is None and sensor:
+            steps.log = {"columns": [], "rate_hz": None, "sensor": sensor}
         return self.begin(path, steps, model)
+
+    def ask_about(self, waiting):
+        self.desk, self.steps, self.log = None, None, waiting
+        return self.changed()
+
+    def waits(self):
+        if not self.log:
+            raise BadInput("no log waits to be read")
+        return self.log
+
+    def sensor(self, name):
+        """One of the sensors of the log that waits."""
+        return self.open(str(self.waits().path), sensor=str(name))
 
     def begin(self, path, steps, model=None):
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
@@ -123,15 +151,13 @@ class Visit:
 
     def read(self, columns, rate_hz=None):
         """The log as its columns were named by whoever looked at them: dicts of guess.Guess."""
-        if not self.log:
-            raise BadInput("no log waits to be read")
-        path, guesses, _ = self.log
+        path, guesses = self.waits().path, self.log.guesses
         if not isinstance(columns, list) or [one.get("name") for one in columns if isinstance(one, dict)] != [one.name for one in guesses]:
             raise BadInput(f"{path}: each of its {len(guesses)} columns must be named, in their order")
-        steps = Steps.beside(path)
+        steps = Steps.beside(path, self.log.sensor)
         steps.log = {"columns": [{name: str(one.get(name, "")) for name in ("name", "quantity", "axis", "unit")}
                                  | {"factor": real(one.get("factor"), "a factor")} for one in columns],
-                     "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second")}
+                     "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second"), "sensor": self.log.sensor}
         return self.begin(path, steps)
 
     def tutorial(self):
@@ -157,7 +183,7 @@ class Visit:
     def as_named(self, path, steps):
         """A recording whose columns are those that the session's log was read with."""
         log = steps.log or {}
-        return desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"))
+        return desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"), log.get("sensor"))
 
     def let_go(self):
         """No recording is held out any more."""

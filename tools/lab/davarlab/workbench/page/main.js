@@ -27,8 +27,9 @@ async function refresh() {
     now.view = now.found = null;
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
       listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => change("", "close"),
+      sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
       read: (columns, rate_hz) => change("reading the recording and fitting a first model", "read", { columns, rate_hz }) };
-    if (now.all.log) landing.columns(now.all, actions); else landing.first(now.all, actions);
+    landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);
     return;
   }
   fill("axis", ...now.all.gyros.map((name) => element("option", { value: name, selected: name === now.all.column }, name)));

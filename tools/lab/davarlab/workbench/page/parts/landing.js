@@ -8,7 +8,7 @@ export function first(all, actions) {
   const zone = element("div", { class: "drop", ondragover: (e) => { e.preventDefault(); zone.classList.add("over"); },
     ondragleave: () => zone.classList.remove("over"),
     ondrop: (e) => { e.preventDefault(); zone.classList.remove("over"); if (e.dataTransfer.files[0]) actions.drop(e.dataTransfer.files[0]); } },
-    element("p", {}, "Drop a recording of your gyro here: CSV or .csv.gz, columns of any name."), input);
+    element("p", {}, "Drop a recording of your gyro here: CSV, ULog, DataFlash, ROS, MATLAB, NumPy, Parquet."), input);
   const source = element("input", { id: "source", placeholder: "can:can0 or slcan:/dev/ttyUSB0", required: true, size: 28 });
   fill("landing", element("h2", {}, "Where does your gyro model fail, and what is missing?"),
     element("p", {}, "Everything stays on this machine."), zone,
@@ -16,6 +16,14 @@ export function first(all, actions) {
     element("form", { class: "row", onsubmit: (event) => { event.preventDefault(); actions.listen(source.value); } },
       element("label", {}, "Or watch a sensor that sends: ", source), element("button", { id: "listen" }, "Listen")),
     element("p", {}, "No recording at hand? ", element("button", { class: "main", id: "tutorial", onclick: actions.tutorial }, "Open the tutorial's sensor")));
+}
+
+// A log with several gyros: which one.
+export function sensors(all, actions) {
+  fill("landing", element("h2", {}, "Which sensor?"), element("p", {}, `${all.log.path} holds ${all.log.sensors.length} gyros.`),
+    element("ul", { class: "choices" }, ...all.log.sensors.map((one) => element("li", {},
+      element("button", { "data-sensor": one.name, onclick: () => actions.sensor(one.name) }, one.said)))),
+    element("p", {}, element("button", { onclick: actions.close }, "Another file")));
 }
 
 function row(one, index, all) {
