@@ -161,7 +161,10 @@ typedef struct {
     uint32_t cut_age_samples; /* glr: at least so many samples of one noise; 0 for other policies */
     davar_change_t change;    /* glr: the newest one; m is 0 for other policies */
     bool unstable; /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
-    bool alarm;    /* glr: an alarm since the result taken before; false for every other policy */
+    bool
+        young; /* glr: the window was cut less than nine blocks ago, or is to be: the estimate leans to what made the cut, or
+                      holds older noise still. Its intervals are wider, and hold less often (10.14) */
+    bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
     double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
     double contribution; /* |K - Km| / K; NaN when K or Km is undefined (3.2) */

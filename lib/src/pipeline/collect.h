@@ -8,7 +8,6 @@
 #include "grid/grid_window.h"
 #include "number/real.h"
 #include "pipeline/tracker.h"
-#include "track/level.h"
 #include "track/likelihood.h"
 
 /* Power sums from the window's trailing edge to a record: in `room`. */
@@ -110,6 +109,8 @@ static void read_change(const tracker_t *tracker, readings_t *readings)
     readings->newer = spread_between(&detector->alarm.sum, &detector->now.sum);
 }
 
+#define YOUNG 8U /* blocks */
+
 /* What the detector says. A change that is told while samples behind it still wait is 0 samples old. */
 static void read_tracker(const davar_t *davar, davar_result_t *result, readings_t *readings)
 {
@@ -118,9 +119,12 @@ static void read_tracker(const davar_t *davar, davar_result_t *result, readings_
     readings->dispersion = 0U;
     readings->changed = 0U;
     result->cut_age_samples = 0U;
+    result->young = false;
     if (is_tracked(stages)) {
         const uint32_t age = davar->window.received - stages->tracker->cut;
         result->cut_age_samples = ((int32_t)age > 0) ? age : 0U;
+        result->young = (davar->health.cuts > 0U) && ((result->cut_age_samples <= (YOUNG * davar->config->block)) ||
+                                                      (result->cut_age_samples < result->window_samples));
         readings->dispersion = davar_glr_dispersion(&stages->tracker->detector);
         read_change(stages->tracker, readings);
     }
@@ -191,7 +195,7 @@ static double level_of(const davar_config_t *config, const davar_spread_t *sum, 
     if (sum->blocks == 0U) {
         return (double)NAN;
     }
-    return davar_scale(davar_level(sum, rounding, 12U * unit), unit_per_count);
+    return davar_scale(spread_level(sum, rounding, 12U * unit), unit_per_count);
 }
 
 static void evaluate_change(const davar_config_t *config, const readings_t *readings, double unit_per_count,

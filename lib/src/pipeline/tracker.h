@@ -253,11 +253,12 @@ static uint32_t tracker_tail(tracker_t *tracker)
     return tracker->tail;
 }
 
-/* Length of the next window (10.11): up to what the detector wants. The sums that follow both edges go there step by step. */
+/* Length of the window (10.11): up to what the detector wants. On a grid of the one that ends here; the sums that follow both edges go
+ * step by step, with the next sample. */
 static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
                              bool at_once)
 {
-    const uint32_t head = window->received + config->stride;
+    const uint32_t head = window->received + (at_once ? 0U : 1U);
     const uint32_t since = head - tracker_tail(tracker);
     const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
     tracker->full = tracker->full || (head >= config->window_max);
