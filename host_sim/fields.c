@@ -74,6 +74,30 @@ static cell_t show_dispersion(const epoch_row_t *row, uint32_t index)
     return number_cell(row->result->dispersion);
 }
 
+static cell_t show_changed(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return (row->result->change.m > 0U) ? integer_cell(row->result->change.m) : (cell_t){.kind = CELL_ABSENT};
+}
+
+static cell_t show_older(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->change.older);
+}
+
+static cell_t show_newer(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->change.newer);
+}
+
+static cell_t show_gain(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->change.gain);
+}
+
 static cell_t show_gaps(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
@@ -157,9 +181,9 @@ static const field_t COMMON[] = {
 };
 
 static const field_t TRACKING[] = {
-    {"alarm", show_alarm, 0U},
-    {"cut_age_samples", show_cut_age, 0U},
-    {"dispersion", show_dispersion, 0U},
+    {"alarm", show_alarm, 0U},      {"cut_age_samples", show_cut_age, 0U}, {"dispersion", show_dispersion, 0U},
+    {"change_m", show_changed, 0U}, {"change_older", show_older, 0U},      {"change_newer", show_newer, 0U},
+    {"change_gain", show_gain, 0U},
 };
 
 static const field_t DETAILS[] = {

@@ -153,6 +153,11 @@ static bool apply_shock_blocks(options_t *options, const char *text, sim_error_t
     return apply_count("shock-blocks", text, &options->shock_blocks, error);
 }
 
+static bool apply_long_cluster(options_t *options, const char *text, sim_error_t *error)
+{
+    return apply_count("long-cluster", text, &options->long_cluster, error);
+}
+
 static bool apply_block(options_t *options, const char *text, sim_error_t *error)
 {
     return apply_count("block", text, &options->block, error);
@@ -297,6 +302,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"cut-interval", apply_cut_interval},
     {"shock-blocks", apply_shock_blocks},
     {"block", apply_block},
+    {"long-cluster", apply_long_cluster},
     {"mode", apply_mode},
     {"window-max", apply_window_max},
     {"window-min", apply_window_min},

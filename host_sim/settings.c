@@ -39,6 +39,7 @@ static void set_tracking(davar_config_t *config, const options_t *options)
     }
     config->block = either(&options->block, config->block);
     config->shock_blocks = either(&options->shock_blocks, config->shock_blocks);
+    config->long_cluster = either(&options->long_cluster, config->long_cluster);
     if (options->false_alarms_per_hour > 0.0) {
         config->false_alarms_per_hour = options->false_alarms_per_hour;
     }

@@ -131,7 +131,9 @@ static davar_status_t check_tracking(const davar_config_t *config)
     const bool window = ((config->window_max / 8U) >= config->block) &&
                         (config->window_max <= (GLR_LONGEST * config->block)) &&
                         ((config->window_max - (config->window_max % config->stride)) >= config->window_min);
-    return (rates && blocks && window && !centred(config)) ? DAVAR_OK : DAVAR_ERR_TRACKING;
+    const bool clusters =
+        (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
+    return (rates && clusters && window && !centred(config)) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */

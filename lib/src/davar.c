@@ -209,7 +209,7 @@ DAVAR_RARE bool davar_flush(davar_t *davar)
     const bool kept = (config->stride == 1U) || config->mirrored_end;
     const davar_window_t *const window = &davar->window; /* `received` wraps long after `at_start` has become false */
     const bool begun = window->finished || !window->at_start || (window->received >= (config->window_max / 2U));
-    if (!is_centred(config) || !kept || !begun) {
+    if (!has_tracker(config) && (!is_centred(config) || !kept || !begun)) {
         return false;
     }
     return is_wide(davar) ? davar_q31_flush(davar) : davar_q15_flush(davar);

@@ -94,6 +94,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
                                config->stride,
                                config->block,
                                config->shock_blocks,
+                               config->long_cluster,
                                config->tau_count,
                                config->gaps_max,
                                config->mirrored_end ? 1U : 0U,

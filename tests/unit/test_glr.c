@@ -773,6 +773,21 @@ static void test_the_count_of_blocks_wraps(void)
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(12U, blocks_to_alarm(60.0, 20U));
 }
 
+/* The root of a mean square, however large the sums are. */
+static void test_a_level_is_the_root_of_the_mean(void)
+{
+    random_t random = random_seeded(7U);
+    for (uint32_t i = 0U; i < 2000U; i++) {
+        const uint32_t blocks = 1U + (uint32_t)(random_next(&random) % 768U);
+        const uint64_t low = random_next(&random) >> (random_next(&random) % 44U);
+        const uint32_t high = ((i % 2U) == 0U) ? 0U : (uint32_t)(random_next(&random) >> 40U);
+        const davar_spread_t sum = {low | (UINT64_C(1) << 20U), high, blocks};
+        const double square =
+            (((high * 18446744073709551616.0) + (double)sum.low) - (90.0 * blocks)) / (1080.0 * blocks);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * sqrt(square), sqrt(square), spread_level(&sum, 90U, 1080U));
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -802,5 +817,6 @@ int main(void)
     RUN_TEST(test_a_cut_beside_a_gap_counts);
     RUN_TEST(test_a_cut_that_came_late_counts);
     RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
+    RUN_TEST(test_a_level_is_the_root_of_the_mean);
     return UNITY_END();
 }

@@ -15,6 +15,12 @@ static void block_tell(const block_t *block, davar_glr_t *detector, const davar_
     davar_glr_push_q15(detector, setup, block->sum, block->squares, event);
 }
 
+static void clusters_tell(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *setup,
+                          davar_glr_event_t *event)
+{
+    davar_glr_push_clusters_q15(detector, setup, difference, event);
+}
+
 #include "pipeline/tracker.h"
 
 #define FED 400U

@@ -40,9 +40,9 @@ typedef enum {
     DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
     DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
-    DAVAR_ERR_TRACKING, /* policy glr: not trailing; block outside 5..64; shock_blocks above 2; window_max below 8 or above
-                                768 blocks, or no whole strides of it from window_min on; a rate or interval outside
-                                1e-9 .. 1e9 */
+    DAVAR_ERR_TRACKING, /* policy glr: not trailing; block outside 5..64; shock_blocks above 2; long_cluster no multiple of four
+                                blocks, or above 512; window_max below 8 or above 768 blocks, or no whole strides of it from
+                                window_min on; a rate or interval outside 1e-9 .. 1e9 */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
@@ -90,8 +90,11 @@ typedef struct {
     double cut_interval_s;        /* glr: between windows cut in vain; default 300 */
     uint32_t block;               /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
     uint32_t shock_blocks;        /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
-    const uint32_t *taus;         /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
-    uint8_t tau_count;            /* 1..DAVAR_TAUS_MAX */
+    uint32_t
+        long_cluster; /* glr: a second channel sees changes of clusters of so many samples: 4 block times 1, 2, 3 ..,
+                                     up to 512. Default 0: none, and no memory for it */
+    const uint32_t *taus; /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
+    uint8_t tau_count;    /* 1..DAVAR_TAUS_MAX */
     uint16_t
         gaps_max; /* gaps a window can remember; one more restarts it (counted). glr: shocks too, for window_max samples;
                                  one more is joined. Default 4 */
@@ -139,6 +142,15 @@ typedef struct {
     double high;
 } davar_coefficient_t;
 
+/* glr: what the newest alarm told apart (10.12). Both levels are Allan deviations at m samples, in the unit of the rate: for m = 1 the
+ * standard deviation of a sample about the mean of its block. Times 60 / sqrt(rate_hz) that is ARW in deg/sqrt(h), where noise is white. */
+typedef struct {
+    uint32_t m;   /* 1; long_cluster where the second channel saw it; 0: no alarm yet, then the rest is NaN */
+    double older; /* level from the change before to this one, at most the longest window */
+    double newer; /* ... from this change up to now: better with every block */
+    double gain;  /* logarithm of the likelihood ratio that raised the alarm */
+} davar_change_t;
+
 /* One epoch. */
 typedef struct {
     uint64_t epoch;          /* sample index from 0: window centre (centred) or newest sample (trailing) */
@@ -147,8 +159,12 @@ typedef struct {
         mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
     uint32_t gaps_in_window;  /* gaps inside this window */
     uint32_t cut_age_samples; /* glr: at least so many samples of one noise; 0 for other policies */
+    davar_change_t change;    /* glr: the newest one; m is 0 for other policies */
     bool unstable; /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
-    bool alarm;    /* glr: an alarm since the result taken before; false for every other policy */
+    bool
+        young; /* glr: the window was cut less than nine blocks ago, or is to be: the estimate leans to what made the cut, or
+                      holds older noise still. Its intervals are wider, and hold less often (10.14) */
+    bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
     double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
     double contribution; /* |K - Km| / K; NaN when K or Km is undefined (3.2) */

@@ -215,10 +215,17 @@ static uint8_t usable_count(const davar_result_t *result)
     return count;
 }
 
-/* Every difference that the window could hold is there once, at the first `count` cluster sizes: no gap, no mirror. */
+/* Policy glr chose this window by what is in it (10.14): it left out most of what it holds to be of one variance, because it was not
+ * quite alike; or it has just cut the window, because so few samples were loud or quiet enough. */
+static bool is_chosen(const davar_result_t *result)
+{
+    return result->young || (result->cut_age_samples > (2U * result->window_samples));
+}
+
+/* Every difference that the window could hold is there once, at the first `count` cluster sizes, and counts: no gap, no mirror. */
 static bool is_whole(const davar_result_t *result, int count)
 {
-    uint32_t lost = result->mirrored_samples;
+    uint32_t lost = result->mirrored_samples | (is_chosen(result) ? 1U : 0U);
     for (int t = 0; t < count; t++) {
         lost |= (result->window_samples + 1U - 2U * result->tau[t].m) ^ result->tau[t].differences;
     }
@@ -228,7 +235,8 @@ static bool is_whole(const davar_result_t *result, int count)
 double davar_fit_evidence(const davar_result_t *result)
 {
     const double all = (double)result->window_samples;
-    return all / (all + 2.0 * (double)result->mirrored_samples);
+    const double share = is_chosen(result) ? 0.4375 : 1.0;
+    return share * all / (all + 2.0 * (double)result->mirrored_samples);
 }
 
 void davar_deviation_interval(double edf, double *low, double *high)

@@ -49,7 +49,7 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz);
 /* Limits of a standard deviation, as factors, whose square has edf degrees of freedom (5.2). */
 void davar_deviation_interval(double edf, double *low, double *high);
 
-/* The share of the differences that is new evidence: 1, or less where the window holds mirror images (5.13). */
+/* The share of the differences that is new evidence: 1, or less where the window holds mirror images (5.13) or was chosen (10.14). */
 double davar_fit_evidence(const davar_result_t *result);
 
 #endif

@@ -47,6 +47,10 @@ typedef struct {
     powers_t first;
     uint32_t alarms;     /* of the detector, ever */
     uint32_t dispersion; /* f, GAIN_DIGITS; 0: no detector */
+    uint32_t changed;    /* cluster that changed; 0: none did */
+    davar_spread_t older;
+    davar_spread_t newer;
+    int32_t gain;
     bool unstable;
 } readings_t;
 
@@ -94,17 +98,35 @@ static void read_sums(const stages_t *stages, readings_t *readings)
     }
 }
 
+/* The stretches in front of the newest change and behind it. */
+static void read_change(const tracker_t *tracker, readings_t *readings)
+{
+    const bool is_single = (tracker->changed <= 1U);
+    const davar_glr_t *const detector = is_single ? &tracker->detector : &tracker->clusters->detector;
+    readings->changed = tracker->changed;
+    readings->gain = tracker->gain;
+    spread_copy(&readings->older, &tracker->older);
+    readings->newer = spread_between(&detector->alarm.sum, &detector->now.sum);
+}
+
+#define YOUNG 8U /* blocks */
+
 /* What the detector says. A change that is told while samples behind it still wait is 0 samples old. */
 static void read_tracker(const davar_t *davar, davar_result_t *result, readings_t *readings)
 {
     const stages_t *const stages = davar->stages;
     readings->alarms = davar->health.alarms;
     readings->dispersion = 0U;
+    readings->changed = 0U;
     result->cut_age_samples = 0U;
+    result->young = false;
     if (is_tracked(stages)) {
         const uint32_t age = davar->window.received - stages->tracker->cut;
         result->cut_age_samples = ((int32_t)age > 0) ? age : 0U;
+        result->young = (davar->health.cuts > 0U) && ((result->cut_age_samples <= (YOUNG * davar->config->block)) ||
+                                                      (result->cut_age_samples < result->window_samples));
         readings->dispersion = davar_glr_dispersion(&stages->tracker->detector);
+        read_change(stages->tracker, readings);
     }
 }
 
@@ -165,6 +187,32 @@ static void evaluate_stationarity(const davar_config_t *config, const readings_t
     }
 }
 
+/* Of a sum of b (10.1) or of 6 D^2 + m (10.13). NaN where no block is: all were lost in gaps. */
+static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m, double unit_per_count)
+{
+    const uint32_t rounding = (m == 1U) ? (config->block * (config->block - 1U)) : m;
+    const uint32_t unit = (m == 1U) ? rounding : (m * m);
+    if (sum->blocks == 0U) {
+        return (double)NAN;
+    }
+    return davar_scale(spread_level(sum, rounding, 12U * unit), unit_per_count);
+}
+
+static void evaluate_change(const davar_config_t *config, const readings_t *readings, double unit_per_count,
+                            davar_result_t *result)
+{
+    davar_change_t *const change = &result->change;
+    change->m = readings->changed;
+    change->older = (double)NAN;
+    change->newer = (double)NAN;
+    change->gain = (double)NAN;
+    if (readings->changed != 0U) {
+        change->older = level_of(config, &readings->older, readings->changed, unit_per_count);
+        change->newer = level_of(config, &readings->newer, readings->changed, unit_per_count);
+        change->gain = (double)readings->gain / (double)(1U << GAIN_DIGITS);
+    }
+}
+
 static void evaluate(const davar_t *davar, const readings_t *readings, davar_result_t *result)
 {
     const davar_config_t *const config = davar->config;
@@ -177,6 +225,7 @@ static void evaluate(const davar_t *davar, const readings_t *readings, davar_res
     if (readings->dispersion != 0U) {
         result->dispersion = (double)readings->dispersion / (double)(1U << GAIN_DIGITS);
     }
+    evaluate_change(config, readings, unit_per_count, result);
     davar_absent_taus(result, 0U);
     davar_absent_coefficients(result);
 }

@@ -39,6 +39,18 @@ DAVAR_RARE void NUMBER(resume)(davar_t *davar)
 
 /* --- the end of a record ----------------------------------------------------------------------------------------- */
 
+/* Hands on what waits, until an epoch is complete. False: nothing is left. */
+DAVAR_RARE static bool flush_tracked(stages_t *stages, davar_t *davar)
+{
+    tracker_end(stages->tracker);
+    davar->accepts = ACCEPTS_NONE;
+    bool complete = false;
+    while ((stages->tracker->accepted > 0U) && !complete) {
+        complete = pass_on(stages, davar, UINT32_MAX);
+    }
+    return complete;
+}
+
 DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
@@ -52,12 +64,15 @@ DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)
     stages->allan.room = davar_gaps_after(&davar->gaps, window, window_tail(window));
 }
 
-/* Pushes the mirror image of the record until an epoch is complete. False: none is left. */
+/* Pushes what waits for the detector, or the mirror image of the record, until an epoch is complete. False: none is left. */
 DAVAR_RARE bool NUMBER(flush)(davar_t *davar)
 {
     stages_t *const stages = davar->stages;
     davar_window_t *const window = &davar->window;
     const uint32_t half = davar->config->window_max / 2U;
+    if (is_tracked(stages)) {
+        return flush_tracked(stages, davar);
+    }
     if (!is_finished(window)) {
         finish(stages, davar);
     }

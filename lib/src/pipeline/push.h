@@ -13,6 +13,9 @@
 static void window_move(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
+    if (is_tracked(stages) && on_grid(stages)) { /* by what has been heard up to now */
+        window->next_length = tracker_next(stages->tracker, davar->config, window, true);
+    }
     const uint32_t lag = davar_law_lag(davar->config, window->next_length);
     if (on_grid(stages)) {
         window->lag = lag;
@@ -44,8 +47,11 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     }
     davar->unstable = unstable;
     window->filling = window->filling && !unstable && (window->length < config->window_max);
-    window->next_length = is_tracked(stages) ? tracker_next(stages->tracker, config, window, on_grid(stages))
-                                             : davar_law_next(config, window->length, unstable, window->filling);
+    if (!is_tracked(stages)) {
+        window->next_length = davar_law_next(config, window->length, unstable, window->filling);
+    } else if (!on_grid(stages)) {
+        window->next_length = tracker_next(stages->tracker, config, window, false);
+    }
 }
 
 /* Windows of policy glr may begin earlier again: their gaps are kept as long as the longest reaches. */

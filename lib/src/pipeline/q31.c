@@ -10,6 +10,12 @@ static inline void block_tell(const block_t *block, davar_glr_t *detector, const
     davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
 }
 
+static inline void clusters_tell(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
+                                 davar_glr_event_t *event)
+{
+    davar_glr_push_clusters_q31(detector, config, difference, event);
+}
+
 #include "pipeline/pipeline.h"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");

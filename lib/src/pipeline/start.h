@@ -139,7 +139,9 @@ static void accept(davar_t *davar)
 {
     const uint8_t counts = (NUMBER_SAMPLE_BITS_MAX == 16U) ? ACCEPTS_Q15 : ACCEPTS_Q31;
     const uint8_t type = is_float(davar) ? ACCEPTS_F32 : counts;
-    davar->accepts = is_finished(&davar->window) ? ACCEPTS_NONE : type;
+    const stages_t *const stages = davar->stages;
+    const bool ended = is_tracked(stages) && stages->tracker->ended;
+    davar->accepts = (is_finished(&davar->window) || ended) ? ACCEPTS_NONE : type;
 }
 
 DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)

@@ -75,6 +75,9 @@ DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
     block_clear(&tracker->block);
     tracker->filled = 0U;
     tracker->count = 0U;
+    if (tracker->clusters != NULL) {
+        clusters_gap(tracker->clusters);
+    }
 }
 
 #endif

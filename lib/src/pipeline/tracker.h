@@ -11,9 +11,22 @@
 
 #include "common/arena.h"
 #include "grid/grid_window.h"
+#include "number/real.h"
 #include "pipeline/limit.h"
 #include "track/window.h"
 #include "window/stages.h"
+
+/* The second channel: what clusters of samples do, told from the sums of blocks (10.13). */
+typedef struct {
+    davar_glr_config_t config;
+    davar_glr_t detector;
+    difference_t waiting[GLR_SHOCK_MAX + 1U]; /* sums of the blocks that the first channel has not accepted yet */
+    difference_t hop[8];                      /* sums of a quarter of a cluster each, a ring */
+    difference_t sum;                         /* of the hop that fills */
+    uint32_t waits;                           /* blocks */
+    uint32_t filled;                          /* samples of the hop that fills */
+    uint32_t hops; /* since the last gap; modulo 8 the place of the next, from 8 on all are there */
+} clusters_t;
 
 typedef struct tracker {
     davar_glr_config_t config;
@@ -24,15 +37,20 @@ typedef struct tracker {
     uint32_t capacity;
     uint32_t first;
     uint32_t count;
-    uint32_t accepted; /* of them, the first ones: to be passed on */
-    uint32_t shock;    /* samples that were dropped in front of the next accepted one */
-    uint32_t tail;     /* position where the detector wants the window to begin */
-    uint32_t cut;      /* position of the newest change */
-    uint32_t end;      /* position of the end of what was accepted when a block was last heard */
-    uint32_t longest;  /* whole strides of a window */
-    bool full;         /* as many samples as the longest window has come */
-    bool was_cut;      /* since the newest epoch */
-    bool news;         /* the tail is older than the end */
+    uint32_t accepted;    /* of them, the first ones: to be passed on */
+    uint32_t shock;       /* samples that were dropped in front of the next accepted one */
+    uint32_t tail;        /* position where the detector wants the window to begin */
+    uint32_t cut;         /* position of the newest change */
+    uint32_t end;         /* position of the end of what was accepted when a block was last heard */
+    uint32_t longest;     /* whole strides of a window */
+    clusters_t *clusters; /* null: none */
+    davar_spread_t older; /* in front of the newest change that was told */
+    int32_t gain;         /* which told it from what is behind, GAIN_DIGITS */
+    uint32_t changed;     /* cluster that it was of: 1, or of the second channel; 0: nothing was told */
+    bool full;            /* as many samples as the longest window has come */
+    bool ended;           /* the record has: nothing comes any more */
+    bool was_cut;         /* since the newest epoch */
+    bool news;            /* the tail is older than the end */
 } tracker_t;
 
 /* A block that fills, what may be a shock with the block that tells, and as many accepted as that leaves when it was none. */
@@ -45,24 +63,35 @@ DAVAR_RARE static tracker_t *tracker_carve(davar_arena_t *arena, const davar_con
 {
     tracker_t *const tracker = davar_arena_take(arena, 1U, sizeof(tracker_t));
     sample_t *const waiting = davar_arena_take(arena, tracker_capacity(config), sizeof(sample_t));
+    clusters_t *clusters = NULL;
+    if (config->long_cluster != 0U) {
+        clusters = davar_arena_take(arena, 1U, sizeof(clusters_t));
+    }
     if (!is_counted_only) {
         tracker->waiting = waiting;
         tracker->capacity = tracker_capacity(config);
+        tracker->clusters = clusters;
     }
     return tracker;
 }
 
-/* Everything from the beginning, the detector too. */
+/* Everything from the beginning, the detector too. Two channels share the rate of false alarms. */
 DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *config)
 {
-    const davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
-                                   .false_alarms_per_hour = config->false_alarms_per_hour,
-                                   .cut_interval_s = config->cut_interval_s,
-                                   .longest = config->window_max,
-                                   .block = config->block,
-                                   .shock = config->shock_blocks};
+    const double share = (config->long_cluster != 0U) ? 0.5 : 1.0;
+    davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
+                             .false_alarms_per_hour = davar_scale(config->false_alarms_per_hour, share),
+                             .cut_interval_s = config->cut_interval_s,
+                             .longest = config->window_max,
+                             .block = config->block,
+                             .shock = config->shock_blocks};
     davar_glr_start(&tracker->config, &wish);
     davar_glr_reset(&tracker->detector);
+    if (config->long_cluster != 0U) {
+        wish.block = config->long_cluster / 4U;
+        davar_glr_start_clusters(&tracker->clusters->config, &wish);
+        davar_glr_reset(&tracker->clusters->detector);
+    }
     tracker->longest = (config->window_max / config->stride) * config->stride;
 }
 
@@ -80,6 +109,74 @@ DAVAR_RARE static void tracker_drop(tracker_t *tracker, uint32_t dropped)
     }
     tracker->count -= dropped;
     tracker->shock = dropped;
+}
+
+/* A change has been told. */
+DAVAR_RARE static void tracker_note(tracker_t *tracker, davar_t *davar, const davar_glr_event_t *event, uint32_t m)
+{
+    spread_copy(&tracker->older, &event->older);
+    tracker->gain = event->gain;
+    tracker->changed = m;
+    davar_count(&davar->health.alarms);
+}
+
+/* The sum of the next block of accepted samples. */
+static void clusters_push(tracker_t *tracker, davar_t *davar, difference_t sum)
+{
+    clusters_t *const clusters = tracker->clusters;
+    clusters->sum += sum;
+    clusters->filled += tracker->config.block;
+    if (clusters->filled < clusters->config.block) {
+        return;
+    }
+    const uint32_t at = clusters->hops;
+    clusters->hop[at % 8U] = clusters->sum;
+    clusters->hops = (at == 15U) ? 8U : (at + 1U);
+    clusters->filled = 0U;
+    clusters->sum = 0;
+    if (clusters->hops < 8U) {
+        return;
+    }
+    difference_t difference = 0;
+    for (uint32_t i = 0U; i < 4U; i++) {
+        difference += clusters->hop[(at - i) % 8U] - clusters->hop[(at + 4U - i) % 8U];
+    }
+    davar_glr_event_t event;
+    clusters_tell(difference, &clusters->detector, &clusters->config, &event);
+    if (event.is_alarm) {
+        tracker_note(tracker, davar, &event, clusters->config.floor);
+    }
+}
+
+/* No cluster spans a gap. */
+static void clusters_gap(clusters_t *clusters)
+{
+    clusters->hops = 0U;
+    clusters->filled = 0U;
+    clusters->sum = 0;
+    clusters->waits = 0U;
+}
+
+/* The first channel has heard a block of this sum. Of a change that it has told nothing is left to tell. */
+static void clusters_hear(tracker_t *tracker, davar_t *davar, difference_t sum, const davar_glr_event_t *event)
+{
+    clusters_t *const clusters = tracker->clusters;
+    clusters->waiting[clusters->waits] = sum;
+    clusters->waits++;
+    if (event->is_alarm) {
+        davar_glr_begin_anew(&clusters->detector);
+    }
+    if (event->resolved == 0U) {
+        return;
+    }
+    const uint32_t blocks = clusters->waits;
+    if (event->dropped > 0U) {
+        clusters_gap(clusters);
+    }
+    for (uint32_t i = event->dropped; i < blocks; i++) {
+        clusters_push(tracker, davar, clusters->waiting[i]);
+    }
+    clusters->waits = 0U;
 }
 
 /* The detector has heard the block that is full. */
@@ -100,7 +197,7 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
         davar_count(&davar->health.cuts);
     }
     if (event->is_alarm) {
-        davar_count(&davar->health.alarms);
+        tracker_note(tracker, davar, event, 1U);
     }
 }
 
@@ -128,8 +225,20 @@ static uint32_t tracker_take_in(tracker_t *tracker, davar_t *davar, sample_t hig
         block_clear(&tracker->block);
         tracker->filled = 0U;
         tracker_hear(tracker, davar, &event);
+        if (tracker->clusters != NULL) {
+            clusters_hear(tracker, davar, block.sum, &event);
+        }
     }
     return n;
+}
+
+/* The record ends: samples of a block that is not full go on unheard, unless a shock may have begun in front of them. */
+DAVAR_RARE static void tracker_end(tracker_t *tracker)
+{
+    if (!tracker->ended && (tracker->detector.pending == 0U)) {
+        tracker->accepted = tracker->count;
+    }
+    tracker->ended = true;
 }
 
 /* Where the window that the detector wants begins; asked for when an epoch is due, once for each block at most. */
@@ -144,11 +253,12 @@ static uint32_t tracker_tail(tracker_t *tracker)
     return tracker->tail;
 }
 
-/* Length of the next window (10.11): up to what the detector wants. The sums that follow both edges go there step by step. */
+/* Length of the window (10.11): up to what the detector wants. On a grid of the one that ends here; the sums that follow both edges go
+ * step by step, with the next sample. */
 static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
                              bool at_once)
 {
-    const uint32_t head = window->received + config->stride;
+    const uint32_t head = window->received + (at_once ? 0U : 1U);
     const uint32_t since = head - tracker_tail(tracker);
     const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
     tracker->full = tracker->full || (head >= config->window_max);

@@ -36,6 +36,12 @@ void davar_glr_reset(davar_glr_t *state)
     davar_glr_forget(state);
 }
 
+void davar_glr_begin_anew(davar_glr_t *state)
+{
+    glr_place_copy(&state->alarm, &state->now);
+    glr_place_copy(&state->cut, &state->now);
+}
+
 uint32_t davar_glr_dispersion(const davar_glr_t *state)
 {
     const uint32_t larger = (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
@@ -252,6 +258,24 @@ void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, in
     const davar_u128_t spread =
         davar_u128_subtract(davar_u128_scale(given, config->block), davar_multiply_i64(sum, sum));
     const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor);
+    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+/* ---- two clusters that follow one another: b = 6 D^2 + m, 6 times the variance of D, that of rounding once more ---- */
+
+void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t difference,
+                                 davar_glr_event_t *event)
+{
+    const davar_spread_t block = {davar_scale_u64(davar_square_i32(difference), 6U) + config->floor, 0U, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t difference,
+                                 davar_glr_event_t *event)
+{
+    const davar_u128_t floor = {config->floor, 0U};
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(davar_multiply_i64(difference, difference), 6U), floor);
     const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);
 }

@@ -18,9 +18,10 @@
 #define GLR_LONGEST 768U /* blocks of a window: 3 * 2^8 */
 #define GLR_BLOCK_MIN 5U /* samples of a block */
 #define GLR_BLOCK_MAX 64U
-#define GLR_RECENT 64U   /* blocks that are remembered one by one */
-#define GLR_CUTS 5U      /* remembered, the oldest of them a bound */
-#define GLR_HALF_MAX 30U /* blocks: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
+#define GLR_RECENT 64U       /* blocks that are remembered one by one */
+#define GLR_CUTS 5U          /* remembered, the oldest of them a bound */
+#define GLR_CLUSTER_MAX 512U /* samples of a cluster of the second channel */
+#define GLR_HALF_MAX 30U     /* blocks: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {
@@ -99,13 +100,26 @@ typedef struct {
 /* Thresholds and constants for these rates; every rate is a positive finite number. */
 void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish);
 
+/* The same for the second channel, whose blocks are b = 6 D^2 + m, D the difference of two clusters of m = 4 wish->block samples that
+ * follow one another, once for every wish->block samples. It cuts where it alarms; `longest` counts these blocks. */
+void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish);
+
 void davar_glr_reset(davar_glr_t *state);
+
+/* What was is over, as at an alarm. */
+void davar_glr_begin_anew(davar_glr_t *state);
 
 /* The next block of K samples: their sum, and the sum of their squares. O(levels), and at most five splits for each threshold. */
 void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
                         davar_glr_event_t *event);
 void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
                         davar_glr_event_t *event);
+
+/* For davar_glr_start_clusters(): D of two clusters of samples, counts. */
+void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t difference,
+                                 davar_glr_event_t *event);
+void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t difference,
+                                 davar_glr_event_t *event);
 
 /* The same with b itself, which is not 0. */
 void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,

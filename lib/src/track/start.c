@@ -6,7 +6,9 @@
 
 #define OF_ALARM 78643 /* 1.2, 16 digits: c of the thresholds (10.6) */
 #define OF_CUT 117965  /* 1.8 */
-#define MARGIN 65536   /* 1, 16 digits: a threshold stays so far above ln of the longest part */
+#define OF_CLUSTERS 65536 /* 1; fitted with the degrees below */
+#define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
+#define MARGIN 65536            /* 1, 16 digits: a threshold stays so far above ln of the longest part */
 
 static int32_t logarithm_of(double value)
 {
@@ -60,4 +62,27 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->near = blocks_of(150U, wish->block);
     config->far = blocks_of(600U, wish->block);
     config->half = wish->is_centred ? ((half < GLR_HALF_MAX) ? half : GLR_HALF_MAX) : 0U;
+}
+
+/* Neighbours share three quarters of their samples: 0.38 degrees of freedom each, and 16 of them at least are a part. Sums of so many
+ * samples are Gaussian whatever the samples are, so that nothing is to be learned of their scatter. */
+void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish)
+{
+    const uint32_t m = 4U * wish->block;
+    config->block = wish->block;
+    config->degrees = DEGREES_OF_CLUSTERS;
+    config->floor = m;
+    config->least = 16U;
+    config->longest = GLR_LONGEST;
+    config->levels = GLR_LEVELS;
+    config->shock = 0U;
+    config->outlier = 0U;
+    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_CLUSTERS, GLR_LONGEST);
+    config->cut = config->alarm;
+    config->step = 0U;
+    config->step_of_8 = 0U;
+    config->bias = davar_divided(UINT32_C(1) << 24U, 3U * DEGREES_OF_CLUSTERS);
+    config->near = 1U;
+    config->far = 1U;
+    config->half = 0U;
 }

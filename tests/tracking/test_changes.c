@@ -1,0 +1,346 @@
+/* davar tests - what policy glr says of a change: the levels in front of it and behind it, of samples and of clusters; and that what
+ * waits at the end of a record goes on. */
+#include "davar/davar.h"
+#include "davar/state.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <string.h>
+
+#define SAMPLES 40000U
+#define STEP 20000U
+#define SIGMA 20.0
+#define UNIT 0.25
+
+static const uint32_t taus[4] = {1U, 2U, 4U, 8U};
+static davar_config_t config;
+static uint64_t memory[4096];
+static davar_t davar;
+static davar_result_t result;
+static int16_t stream[SAMPLES];
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = UNIT;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_GLR;
+    config.window_max = 1200U;
+    config.window_min = 20U;
+    config.segment = 0U;
+    config.shrink = 64U;
+    config.grow = 1U;
+    config.stride = 10U;
+    config.taus = taus;
+    config.tau_count = 4U;
+}
+
+void tearDown(void) {}
+
+/* White noise; from STEP on `ratio` times as loud, or with a random walk of `walk` counts a sample on top. */
+static void make_stream(uint64_t seed, double ratio, double walk)
+{
+    random_t random = random_seeded(seed);
+    double drift = 0.0;
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        drift += (i < STEP) ? 0.0 : (walk * random_gauss(&random));
+        drift *= 0.9995; /* so that it stays within 16 bits */
+        stream[i] = (int16_t)lround((random_gauss(&random) * SIGMA * ((i < STEP) ? 1.0 : ratio)) + drift);
+    }
+}
+
+static void init_q15(void)
+{
+    TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory, davar_memory_size_q15(&config));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+}
+
+static void init_q31(void)
+{
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&davar, &config, memory, sizeof memory));
+}
+
+/* Alarms of [from, to); `first`: epoch of the first of them, result: the newest. */
+static uint32_t run(bool wide, uint32_t from, uint32_t to, uint32_t *first)
+{
+    uint32_t alarms = 0U;
+    for (uint32_t n = from; n < to; n++) {
+        const int32_t sample = stream[n];
+        (void)(wide ? davar_push_q31(&davar, &sample, 1U) : davar_push_q15(&davar, &stream[n], 1U));
+        if (davar_take(&davar, &result) && result.alarm) {
+            *first = (alarms == 0U) ? (uint32_t)result.epoch : *first;
+            alarms++;
+        }
+    }
+    return alarms;
+}
+
+/* Standard deviation about the means of blocks of ten, by its definition. */
+static double level_of(uint32_t from, uint32_t to)
+{
+    double squares = 0.0;
+    for (uint32_t n = from; n < to; n += 10U) {
+        double mean = 0.0;
+        for (uint32_t i = 0U; i < 10U; i++) {
+            mean += stream[n + i] / 10.0;
+        }
+        for (uint32_t i = 0U; i < 10U; i++) {
+            squares += (stream[n + i] - mean) * (stream[n + i] - mean);
+        }
+    }
+    return UNIT * sqrt(squares / ((to - from) * 0.9));
+}
+
+static void test_a_step_tells_both_levels(void)
+{
+    uint32_t first = 0U;
+    make_stream(1U, 2.0, 0.0);
+    init_q15();
+    TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, STEP, &first));
+    TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
+    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) && isnan(result.change.gain));
+    TEST_ASSERT_EQUAL_UINT32(1U, run(false, STEP, STEP + 600U, &first));
+    TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
+    TEST_ASSERT_DOUBLE_WITHIN(0.03 * UNIT * SIGMA, UNIT * SIGMA, result.change.older);
+    TEST_ASSERT_TRUE(result.change.gain > 14.0);
+    /* the cut is where the alarm was: no other came */
+    const uint32_t begin = (uint32_t)result.epoch + 1U - result.cut_age_samples;
+    TEST_ASSERT_UINT32_WITHIN(20U, STEP, begin);
+    const double expected = level_of(begin, STEP + 600U);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expected, expected, result.change.newer);
+}
+
+static void test_other_policies_tell_none(void)
+{
+    uint32_t first = 0U;
+    make_stream(1U, 2.0, 0.0);
+    config.policy = DAVAR_POLICY_FIXED;
+    init_q15();
+    (void)run(false, STEP, STEP + 2000U, &first);
+    TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
+    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) && isnan(result.change.gain));
+}
+
+/* Nothing but rounding is left: level 0. And when gaps have eaten all there was, none. */
+static void test_a_sensor_that_is_stuck_has_level_0(void)
+{
+    uint32_t first = 0U;
+    make_stream(2U, 0.0, 0.0);
+    init_q15();
+    TEST_ASSERT_EQUAL_UINT32(1U, run(false, STEP - 5000U, STEP + 500U, &first));
+    TEST_ASSERT_TRUE(result.change.newer <= 0.0);
+    TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
+    config.gaps_max = 400U;
+    config.stride = 1U;
+    make_stream(1U, 2.0, 0.0);
+    init_q15();
+    (void)run(false, STEP - 5000U, STEP + 500U, &first);
+    for (uint32_t n = 0U; n < 300U; n++) {
+        (void)run(false, STEP + 500U + n, STEP + 501U + n, &first);
+        davar_gap(&davar, 1U);
+    }
+    (void)run(false, STEP + 1000U, STEP + 1009U, &first);
+    while (davar_flush(&davar)) {
+        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    }
+    TEST_ASSERT_TRUE(isnan(result.change.newer));
+    TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
+}
+
+/* --- clusters ----------------------------------------------------------------------------------------------------- */
+
+/* A random walk of the rate that no sample shows. Levels are Allan deviations at 80 samples. */
+static void check_walk(bool wide)
+{
+    uint32_t first = 0U;
+    make_stream(3U, 1.0, 1.5);
+    config.long_cluster = 80U;
+    if (wide) {
+        init_q31();
+    } else {
+        init_q15();
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, run(wide, 0U, STEP, &first));
+    TEST_ASSERT_EQUAL_UINT32(1U, run(wide, STEP, SAMPLES, &first));
+    TEST_ASSERT_EQUAL_UINT32(80U, result.change.m);
+    TEST_ASSERT_LESS_THAN_UINT32(STEP + 1500U, first);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).alarms);
+    const double white = UNIT * SIGMA / sqrt(80.0);
+    const double walk = UNIT * 1.5 * sqrt(80.0 / 3.0);
+    TEST_ASSERT_DOUBLE_WITHIN(0.12 * white, white, result.change.older);
+    TEST_ASSERT_DOUBLE_WITHIN(0.15 * walk, sqrt((white * white) + (walk * walk)), result.change.newer);
+    TEST_ASSERT_TRUE(result.change.gain > 10.0);
+    config.long_cluster = 0U;
+}
+
+static void test_a_walk_is_seen_by_clusters_alone(void)
+{
+    uint32_t first = 0U;
+    check_walk(false);
+    check_walk(true);
+    make_stream(3U, 1.0, 1.5);
+    init_q15();
+    TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, SAMPLES, &first));
+}
+
+/* Samples tell a step first; the clusters have nothing to add. */
+static void test_a_step_is_told_once(void)
+{
+    uint32_t first = 0U;
+    make_stream(4U, 2.0, 0.0);
+    config.long_cluster = 120U;
+    init_q15();
+    TEST_ASSERT_EQUAL_UINT32(1U, run(false, 0U, SAMPLES, &first));
+    TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
+}
+
+/* A shock of two blocks is no change of clusters either, and a jump of the rate beside a gap is not seen at all. */
+static void test_clusters_span_neither_shocks_nor_gaps(void)
+{
+    uint32_t first = 0U;
+    make_stream(5U, 1.0, 0.0);
+    for (uint32_t i = 0U; i < 12U; i++) {
+        stream[15003U + i] = (int16_t)(2000 + (int16_t)(100U * i * i));
+    }
+    for (uint32_t i = 30000U; i < SAMPLES; i++) {
+        stream[i] = (int16_t)(stream[i] + 300);
+    }
+    config.long_cluster = 40U;
+    init_q15();
+    TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, 30000U, &first));
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).shocks);
+    davar_gap(&davar, 1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, run(false, 30000U, SAMPLES, &first));
+    TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
+    init_q15(); /* without the gap */
+    TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, 30000U, &first));
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, run(false, 30000U, SAMPLES, &first));
+}
+
+/* Who does not want them pays nothing, and what does not fit is refused. */
+static void test_clusters_are_there_when_asked_for(void)
+{
+    const size_t without = davar_memory_size_q15(&config);
+    config.long_cluster = 40U;
+    TEST_ASSERT_GREATER_THAN_size_t(without + 900U, davar_memory_size_q15(&config));
+    TEST_ASSERT_LESS_THAN_size_t(without + 1300U, davar_memory_size_q15(&config));
+    config.long_cluster = 60U;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory, sizeof memory));
+    config.long_cluster = 520U;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory, sizeof memory));
+    config.long_cluster = 480U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    config.long_cluster = 0U;
+}
+
+static unsigned char cells[2U * 16384U];
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    return true;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(&cells[offset], data, bytes);
+    return true;
+}
+
+static void test_a_restored_stream_tells_the_same(void)
+{
+    static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
+    uint32_t first = 0U;
+    make_stream(3U, 1.0, 1.5);
+    config.long_cluster = 80U;
+    init_q15();
+    (void)run(false, 0U, STEP + 137U, &first);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+    TEST_ASSERT_EQUAL_UINT32(1U, run(false, STEP + 137U, STEP + 3000U, &first));
+    const uint32_t before = first;
+    const davar_change_t expected = result.change;
+    init_q15();
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+    TEST_ASSERT_EQUAL_UINT32(1U, run(false, STEP + 137U, STEP + 3000U, &first));
+    TEST_ASSERT_EQUAL_UINT32(before, first);
+    TEST_ASSERT_EQUAL_DOUBLE(expected.older, result.change.older);
+    TEST_ASSERT_EQUAL_DOUBLE(expected.newer, result.change.newer);
+    config.long_cluster = 120U; /* another configuration */
+    init_q15();
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&davar, &storage));
+    config.long_cluster = 0U;
+}
+
+/* --- the end of a record ------------------------------------------------------------------------------------------- */
+
+/* Every sample has its result in the end, as if more had come. */
+static void check_end(uint32_t stride, uint32_t count)
+{
+    uint32_t first = 0U;
+    make_stream(6U, 1.0, 0.0);
+    config.stride = stride;
+    init_q15();
+    (void)run(false, 0U, count, &first);
+    while (davar_flush(&davar)) {
+        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    }
+    TEST_ASSERT_FALSE(davar_flush(&davar));
+    TEST_ASSERT_EQUAL_UINT64(((count / stride) * stride) - 1U, result.epoch);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+}
+
+static void test_what_waits_at_the_end_goes_on(void)
+{
+    for (uint32_t count = 3000U; count < 3025U; count++) {
+        check_end(1U, count);
+        check_end(5U, count);
+        check_end(10U, count);
+        check_end(7U, count);
+    }
+}
+
+/* ... but for what may be a shock. A saved instance that has ended stays so. */
+static void test_a_shock_at_the_end_is_left(void)
+{
+    static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
+    uint32_t first = 0U;
+    make_stream(6U, 1.0, 0.0);
+    stream[2995] = 900;
+    config.stride = 1U;
+    init_q15();
+    (void)run(false, 0U, 3004U, &first);
+    while (davar_flush(&davar)) {
+        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    }
+    TEST_ASSERT_EQUAL_UINT64(2989U, result.epoch);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+    init_q15();
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+    TEST_ASSERT_FALSE(davar_flush(&davar));
+#ifdef NDEBUG
+    TEST_ASSERT_EQUAL_size_t(0U, davar_push_q15(&davar, stream, 1U));
+#endif
+    davar_reset(&davar);
+    TEST_ASSERT_EQUAL_size_t(1U, davar_push_q15(&davar, stream, 1U));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_step_tells_both_levels);
+    RUN_TEST(test_other_policies_tell_none);
+    RUN_TEST(test_a_sensor_that_is_stuck_has_level_0);
+    RUN_TEST(test_a_walk_is_seen_by_clusters_alone);
+    RUN_TEST(test_a_step_is_told_once);
+    RUN_TEST(test_clusters_span_neither_shocks_nor_gaps);
+    RUN_TEST(test_clusters_are_there_when_asked_for);
+    RUN_TEST(test_a_restored_stream_tells_the_same);
+    RUN_TEST(test_what_waits_at_the_end_goes_on);
+    RUN_TEST(test_a_shock_at_the_end_is_left);
+    return UNITY_END();
+}
