@@ -202,8 +202,7 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz)
 
 /* --- the window (5.5) -------------------------------------------------------------------------------------------- */
 
-/* A cluster size that does not fit leaves none of the longer ones, gaps or not. */
-static uint8_t usable_count(const davar_result_t *result)
+uint8_t davar_fit_usable(const davar_result_t *result)
 {
     uint8_t count = 0U;
     while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
@@ -304,6 +303,15 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     }
 }
 
+void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
+{
+    const bool whole = is_whole(result, plan->count);
+    if ((plan->window != result->window_samples) || !whole) {
+        plan_window(plan, result);
+        plan->window = whole ? result->window_samples : 0U;
+    }
+}
+
 DAVAR_RARE static void replan(davar_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
     uint32_t m[DAVAR_TAUS_MAX] = {0};
@@ -315,16 +323,12 @@ DAVAR_RARE static void replan(davar_plan_t *plan, const davar_result_t *result, 
 
 void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
 {
-    const uint8_t count = usable_count(result);
+    const uint8_t count = davar_fit_usable(result);
     if (count == 0U) {
         return;
     }
     if (plan->count != count) {
         replan(plan, result, count);
     }
-    const bool whole = is_whole(result, count);
-    if ((plan->window != result->window_samples) || !whole) {
-        plan_window(plan, result);
-        plan->window = whole ? result->window_samples : 0U;
-    }
+    davar_fit_prepare_window(plan, result);
 }

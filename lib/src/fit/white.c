@@ -261,14 +261,16 @@ DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *
     davar_absent_coefficients(result);
 }
 
-bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+/* Nothing can be said. */
+static void write_nothing(davar_result_t *result)
 {
-    davar_fit_prepare(plan, result);
-    if ((result->tau_count == 0U) || (result->tau[0].differences == 0U)) {
-        davar_absent_taus(result, 0U);
-        davar_absent_coefficients(result);
-        return true;
-    }
+    davar_absent_taus(result, 0U);
+    davar_absent_coefficients(result);
+}
+
+/* ... with a plan that is up to date. */
+static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+{
     davar_absent_taus(result, plan->count);
     if (!fit_data(plan, result, white)) {
         write_constant(plan, result);
@@ -283,6 +285,16 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
     return white->explains;
 }
 
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+{
+    if (davar_fit_usable(result) == 0U) {
+        write_nothing(result);
+        return true;
+    }
+    davar_fit_prepare(plan, result);
+    return suffices(plan, rate_hz, result, white);
+}
+
 /* Whatever else is there adds to the Allan variance: white noise is no more than all of it (5.11). */
 static void write_beside(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
 {
@@ -295,12 +307,33 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white, d
     davar_absent_taus(result, 0U); /* theirs are those of white noise, which this is not */
 }
 
-bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+/* With a plan that is up to date where it is for as many cluster sizes as the window supports, and is no use where not. */
+static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
 {
     davar_white_t white;
-    const bool suffices = davar_white_suffices(plan, rate_hz, result, &white);
-    if (!suffices) {
+    if (usable != plan->count) {
+        write_nothing(result);
+        return usable == 0U;
+    }
+    const bool is_white = suffices(plan, rate_hz, result, &white);
+    if (!is_white) {
         write_beside(plan, &white, result);
     }
-    return suffices;
+    return is_white;
+}
+
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    const uint8_t usable = davar_fit_usable(result);
+    davar_fit_prepare(plan, result);
+    return fit_white(plan, rate_hz, result, usable);
+}
+
+bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    const uint8_t usable = davar_fit_usable(result);
+    if (usable == plan->count) {
+        davar_fit_prepare_window(plan, result);
+    }
+    return fit_white(plan, rate_hz, result, usable);
 }

@@ -15,6 +15,8 @@ static inline void block_tell(const block_t *block, davar_glr_t *detector, const
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
 _Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
 
+_Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too small");
+
 const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
 
 /* ... after the door of float samples, too. */
