@@ -1,8 +1,8 @@
 /* davar-sim - recorded data through the library: command line in, exit status out. */
-#include "options.h"
+#include "common/stop.h"
+#include "options/options.h"
+#include "options/usage.h"
 #include "simulate.h"
-#include "stop.h"
-#include "usage.h"
 
 #include <errno.h>
 #include <fcntl.h>

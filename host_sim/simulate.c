@@ -2,12 +2,12 @@
  * Nothing is printed before all of them have accepted the recording. */
 #include "simulate.h"
 
+#include "common/stop.h"
 #include "davar_node.h"
-#include "device.h"
-#include "engine.h"
-#include "replay.h"
-#include "report.h"
-#include "stop.h"
+#include "instances/engine.h"
+#include "output/report.h"
+#include "replay/device.h"
+#include "replay/replay.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -131,7 +131,8 @@ static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_t
     return tau->excess / davar_root(tau->variance * share + tolerance_of(model));
 }
 
-static davar_misfit_tau_t compare(davar_monitor_t *monitor, const davar_result_t *result, uint8_t t, double fresh)
+static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_result_t *result, uint8_t t,
+                                         double fresh)
 {
     const davar_adev_t *measured = &result->tau[t];
     const davar_model_tau_t *model = entry_of(monitor->model, monitor->model_count, measured->m);
@@ -152,7 +153,7 @@ static davar_misfit_tau_t compare(davar_monitor_t *monitor, const davar_result_t
 }
 
 /* The largest of |deviation| or |mean_deviation| among the compared taus over its limit, and where (9.3). */
-static void judge(davar_misfit_t *misfit)
+static void misfit_judge(davar_misfit_t *misfit)
 {
     const double limit = limit_of(misfit->compared);
     misfit->fast = misfit->slow = misfit->health = 0.0;
@@ -180,11 +181,11 @@ void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result
                                .worst = result->tau_count,
                                .tau_count = result->tau_count};
     for (uint8_t t = 0U; t < result->tau_count; t++) {
-        misfit->tau[t] = compare(monitor, result, t, fresh);
+        misfit->tau[t] = misfit_compare(monitor, result, t, fresh);
         misfit->compared = (uint8_t)(misfit->compared + ((misfit->tau[t].match == DAVAR_TAU_COMPARED) ? 1U : 0U));
     }
     if (misfit->compared > 0U) {
-        judge(misfit);
+        misfit_judge(misfit);
     }
     monitor->epoch = result->epoch;
     monitor->started = true;

@@ -1,5 +1,5 @@
 /* davar tests - decimal_parse of the simulator: every result has the bits of strtod, whatever path it takes. */
-#include "decimal.h"
+#include "common/decimal.h"
 #include "random.h"
 #include "unity.h"
 

@@ -366,11 +366,38 @@ static void test_a_deviation_of_nothing_has_no_limits_beyond_it(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[2].high);
 }
 
+/* A plan that is there already gives the same bits, and nothing where the window supports fewer sizes than it has. */
+static void test_a_ready_plan_gives_the_same_or_nothing(void)
+{
+    random_t random = random_seeded(5U);
+    unsigned white_noise = 0U;
+    unsigned other = 0U;
+    for (unsigned trial = 0U; trial < TRIALS; trial++) {
+        if (any_window(&random)) {
+            davar_plan_t ready;
+            davar_result_t again = result;
+            const bool found = davar_fit_white(&plan, 1.0, &result);
+            memcpy(&ready, &plan, sizeof ready);
+            ready.window = 0U;
+            TEST_ASSERT_EQUAL_INT(found, davar_fit_white_ready(&ready, 1.0, &again));
+            TEST_ASSERT_EQUAL_MEMORY(&result, &again, sizeof result);
+            white_noise += found ? 1U : 0U;
+            other += found ? 0U : 1U;
+            again.tau[again.tau_count - 1U].differences = 0U;
+            TEST_ASSERT_EQUAL_INT(again.tau_count == 1U, davar_fit_white_ready(&ready, 1.0, &again));
+            TEST_ASSERT_FALSE(again.coefficient[WHITE].present);
+            TEST_ASSERT_TRUE(isinf(again.coefficient[WHITE].high) && isnan(again.tau[0].edf));
+        }
+    }
+    TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) && (other > (TRIALS / 10U))); /* both were tried */
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_white_noise_or_not_is_decided_as_in_doubles);
     RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
+    RUN_TEST(test_a_ready_plan_gives_the_same_or_nothing);
     RUN_TEST(test_one_plan_serves_two_rates);
     RUN_TEST(test_a_deviation_of_nothing_has_no_limits_beyond_it);
     return UNITY_END();

@@ -1,5 +1,5 @@
 /* davar tests - the median time step of the simulator against sorting. */
-#include "median.h"
+#include "recording/median.h"
 #include "random.h"
 #include "unity.h"
 

@@ -177,7 +177,7 @@ def clang_tidy():
 def cppcheck():
     return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
                 "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
-                "-Ilib/include", "-Iport/include", "-Iport/node", "lib/src", "port", "host_sim", "gateway")
+                "-Ilib/include", "-Iport/include", "-Iport/node", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway")
 
 
 def shell():

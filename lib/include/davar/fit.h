@@ -50,6 +50,12 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
+/* The same with a plan that tools/davar-plan has written for all cluster sizes of the result, so that davar_plan_init and what it
+ * needs are not linked. A window that supports fewer of them (a short one, or gaps) gets nothing: false. The same bits where it
+ * supports all. */
+#define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
+bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
  * entries from the first with differences == 0 on are left out), window length result->window_samples with
  * result->mirrored_samples in it, at rate_hz (> 0) samples per second. Writes result->coefficient[], and edf, low, high of

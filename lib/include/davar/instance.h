@@ -56,7 +56,7 @@ typedef struct davar {
 } davar_t;
 
 /* Bytes for static memory of a value at every sample (stride 1), when every span fits the shortest window
- * (2 m_max <= window_min); otherwise, on a grid, and for policy glr, ask davar_memory_size_*. Declare it aligned:
+ * (2 m_max <= window_min); on a grid DAVAR_MEMORY_GRID_*; otherwise, and for policy glr, ask davar_memory_size_*. Declare it aligned:
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 128, 8, 4) / 8];
  * Per sample of the window and of the longest span 2 bytes (q15) or 4 (q31, f32) (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
@@ -69,6 +69,37 @@ typedef struct davar {
     (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                                                 \
      DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
+
+/* ... and on a grid, stride above 1, both modes; window_min 0: policy fixed. With mirrored_end 2 bytes (q15) or 4 (q31, f32) more per
+ * sample of window_max, rounded up to 8. Its edges lie on as many residues modulo the stride as windows differ in (DESIGN 2.7): where
+ * the stride divides half of window_max and of window_min, the fewest. */
+#define DAVAR_GRID_BYTES ((size_t)304U + (41U * sizeof(void *)))
+#define DAVAR_GRID_EDGES(window_max, window_min, stride)                                                               \
+    ((size_t)1U +                                                                                                      \
+     ((((window_min) != 0U) && (((window_max) / 2U % (stride)) != ((window_min) / 2U % (stride)))) ? 1U : 0U))
+#define DAVAR_GRID_TAILS(window_max, window_min, stride)                                                               \
+    (((window_min) == 0U) ? (size_t)1U                                                                                 \
+                          : (DAVAR_GRID_EDGES(window_max, window_min, stride) +                                        \
+                             (((((window_max) % (stride)) != 0U) || (((window_min) % (stride)) != 0U)) ? 1U : 0U)))
+#define DAVAR_GRID_LAG(window_max, window_min) (((window_min) == 0U) ? 0U : (((window_max) - (window_min)) / 2U))
+#define DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, sums, powers, dues)                                \
+    ((DAVAR_GRID_TAILS(window_max, window_min, stride) *                                                               \
+      (((((size_t)(window_max) / (stride)) + 2U) * ((sums) + (powers))) + (dues))) +                                   \
+     (DAVAR_GRID_EDGES(window_max, window_min, stride) *                                                               \
+      ((((size_t)DAVAR_GRID_LAG(window_max, window_min) / (stride)) + 2U) * ((sums) + (powers)) +                      \
+       ((((size_t)DAVAR_GRID_LAG(window_max, window_min) + (segment)) / (stride)) + 2U) * (powers))))
+#define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)                              \
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) +            \
+     DAVAR_ROUND8((size_t)4U * (gaps)) + DAVAR_GRID_BYTES +                                                            \
+     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)8U * (taus), 32U,                             \
+                        2U * DAVAR_ROUND8((size_t)4U * (taus))))
+#define DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)                              \
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) + DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) +            \
+     DAVAR_ROUND8((size_t)4U * (gaps)) + DAVAR_GRID_BYTES +                                                            \
+     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)16U * (taus), 64U,                            \
+                        2U * DAVAR_ROUND8((size_t)4U * (taus))))
+#define DAVAR_MEMORY_GRID_F32(window_max, window_min, segment, stride, m_max, taus, gaps)                              \
+    DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)
 
 #ifdef __cplusplus
 }

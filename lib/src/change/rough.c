@@ -4,7 +4,7 @@
 
 #include "number/ieee.h"
 
-#define MARGIN 64U /* last bits: the errors of two, one of them times a bound below 4 */
+#define LAST_BITS_UNSURE 64U /* last bits: the errors of two, one of them times a bound below 4 */
 
 /* mantissa * 2^exponent, its top bit set, or 0. */
 typedef struct {
@@ -43,9 +43,9 @@ static inline rough_t rough_product(rough_t a, rough_t b)
 static inline int order(uint32_t a, uint32_t b)
 {
     if (a > b) {
-        return ((a - b) > MARGIN) ? 1 : 0;
+        return ((a - b) > LAST_BITS_UNSURE) ? 1 : 0;
     }
-    return ((b - a) > MARGIN) ? -1 : 0;
+    return ((b - a) > LAST_BITS_UNSURE) ? -1 : 0;
 }
 
 /* over - bound under, its sign. */
@@ -76,7 +76,7 @@ static int order_of_distance(uint32_t distance, uint32_t x, double limit)
 }
 
 /* From the signs against the lower and the upper bound. */
-static davar_rough_t place(int low, int high)
+static davar_rough_t placed(int low, int high)
 {
     if ((low < 0) || (high > 0)) {
         return ROUGH_OUTSIDE;
@@ -89,7 +89,8 @@ davar_rough_t davar_rough_kurtosis(const davar_config_t *config, const davar_cen
     const rough_t over = rough_of(&whole->fourth);
     const rough_t second = rough_of(&whole->second);
     const rough_t under = rough_product(second, second);
-    return place(order_of_ratio(over, under, config->kurtosis_low), order_of_ratio(over, under, config->kurtosis_high));
+    return placed(order_of_ratio(over, under, config->kurtosis_low),
+                  order_of_ratio(over, under, config->kurtosis_high));
 }
 
 davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar_central_t *whole,
@@ -106,6 +107,6 @@ davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar
     const uint32_t from = x.mantissa >> 2U;
     const uint32_t to = y.mantissa >> (uint32_t)(2 - ahead);
     const uint32_t distance = (from > to) ? (from - to) : (to - from);
-    return place(order_of_distance(distance, x.mantissa, config->contribution_low),
-                 order_of_distance(distance, x.mantissa, config->contribution_high));
+    return placed(order_of_distance(distance, x.mantissa, config->contribution_low),
+                  order_of_distance(distance, x.mantissa, config->contribution_high));
 }

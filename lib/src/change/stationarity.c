@@ -94,7 +94,7 @@ static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const 
 }
 
 /* over - bound under, its sign. */
-static int compare(const ratio_t *ratio, const double *limit)
+static int against(const ratio_t *ratio, const double *limit)
 {
     const davar_magnitude_t bound = magnitude_of_double(limit);
     if ((ratio->over.mantissa == 0U) || (bound.mantissa == 0U)) {
@@ -107,7 +107,7 @@ static int compare(const ratio_t *ratio, const double *limit)
 
 static bool is_outside(const ratio_t *ratio, const double *low, const double *high)
 {
-    return (compare(ratio, high) > 0) || (compare(ratio, low) < 0);
+    return (against(ratio, high) > 0) || (against(ratio, low) < 0);
 }
 
 DAVAR_APART static bool exact_kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)

@@ -8,8 +8,6 @@
 #include "fit/white.h"
 #include "number/real.h"
 
-#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
-
 /* From squares, a lower limit among them, to the coefficient. */
 static void write_present(davar_coefficient_t *coefficient, double square, double low_square, double high)
 {

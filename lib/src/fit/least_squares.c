@@ -1,9 +1,8 @@
 /* davar - weighted least squares, DESIGN (5.6): normal equations, Gauss-Jordan, the sandwich. */
 #include "fit/least_squares.h"
 
+#include "fit/noise.h"
 #include "number/real.h"
-
-#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 
 /* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
 #define PIVOT_MIN 1e-10

@@ -8,9 +8,6 @@
 #include "fit/plan.h"
 #include "number/real.h"
 
-#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
-#define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
-
 /* Rounds of reweighting: enough to compare models, and to settle to a small fraction of a standard error. */
 #define ROUNDS_TRIAL 2
 #define ROUNDS_FINAL 2

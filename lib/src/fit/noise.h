@@ -5,6 +5,10 @@
 
 #include "davar/types.h"
 
+/* Terms of a model, and the one that is always there. */
+#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
+#define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
+
 /* Equivalent degrees of freedom of `differences` overlapping differences at cluster size m, never below 1 (5.1). */
 double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences);
 

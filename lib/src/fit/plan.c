@@ -6,11 +6,8 @@
 #include "fit/noise.h"
 #include "number/real.h"
 
-#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
-#define WHITE DAVAR_ANGLE_RANDOM_WALK
-
 /* The largest float that 32 bits hold. */
-#define MOST 4294967040.0F
+#define LARGEST_FIXED 4294967040.0F
 
 static double last_of(const davar_plan_t *plan)
 {
@@ -205,8 +202,7 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz)
 
 /* --- the window (5.5) -------------------------------------------------------------------------------------------- */
 
-/* A cluster size that does not fit leaves none of the longer ones, gaps or not. */
-static uint8_t usable_count(const davar_result_t *result)
+uint8_t davar_fit_usable(const davar_result_t *result)
 {
     uint8_t count = 0U;
     while ((count < result->tau_count) && (result->tau[count].differences > 0U)) {
@@ -265,7 +261,7 @@ static void plan_entry(davar_plan_t *plan, const davar_result_t *result, float e
     double high;
     davar_deviation_interval((double)edf, &low, &high);
     plan->edf[t] = (double)edf;
-    plan->root_edf[t] = fixed(davar_rootf(edf), DAVAR_FIT_ROOT_ONE, MOST);
+    plan->root_edf[t] = fixed(davar_rootf(edf), DAVAR_FIT_ROOT_ONE, LARGEST_FIXED);
     plan->low[t] = (float)low;
     plan->high[t] = (float)high;
     for (int k = 0; k < TERMS; k++) {
@@ -278,7 +274,7 @@ static void plan_white(davar_plan_t *plan, float variance)
     double low;
     double high;
     davar_chi_square_interval(2.0 / (double)variance, &low, &high);
-    plan->white_low = fixed((float)low, NOISE_ONE, MOST);
+    plan->white_low = fixed((float)low, NOISE_ONE, LARGEST_FIXED);
     plan->white_high = davar_rootf((float)high);
 }
 
@@ -299,7 +295,7 @@ static void plan_term(davar_plan_t *plan, int k, float of_white, float variance)
     const float of_term = plan->centre[k] * plan->centre[k] * positive;
     plan->sigma[k] = fixed_sigma(sigma, variance);
     plan->room[k] = davar_rootf((1.0F + margin) * plan->scale[k]);
-    plan->doubt[k] = fixed(davar_rootf(0.5F * (of_white + of_term)), NOISE_ONE, MOST);
+    plan->doubt[k] = fixed(davar_rootf(0.5F * (of_white + of_term)), NOISE_ONE, LARGEST_FIXED);
 }
 
 static void plan_window(davar_plan_t *plan, const davar_result_t *result)
@@ -315,6 +311,15 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     }
 }
 
+void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
+{
+    const bool whole = is_whole(result, plan->count);
+    if ((plan->window != result->window_samples) || !whole) {
+        plan_window(plan, result);
+        plan->window = whole ? result->window_samples : 0U;
+    }
+}
+
 DAVAR_RARE static void replan(davar_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
     uint32_t m[DAVAR_TAUS_MAX] = {0};
@@ -326,16 +331,12 @@ DAVAR_RARE static void replan(davar_plan_t *plan, const davar_result_t *result, 
 
 void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result)
 {
-    const uint8_t count = usable_count(result);
+    const uint8_t count = davar_fit_usable(result);
     if (count == 0U) {
         return;
     }
     if (plan->count != count) {
         replan(plan, result, count);
     }
-    const bool whole = is_whole(result, count);
-    if ((plan->window != result->window_samples) || !whole) {
-        plan_window(plan, result);
-        plan->window = whole ? result->window_samples : 0U;
-    }
+    davar_fit_prepare_window(plan, result);
 }

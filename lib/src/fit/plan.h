@@ -36,6 +36,12 @@
 /* One-sided 95 % point of a Gaussian. */
 #define DAVAR_FIT_BOUND 1.645
 
+/* How many cluster sizes a window supports: a size that does not fit leaves none of the longer ones, gaps or not. */
+uint8_t davar_fit_usable(const davar_result_t *result);
+
+/* Brings a plan for just as many cluster sizes, one at least, up to date with differences and window length in result (5.5). */
+void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result);
+
 /* Brings the plan up to date with the cluster sizes, differences and window length in result; needs none of its Allan
  * variances. Nothing is done when the window holds no difference (5.4) (5.5). */
 void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);

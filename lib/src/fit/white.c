@@ -7,17 +7,14 @@
 #include "fit/noise.h"
 #include "fit/plan.h"
 
-#define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
-#define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
-
 _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 
 /* y has 28 bits at most, so that 32 products with a functional of 29 bits fit 62, and 32 of those make a share. */
 #define Y_SPARE 4U
 #define SUM_SPARE 30U
 
-#define FRACTION_32 4294967296.0 /* 1.0 as 0.32 */
-#define ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
+#define FRACTION_32 4294967296.0        /* 1.0 as 0.32 */
+#define CENTRE_ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
 #define SHARE_ONE (UINT32_C(1) << DAVAR_FIT_SHARE_BITS)
 
 /* Of an Allan variance: 64 times what white noise has; more is a misfit by itself. */
@@ -169,11 +166,11 @@ static uint32_t taken(float centre, uint32_t share)
     const scaled_t per_share = scaled_of_float(centre);
     const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - per_share.exponent);
     const uint64_t product = davar_multiply_u32(per_share.mantissa, share) >> shift;
-    return (product < ONE) ? (uint32_t)product : ONE;
+    return (product < CENTRE_ONE) ? (uint32_t)product : CENTRE_ONE;
 }
 
 /* value / under as 2.30, for value < under / 2. */
-static uint32_t quotient(uint32_t value, uint32_t under)
+static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
 {
     const uint32_t zeros = davar_leading_zeros_32(under);
     return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
@@ -182,12 +179,12 @@ static uint32_t quotient(uint32_t value, uint32_t under)
 /* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). As 2.30. */
 static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
 {
-    const uint32_t left = ONE - taken(plan->centre[term], share);
+    const uint32_t left = CENTRE_ONE - taken(plan->centre[term], share);
     const uint32_t uncertain = plan->doubt[term];
     if (uncertain >= davar_upper_product(left, (uint32_t)(DAVAR_FIT_NOTHING * FRACTION_32))) {
         return 0U;
     }
-    return davar_upper_product(left, davar_chi_square_low(quotient(uncertain, left))) << 2U;
+    return davar_upper_product(left, davar_chi_square_low(quotient_of_ones(uncertain, left))) << 2U;
 }
 
 static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *white)
@@ -212,7 +209,7 @@ static void write_intervals(const davar_plan_t *plan, const davar_white_t *white
     }
 }
 
-static void write_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, int term,
+static void white_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, int term,
                          davar_coefficient_t *coefficient)
 {
     coefficient->present = false;
@@ -225,7 +222,7 @@ static void write_absent(const davar_plan_t *plan, const davar_white_t *white, s
     }
 }
 
-static void write_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
+static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
                           davar_coefficient_t *coefficient)
 {
     const scaled_t value = scaled_times(root, scaled_of_double(plan->root[WHITE]));
@@ -243,9 +240,9 @@ static void write_white(const davar_plan_t *plan, const davar_white_t *white, da
     write_intervals(plan, white, result);
     for (int k = 0; k < TERMS; k++) {
         if (k == WHITE) {
-            write_present(plan, white, root, &result->coefficient[k]);
+            white_present(plan, white, root, &result->coefficient[k]);
         } else {
-            write_absent(plan, white, root, k, &result->coefficient[k]);
+            white_absent(plan, white, root, k, &result->coefficient[k]);
         }
     }
 }
@@ -264,14 +261,16 @@ DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *
     davar_absent_coefficients(result);
 }
 
-bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+/* Nothing can be said. */
+static void write_nothing(davar_result_t *result)
 {
-    davar_fit_prepare(plan, result);
-    if ((result->tau_count == 0U) || (result->tau[0].differences == 0U)) {
-        davar_absent_taus(result, 0U);
-        davar_absent_coefficients(result);
-        return true;
-    }
+    davar_absent_taus(result, 0U);
+    davar_absent_coefficients(result);
+}
+
+/* ... with a plan that is up to date. */
+static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+{
     davar_absent_taus(result, plan->count);
     if (!fit_data(plan, result, white)) {
         write_constant(plan, result);
@@ -286,6 +285,16 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
     return white->explains;
 }
 
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+{
+    if (davar_fit_usable(result) == 0U) {
+        write_nothing(result);
+        return true;
+    }
+    davar_fit_prepare(plan, result);
+    return suffices(plan, rate_hz, result, white);
+}
+
 /* Whatever else is there adds to the Allan variance: white noise is no more than all of it (5.11). */
 static void write_beside(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
 {
@@ -298,12 +307,33 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white, d
     davar_absent_taus(result, 0U); /* theirs are those of white noise, which this is not */
 }
 
-bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+/* With a plan that is up to date where it is for as many cluster sizes as the window supports, and is no use where not. */
+static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
 {
     davar_white_t white;
-    const bool suffices = davar_white_suffices(plan, rate_hz, result, &white);
-    if (!suffices) {
+    if (usable != plan->count) {
+        write_nothing(result);
+        return usable == 0U;
+    }
+    const bool is_white = suffices(plan, rate_hz, result, &white);
+    if (!is_white) {
         write_beside(plan, &white, result);
     }
-    return suffices;
+    return is_white;
+}
+
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    const uint8_t usable = davar_fit_usable(result);
+    davar_fit_prepare(plan, result);
+    return fit_white(plan, rate_hz, result, usable);
+}
+
+bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+{
+    const uint8_t usable = davar_fit_usable(result);
+    if (usable == plan->count) {
+        davar_fit_prepare_window(plan, result);
+    }
+    return fit_white(plan, rate_hz, result, usable);
 }

@@ -61,7 +61,7 @@ static uint32_t differences(const davar_gaps_t *gaps, const davar_window_t *wind
 }
 
 /* Samples of the window that are mirror images of others in it. */
-static uint32_t mirrored(const davar_window_t *window)
+static uint32_t samples_mirrored(const davar_window_t *window)
 {
     const uint32_t in_front = at_start(window) ? (0U - window_tail(window)) : 0U;
     const uint32_t behind = is_finished(window) ? (window_head(window) - window->end) : 0U;
@@ -75,7 +75,7 @@ static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, 
     result->tau_count = config->tau_count;
     result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
     result->window_samples = window->length;
-    result->mirrored_samples = mirrored(window);
+    result->mirrored_samples = samples_mirrored(window);
     result->gaps_in_window = davar_gaps_inside(gaps, window);
     for (uint32_t t = 0U; t < config->tau_count; t++) {
         result->tau[t].m = config->taus[t];

@@ -21,6 +21,8 @@ static inline void clusters_tell(difference_t difference, davar_glr_t *detector,
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
 _Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");
 
+_Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too small");
+
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
 
 size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)

@@ -21,6 +21,8 @@ static inline void clusters_tell(difference_t difference, davar_glr_t *detector,
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
 _Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
 
+_Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too small");
+
 const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
 
 /* ... after the door of float samples, too. */

@@ -3,15 +3,15 @@
 
 #include "number/real.h"
 
-#define ONE (UINT32_C(1) << 24U)
-#define LEAST (ONE / 4U) /* so that the cut below never keeps phi where it is */
-#define MOST (ONE * 14U)
+#define PHI_ONE (UINT32_C(1) << 24U)
+#define LEAST (PHI_ONE / 4U) /* so that the cut below never keeps phi where it is */
+#define MOST (PHI_ONE * 14U)
 #define CUT 9U /* times phi: the most that one step can weigh */
 #define BEGIN 15U
 
 void davar_dispersion_start(davar_dispersion_t *dispersion)
 {
-    dispersion->phi = ONE;
+    dispersion->phi = PHI_ONE;
     dispersion->before = 0;
     dispersion->count = 0U;
 }

@@ -1,0 +1,16 @@
+/* davar-sim - signals that end the program: it goes on to the end of the line it is writing, cleans up and dies of the signal. */
+#ifndef STOP_H
+#define STOP_H
+
+#include "common/sim_error.h"
+
+/* From here on; signals that are ignored stay so. A second signal of the same kind kills at once. */
+void stop_catch(void);
+
+/* True once a signal has come, with an error that says so. */
+bool stop_asked(sim_error_t *error);
+
+/* Dies of the signal that has come; returns when none has. */
+void stop_die(void);
+
+#endif

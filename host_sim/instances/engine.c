@@ -1,0 +1,107 @@
+/* davar-sim - instances. */
+#include "instances/engine.h"
+
+#include <stdlib.h>
+
+static size_t memory_size(davar_port_number_t number, const davar_config_t *config)
+{
+    switch (number) {
+    case DAVAR_PORT_Q15:
+        return davar_memory_size_q15(config);
+    case DAVAR_PORT_Q31:
+        return davar_memory_size_q31(config);
+    case DAVAR_PORT_F32:
+    default:
+        return davar_memory_size_f32(config);
+    }
+}
+
+static davar_status_t init(davar_port_number_t number, davar_t *davar, const davar_config_t *config, void *memory,
+                           size_t bytes)
+{
+    switch (number) {
+    case DAVAR_PORT_Q15:
+        return davar_init_q15(davar, config, memory, bytes);
+    case DAVAR_PORT_Q31:
+        return davar_init_q31(davar, config, memory, bytes);
+    case DAVAR_PORT_F32:
+    default:
+        return davar_init_f32(davar, config, memory, bytes);
+    }
+}
+
+static void configure(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz)
+{
+    engine->config = settings->config;
+    engine->config.rate_hz = rate_hz;
+    engine->config.unit_per_count = quantisation->unit_per_count;
+    engine->config.full_scale = quantisation->full_scale;
+    engine->config.sample_bits = quantisation->sample_bits;
+    engine->number = quantisation->number;
+    if ((engine->number == DAVAR_PORT_Q15) && (memory_size(DAVAR_PORT_Q15, &engine->config) == 0U)) {
+        engine->number = DAVAR_PORT_Q31;
+    }
+}
+
+static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
+{
+    engine->instances = calloc(engine->count, sizeof *engine->instances);
+    engine->channels = calloc(engine->count, sizeof *engine->channels);
+    engine->memory = calloc(engine->count, words * sizeof *engine->memory);
+    if ((engine->instances == NULL) || (engine->channels == NULL) || (engine->memory == NULL)) {
+        return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels", engine->config.window_max,
+                        engine->count);
+    }
+    return true;
+}
+
+bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz,
+                  size_t count, const options_t *options, sim_error_t *error)
+{
+    *engine = (engine_t){.count = count};
+    configure(engine, settings, quantisation, rate_hz);
+    const size_t bytes = memory_size(engine->number, &engine->config);
+    const size_t words = bytes / sizeof *engine->memory + 1U;
+    if (!allocate(engine, words, error)) {
+        return false;
+    }
+    davar_plan_init(&engine->plan, engine->config.taus, engine->config.tau_count); /* the same in all channels */
+    for (size_t c = 0; c < count; c++) {
+        engine->channels[c] =
+            (davar_node_channel_t){.davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
+        const davar_status_t status = init(engine->number, &engine->instances[c], &engine->config,
+                                           engine->memory + c * words, words * sizeof *engine->memory);
+        if (status != DAVAR_OK) {
+            return settings_fail(status, options, error);
+        }
+    }
+    return true;
+}
+
+void engine_add_health(davar_health_t *sum, const davar_health_t *one)
+{
+    sum->gaps = one->gaps;
+    sum->missing = one->missing;
+    sum->saturated += one->saturated;
+    sum->not_finite += one->not_finite;
+    sum->restarts += one->restarts;
+    sum->missed += one->missed;
+}
+
+davar_health_t engine_health(const engine_t *engine)
+{
+    davar_health_t sum = {0};
+    for (size_t c = 0; c < engine->count; c++) {
+        const davar_health_t one = davar_health(&engine->instances[c]);
+        engine_add_health(&sum, &one);
+    }
+    return sum;
+}
+
+void engine_free(engine_t *engine)
+{
+    free(engine->instances);
+    free(engine->channels);
+    free(engine->memory);
+    *engine = (engine_t){0};
+}

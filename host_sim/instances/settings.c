@@ -1,0 +1,189 @@
+/* davar-sim - configuration: defaults follow window_max in the proportions of the paper, 600 : 400 : 100. */
+#include "instances/settings.h"
+
+#include "davar/davar.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#define GLR_BLOCKS 600U
+#define GLR_SHRINK 64U /* how fast a window follows a cut where the edges walk */
+
+static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
+{
+    return option->given ? option->value : otherwise;
+}
+
+static uint32_t at_least_1(uint32_t value)
+{
+    return (value > 1U) ? value : 1U;
+}
+
+static void set_window(davar_config_t *config, const options_t *options)
+{
+    if (options->window_max.given) {
+        const uint32_t longest = options->window_max.value;
+        config->window_max = longest;
+        config->window_min = (uint32_t)((uint64_t)longest * 2U / 3U) & ~UINT32_C(1);
+        config->segment = at_least_1(longest / 6U);
+    }
+    config->window_min = either(&options->window_min, config->window_min);
+    config->segment = either(&options->segment, config->segment);
+}
+
+/* glr: 600 blocks, the shortest two, no moments. */
+static void set_tracking(davar_config_t *config, const options_t *options)
+{
+    if (options->policy != DAVAR_POLICY_GLR) {
+        return;
+    }
+    config->block = either(&options->block, config->block);
+    config->shock_blocks = either(&options->shock_blocks, config->shock_blocks);
+    config->long_cluster = either(&options->long_cluster, config->long_cluster);
+    if (options->false_alarms_per_hour > 0.0) {
+        config->false_alarms_per_hour = options->false_alarms_per_hour;
+    }
+    if (options->cut_interval_s > 0.0) {
+        config->cut_interval_s = options->cut_interval_s;
+    }
+    config->mode = options->mode_given ? options->mode : DAVAR_MODE_TRAILING;
+    config->window_max = either(&options->window_max, GLR_BLOCKS * config->block);
+    config->window_min = either(&options->window_min, 2U * config->block);
+    config->segment = either(&options->segment, 0U);
+    config->grow = either(&options->grow, 1U);
+    config->shrink = either(&options->shrink, GLR_SHRINK);
+}
+
+/* A trailing window cannot grow faster than the samples come. */
+static void set_steps(davar_config_t *config, const options_t *options)
+{
+    const bool trailing = (options->mode == DAVAR_MODE_TRAILING);
+    config->grow = either(&options->grow, trailing ? 1U : config->grow);
+    config->shrink = either(&options->shrink, config->shrink);
+    config->stride = either(&options->stride, config->stride);
+}
+
+static void set_bounds(davar_config_t *config, const options_t *options)
+{
+    if (options->kurtosis.given) {
+        config->kurtosis_low = options->kurtosis.low;
+        config->kurtosis_high = options->kurtosis.high;
+    }
+    if (options->contribution.given) {
+        config->contribution_low = options->contribution.low;
+        config->contribution_high = options->contribution.high;
+    }
+}
+
+static void set_taus(settings_t *settings, const options_t *options)
+{
+    davar_config_t *config = &settings->config;
+    config->taus = settings->taus;
+    switch (options->taus_kind) {
+    case TAUS_LIST:
+        config->tau_count = (uint8_t)options->tau_count;
+        for (size_t t = 0; t < options->tau_count; t++) {
+            settings->taus[t] = options->taus[t];
+        }
+        break;
+    case TAUS_GEOMETRIC:
+        config->tau_count =
+            davar_taus_geometric(config->window_max, (uint8_t)options->taus_wanted, settings->taus, DAVAR_TAUS_MAX);
+        break;
+    case TAUS_OCTAVE:
+    default:
+        config->tau_count = davar_taus_octave(config->window_max, settings->taus, DAVAR_TAUS_MAX);
+        break;
+    }
+}
+
+bool settings_make(settings_t *settings, const options_t *options, sim_error_t *error)
+{
+    davar_config_t *config = &settings->config;
+    *config = davar_default_config;
+    config->rate_hz = (options->rate_hz > 0.0) ? options->rate_hz : 1.0;
+    config->unit_per_count = (options->lsb > 0.0) ? options->lsb : 1.0;
+    config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
+    config->mode = options->mode;
+    config->policy = options->policy;
+    set_window(config, options);
+    set_steps(config, options);
+    set_bounds(config, options);
+    set_tracking(config, options);
+    set_taus(settings, options);
+    /* A grid remembers the gaps of the newest window and of the next: one gap in front of each sample at most. */
+    config->gaps_max = (config->window_max < (UINT16_MAX / 2U)) ? (uint16_t)(2U * config->window_max) : UINT16_MAX;
+    config->mirrored_end = (config->mode == DAVAR_MODE_CENTRED);
+    return settings_check(settings, options, error);
+}
+
+/* The widest count that quantise_plan may choose; 0 leaves it to the type. */
+static uint8_t widest_count(const options_t *options)
+{
+    if (options->arith == ARITH_FLOAT) {
+        return 0U;
+    }
+    return (options->lsb > 0.0) ? (uint8_t)options->bits : 32U;
+}
+
+/* Init looks at the configuration before it looks at the memory, so with no memory at all "too small" means accepted. */
+bool settings_check(const settings_t *settings, const options_t *options, sim_error_t *error)
+{
+    davar_t probe;
+    uint64_t no_memory[1] = {0};
+    davar_config_t config = settings->config;
+    config.sample_bits = widest_count(options);
+    const davar_status_t status = (options->arith == ARITH_FLOAT) ? davar_init_f32(&probe, &config, no_memory, 0)
+                                                                  : davar_init_q31(&probe, &config, no_memory, 0);
+    const bool accepted = (status == DAVAR_OK) || (status == DAVAR_ERR_MEMORY_SIZE);
+    return accepted || settings_fail(status, options, error);
+}
+
+/* The option that a refusal is about; for the rest no option is to blame. */
+static const char *option_of(davar_status_t status, const options_t *options)
+{
+    static const char *const OPTION[] = {
+        [DAVAR_ERR_RATE] = "--rate",
+        [DAVAR_ERR_SCALE] = "--lsb",
+        [DAVAR_ERR_SAMPLE_BITS] = "--bits",
+        [DAVAR_ERR_MODE] = "--mode",
+        [DAVAR_ERR_POLICY] = "--policy",
+        [DAVAR_ERR_WINDOW_MAX] = "--window-max",
+        [DAVAR_ERR_WINDOW_MIN] = "--window-min",
+        [DAVAR_ERR_WINDOW_ODD] = "--window-max or --window-min",
+        [DAVAR_ERR_SEGMENT] = "--segment",
+        [DAVAR_ERR_KURTOSIS] = "--kurtosis",
+        [DAVAR_ERR_CONTRIBUTION] = "--contribution",
+        [DAVAR_ERR_STEP] = "--grow or --shrink",
+        [DAVAR_ERR_SHRINK] = "--shrink",
+        [DAVAR_ERR_STRIDE] = "--stride",
+        [DAVAR_ERR_TRACKING] = "--policy glr",
+        [DAVAR_ERR_TAU_COUNT] = "--taus",
+        [DAVAR_ERR_TAU_ORDER] = "--taus",
+        [DAVAR_ERR_TAU_ZERO] = "--taus",
+        [DAVAR_ERR_TAU_LONG] = "--taus",
+        [DAVAR_ERR_TAU_OVERFLOW] = "--taus or --window-max",
+    };
+    if ((status == DAVAR_ERR_SCALE) && (options->arith == ARITH_FLOAT)) {
+        return "--full-scale";
+    }
+    const bool known = ((size_t)status < sizeof OPTION / sizeof OPTION[0]) && (OPTION[status] != NULL);
+    return known ? OPTION[status] : "internal";
+}
+
+bool settings_fail(davar_status_t status, const options_t *options, sim_error_t *error)
+{
+    return sim_fail(error, "%s: %s", option_of(status, options), davar_status_text(status));
+}
+
+/* Centred: the mirrored ends let half a window make the first epoch; trailing: the shortest window. Either way the first
+ * epoch is the last sample of a stride. */
+uint64_t settings_samples_needed(const davar_config_t *config)
+{
+    const uint64_t stride = config->stride;
+    if (config->mode == DAVAR_MODE_TRAILING) {
+        return (config->window_min + stride - 1U) / stride * stride;
+    }
+    const uint64_t half = config->window_max / 2U;
+    return (half > stride) ? half : stride;
+}

@@ -1,0 +1,154 @@
+/* davar-sim - walks the command line with getopt_long. */
+#include "options/options.h"
+
+#include "options/option_table.h"
+
+#include <getopt.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define OPTIONS_MAX 64
+#define ASCII_END 128
+#define CODE_FIRST 256 /* getopt codes of the table entries; below are characters */
+
+/* What getopt_long wants to know, derived from the table. */
+static void fill_long_options(struct option *long_options)
+{
+    size_t i = 0;
+    for (; (i < OPTIONS_MAX) && (OPTION_TABLE[i].name != NULL); i++) {
+        long_options[i] = (struct option){.name = OPTION_TABLE[i].name,
+                                          .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
+                                          .val = CODE_FIRST + (int)i};
+    }
+    long_options[i] = (struct option){0};
+}
+
+static options_status_t apply_flag(options_t *options, const char *name)
+{
+    if (strcmp(name, "help") == 0) {
+        return OPTIONS_HELP;
+    }
+    if (strcmp(name, "version") == 0) {
+        return OPTIONS_VERSION;
+    }
+    if (strcmp(name, "raw") == 0) {
+        options->raw = true;
+    } else {
+        options->details = true;
+    }
+    return OPTIONS_RUN;
+}
+
+static options_status_t apply_entry(options_t *options, const option_entry_t *entry, sim_error_t *error)
+{
+    if (entry->apply == NULL) {
+        return apply_flag(options, entry->name);
+    }
+    return entry->apply(options, optarg, error) ? OPTIONS_RUN : OPTIONS_BAD;
+}
+
+/* REC, or one more column behind "--column NAME" once REC is known. */
+static bool apply_word(options_t *options, bool after_column, const char *word, sim_error_t *error)
+{
+    if (options->recording == NULL) {
+        options->recording = word;
+        return true;
+    }
+    if (after_column) {
+        return option_add_columns(options, word, error);
+    }
+    return sim_fail(error, "unexpected argument '%s' (one recording only; see --help)", word);
+}
+
+/* getopt names an unknown short option by its character and everything else by where it stood. */
+static bool fail_unknown(char **argv, sim_error_t *error)
+{
+    if ((optopt > 0) && (optopt < ASCII_END)) {
+        return sim_fail(error, "unknown option '-%c' (see --help)", optopt);
+    }
+    if (optopt >= CODE_FIRST) {
+        return sim_fail(error, "--%s: takes no value", OPTION_TABLE[optopt - CODE_FIRST].name);
+    }
+    /* The first byte of a longer character leaves getopt in the middle of its word. */
+    const bool inside = (optopt != 0) && (argv[optind] != NULL) && (argv[optind][0] == '-');
+    return sim_fail(error, "unknown option '%s' (see --help)", argv[inside ? optind : (optind - 1)]);
+}
+
+static options_status_t walk(options_t *options, int argc, char **argv, sim_error_t *error)
+{
+    struct option long_options[OPTIONS_MAX + 1];
+    fill_long_options(long_options);
+    opterr = 0;
+    bool after_column = false;
+    options_status_t status = OPTIONS_RUN;
+    while (status == OPTIONS_RUN) {
+        const int code = getopt_long(argc, argv, "-:", long_options, NULL);
+        if (code == -1) {
+            break;
+        }
+        if (code == 1) {
+            status = apply_word(options, after_column, optarg, error) ? OPTIONS_RUN : OPTIONS_BAD;
+        } else if (code >= CODE_FIRST) {
+            status = apply_entry(options, &OPTION_TABLE[code - CODE_FIRST], error);
+            after_column = (strcmp(OPTION_TABLE[code - CODE_FIRST].name, "column") == 0);
+        } else if (code == ':') {
+            (void)sim_fail(error, "--%s: needs a value", OPTION_TABLE[optopt - CODE_FIRST].name);
+            status = OPTIONS_BAD;
+        } else {
+            (void)fail_unknown(argv, error);
+            status = OPTIONS_BAD;
+        }
+    }
+    return status;
+}
+
+/* Words behind "--". */
+static options_status_t take_rest(options_t *options, int argc, char **argv, sim_error_t *error)
+{
+    for (int i = optind; i < argc; i++) {
+        if (!apply_word(options, false, argv[i], error)) {
+            return OPTIONS_BAD;
+        }
+    }
+    if (options->recording == NULL) {
+        (void)sim_fail(error, "no recording given (see --help)");
+        return OPTIONS_BAD;
+    }
+    return OPTIONS_RUN;
+}
+
+options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error)
+{
+    *options = (options_t){.policy = DAVAR_POLICY_OR,
+                           .can_base = DAVAR_WIRE_BASE,
+                           .can_content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS};
+    options_status_t status = walk(options, argc, argv, error);
+    if (status == OPTIONS_RUN) {
+        status = take_rest(options, argc, argv, error);
+    }
+    if ((status == OPTIONS_RUN) && (options->device != NULL) && (options->pace > 0.0)) {
+        (void)sim_fail(error, "--pace: not with --device, which has a clock of its own");
+        status = OPTIONS_BAD;
+    }
+    if ((status == OPTIONS_RUN) && (options->policy == DAVAR_POLICY_GLR) && (options->device != NULL)) {
+        (void)sim_fail(error, "--policy glr: not with --device");
+        status = OPTIONS_BAD;
+    }
+    if ((status == OPTIONS_RUN) && options->raw && (options->device != NULL)) {
+        (void)sim_fail(error, "--raw: not with --device, which takes all samples before the first result");
+        status = OPTIONS_BAD;
+    }
+    if ((status == OPTIONS_RUN) && options->raw && (options->out != OUT_LINK)) {
+        (void)sim_fail(error, "--raw: frames go to --out can:IFACE or slcan:PATH only");
+        status = OPTIONS_BAD;
+    }
+    return status;
+}
+
+void options_free(options_t *options)
+{
+    for (size_t c = 0; c < options->column_count; c++) {
+        free(options->columns[c]);
+    }
+    options->column_count = 0;
+}

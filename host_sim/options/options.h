@@ -1,0 +1,103 @@
+/* davar-sim - what the command line says. Nothing is derived here; see settings.h. */
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#include "common/sim_error.h"
+#include "davar/codec.h"
+#include "davar/types.h"
+
+#define OPTIONS_COLUMNS_MAX 256U
+
+typedef enum {
+    ARITH_FIXED = 0,
+    ARITH_FLOAT,
+} arith_t;
+
+typedef enum {
+    TAUS_OCTAVE = 0,
+    TAUS_GEOMETRIC,
+    TAUS_LIST,
+} taus_kind_t;
+
+typedef enum {
+    OUT_CSV = 0,
+    OUT_JSONL,
+    OUT_LINK, /* can: or slcan: */
+} out_t;
+
+typedef enum {
+    SHOW_AUTO = 0, /* when standard error is a terminal and standard output is not */
+    SHOW_ALWAYS,
+    SHOW_NEVER,
+} show_t;
+
+/* A whole number that may have been left out. */
+typedef struct {
+    bool given;
+    uint32_t value;
+} optional_u32_t;
+
+/* Two bounds that may have been left out. */
+typedef struct {
+    bool given;
+    double low;
+    double high;
+} optional_range_t;
+
+typedef struct {
+    const char *recording;              /* "-": standard input */
+    char *columns[OPTIONS_COLUMNS_MAX]; /* names in order; allocated */
+    size_t column_count;                /* 0: choose by name */
+    double rate_hz;                     /* 0: from the time stamps */
+    double lsb;                         /* unit per count; 0: not given */
+    double full_scale;                  /* 0: not given */
+    double gap_factor;                  /* 0: not given */
+    uint32_t bits;                      /* 0: not given */
+    arith_t arith;
+    davar_policy_t policy;
+    double false_alarms_per_hour; /* glr; 0: not given */
+    double cut_interval_s;        /* glr; 0: not given */
+    optional_u32_t shock_blocks;  /* glr */
+    optional_u32_t block;         /* glr */
+    optional_u32_t long_cluster;  /* glr */
+    bool mode_given;
+    davar_mode_t mode;
+    optional_u32_t window_max;
+    optional_u32_t window_min;
+    optional_u32_t segment;
+    optional_u32_t grow;
+    optional_u32_t shrink;
+    optional_u32_t stride;
+    optional_range_t kurtosis;
+    optional_range_t contribution;
+    taus_kind_t taus_kind;
+    uint32_t taus_wanted;          /* geometric: how many */
+    uint32_t taus[DAVAR_TAUS_MAX]; /* list */
+    size_t tau_count;
+    out_t out;
+    const char *link;        /* of OUT_LINK: can:IFACE or slcan:PATH */
+    uint32_t can_base;       /* identifier of channel 0 */
+    uint32_t can_content;    /* DAVAR_SEND_* */
+    bool raw;                /* the samples too, as frames */
+    uint32_t baud;           /* of a serial line; 0: as it is */
+    const char *model_table; /* file of the error model's table; null: none */
+    const char *device;      /* command that runs the job on a device; null: here */
+    double pace;             /* times real time; 0: as fast as it goes */
+    show_t progress;
+    bool details;
+} options_t;
+
+typedef enum {
+    OPTIONS_BAD = -1,
+    OPTIONS_RUN = 0,
+    OPTIONS_HELP,
+    OPTIONS_VERSION,
+} options_status_t;
+
+/* Reads the command line. OPTIONS_BAD: the message names the option. Pointers into argv are kept. */
+options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error);
+
+/* Frees what options_parse allocated. */
+void options_free(options_t *options);
+
+#endif

@@ -1,0 +1,28 @@
+/* davar-sim - CSV. */
+#include "output/csv_out.h"
+
+void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel)
+{
+    rows_out_put(rows, with_channel ? "channel," : "");
+    for (size_t f = 0; f < fields->count; f++) {
+        rows_out_put(rows, (f > 0U) ? "," : "");
+        rows_out_put(rows, fields->field[f].name);
+    }
+    rows_out_put(rows, "\n");
+}
+
+void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row)
+{
+    char text[CELL_TEXT_BYTES];
+    if (channel != NULL) {
+        rows_out_put(rows, channel);
+        rows_out_put(rows, ",");
+    }
+    for (size_t f = 0; f < fields->count; f++) {
+        const field_t *field = &fields->field[f];
+        const cell_t cell = field->show(row, field->index);
+        rows_out_put(rows, (f > 0U) ? "," : "");
+        rows_out_put(rows, cell_text(&cell, "", text));
+    }
+    rows_out_put(rows, "\n");
+}

@@ -1,0 +1,270 @@
+/* davar-sim - output columns, in the order in which they are written. */
+#include "output/fields.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+static cell_t integer_cell(uint64_t integer)
+{
+    return (cell_t){.kind = CELL_INTEGER, .integer = integer};
+}
+
+static cell_t number_cell(double number)
+{
+    return (cell_t){.kind = isfinite(number) ? CELL_NUMBER : CELL_ABSENT, .number = number};
+}
+
+static cell_t present_cell(bool present, double number)
+{
+    return present ? number_cell(number) : (cell_t){.kind = CELL_ABSENT};
+}
+
+static cell_t show_epoch(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->epoch);
+}
+
+static cell_t show_time(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return (cell_t){.kind = isfinite(row->time_s) ? CELL_TIME : CELL_ABSENT, .number = row->time_s};
+}
+
+static cell_t show_window(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->window_samples);
+}
+
+static cell_t show_kurtosis(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->kurtosis);
+}
+
+static cell_t show_contribution(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->contribution);
+}
+
+static cell_t show_unstable(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->unstable ? 1U : 0U);
+}
+
+static cell_t show_alarm(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->alarm ? 1U : 0U);
+}
+
+static cell_t show_cut_age(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->cut_age_samples);
+}
+
+static cell_t show_dispersion(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->dispersion);
+}
+
+static cell_t show_changed(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return (row->result->change.m > 0U) ? integer_cell(row->result->change.m) : (cell_t){.kind = CELL_ABSENT};
+}
+
+static cell_t show_older(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->change.older);
+}
+
+static cell_t show_newer(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->change.newer);
+}
+
+static cell_t show_gain(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->result->change.gain);
+}
+
+static cell_t show_gaps(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->gaps_in_window);
+}
+
+static cell_t show_coefficient(const epoch_row_t *row, uint32_t kind)
+{
+    const davar_coefficient_t *coefficient = &row->result->coefficient[kind];
+    return present_cell(coefficient->present, coefficient->value);
+}
+
+static cell_t show_coefficient_low(const epoch_row_t *row, uint32_t kind)
+{
+    const davar_coefficient_t *coefficient = &row->result->coefficient[kind];
+    return present_cell(coefficient->present, coefficient->low);
+}
+
+static cell_t show_coefficient_high(const epoch_row_t *row, uint32_t kind)
+{
+    const davar_coefficient_t *coefficient = &row->result->coefficient[kind];
+    return present_cell(coefficient->present, coefficient->high);
+}
+
+static cell_t show_coefficient_upper(const epoch_row_t *row, uint32_t kind)
+{
+    const davar_coefficient_t *coefficient = &row->result->coefficient[kind];
+    return present_cell(!coefficient->present, coefficient->high);
+}
+
+static cell_t show_adev(const epoch_row_t *row, uint32_t t)
+{
+    return present_cell(row->result->tau[t].differences > 0U, row->result->tau[t].adev);
+}
+
+static cell_t show_adev_low(const epoch_row_t *row, uint32_t t)
+{
+    return present_cell(row->result->tau[t].differences > 0U, row->result->tau[t].low);
+}
+
+static cell_t show_adev_high(const epoch_row_t *row, uint32_t t)
+{
+    return present_cell(row->result->tau[t].differences > 0U, row->result->tau[t].high);
+}
+
+static cell_t show_differences(const epoch_row_t *row, uint32_t t)
+{
+    return integer_cell(row->result->tau[t].differences);
+}
+
+static cell_t show_model_health(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return number_cell(row->misfit->health);
+}
+
+static cell_t show_model_deviation(const epoch_row_t *row, uint32_t t)
+{
+    return number_cell(row->misfit->tau[t].deviation);
+}
+
+static cell_t show_model_mean_deviation(const epoch_row_t *row, uint32_t t)
+{
+    return number_cell(row->misfit->tau[t].mean_deviation);
+}
+
+static const field_t COMMON[] = {
+    {"epoch", show_epoch, 0U},
+    {"time_s", show_time, 0U},
+    {"window_samples", show_window, 0U},
+    {"kurtosis", show_kurtosis, 0U},
+    {"contribution", show_contribution, 0U},
+    {"unstable", show_unstable, 0U},
+    {"arw_deg_per_sqrt_h", show_coefficient, DAVAR_ANGLE_RANDOM_WALK},
+    {"arw_low_deg_per_sqrt_h", show_coefficient_low, DAVAR_ANGLE_RANDOM_WALK},
+    {"arw_high_deg_per_sqrt_h", show_coefficient_high, DAVAR_ANGLE_RANDOM_WALK},
+    {"bi_deg_per_h", show_coefficient, DAVAR_BIAS_INSTABILITY},
+    {"rrw_deg_per_h_per_sqrt_h", show_coefficient, DAVAR_RATE_RANDOM_WALK},
+    {"rr_deg_per_h2", show_coefficient, DAVAR_RATE_RAMP},
+    {"qn_deg", show_coefficient, DAVAR_QUANTIZATION},
+};
+
+static const field_t TRACKING[] = {
+    {"alarm", show_alarm, 0U},      {"cut_age_samples", show_cut_age, 0U}, {"dispersion", show_dispersion, 0U},
+    {"change_m", show_changed, 0U}, {"change_older", show_older, 0U},      {"change_newer", show_newer, 0U},
+    {"change_gain", show_gain, 0U},
+};
+
+static const field_t DETAILS[] = {
+    {"gaps_in_window", show_gaps, 0U},
+    {"arw_upper_deg_per_sqrt_h", show_coefficient_upper, DAVAR_ANGLE_RANDOM_WALK},
+    {"bi_upper_deg_per_h", show_coefficient_upper, DAVAR_BIAS_INSTABILITY},
+    {"rrw_upper_deg_per_h_per_sqrt_h", show_coefficient_upper, DAVAR_RATE_RANDOM_WALK},
+    {"rr_upper_deg_per_h2", show_coefficient_upper, DAVAR_RATE_RAMP},
+    {"qn_upper_deg", show_coefficient_upper, DAVAR_QUANTIZATION},
+};
+
+static void add_all(fields_t *fields, const field_t *list, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        fields->field[fields->count] = list[i];
+        fields->count++;
+    }
+}
+
+static void add_tau(fields_t *fields, const char *what, uint32_t m, field_t field)
+{
+    (void)snprintf(field.name, sizeof field.name, "%s_%" PRIu32, what, m);
+    add_all(fields, &field, 1U);
+}
+
+static void add_monitor(fields_t *fields, const fields_setup_t *setup)
+{
+    const field_t health = {"model_health", show_model_health, 0U};
+    add_all(fields, &health, 1U);
+    for (uint32_t t = 0; t < setup->tau_count; t++) {
+        add_tau(fields, "model_deviation", setup->taus[t], (field_t){.show = show_model_deviation, .index = t});
+    }
+}
+
+static void add_details(fields_t *fields, const fields_setup_t *setup)
+{
+    for (uint32_t t = 0; t < setup->tau_count; t++) {
+        const uint32_t m = setup->taus[t];
+        add_tau(fields, "adev_low", m, (field_t){.show = show_adev_low, .index = t});
+        add_tau(fields, "adev_high", m, (field_t){.show = show_adev_high, .index = t});
+        add_tau(fields, "differences", m, (field_t){.show = show_differences, .index = t});
+    }
+    add_all(fields, DETAILS, sizeof DETAILS / sizeof DETAILS[0]);
+    for (uint32_t t = 0; setup->monitored && (t < setup->tau_count); t++) {
+        add_tau(fields, "model_mean_deviation", setup->taus[t],
+                (field_t){.show = show_model_mean_deviation, .index = t});
+    }
+}
+
+void fields_make(fields_t *fields, const fields_setup_t *setup)
+{
+    fields->count = 0;
+    add_all(fields, COMMON, sizeof COMMON / sizeof COMMON[0]);
+    if (setup->tracked) {
+        add_all(fields, TRACKING, sizeof TRACKING / sizeof TRACKING[0]);
+    }
+    for (uint32_t t = 0; t < setup->tau_count; t++) {
+        add_tau(fields, "adev", setup->taus[t], (field_t){.show = show_adev, .index = t});
+    }
+    if (setup->monitored) {
+        add_monitor(fields, setup);
+    }
+    if (setup->details) {
+        add_details(fields, setup);
+    }
+}
+
+const char *cell_text(const cell_t *cell, const char *absent, char *text)
+{
+    switch (cell->kind) {
+    case CELL_INTEGER:
+        (void)snprintf(text, CELL_TEXT_BYTES, "%" PRIu64, cell->integer);
+        return text;
+    case CELL_TIME:
+        (void)snprintf(text, CELL_TEXT_BYTES, "%.15g", cell->number);
+        return text;
+    case CELL_NUMBER:
+        (void)snprintf(text, CELL_TEXT_BYTES, "%.9g", cell->number);
+        return text;
+    case CELL_ABSENT:
+    default:
+        return absent;
+    }
+}

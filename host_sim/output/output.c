@@ -1,0 +1,73 @@
+/* davar-sim - output stream. */
+#include "output/output.h"
+
+#include "common/stop.h"
+#include "output/csv_out.h"
+#include "output/jsonl_out.h"
+
+bool output_open(output_t *output, const options_t *options, const engine_t *engine, const selection_t *selection,
+                 sim_error_t *error)
+{
+    output->format = options->out;
+    output->selection = selection;
+    output->raw = options->raw;
+    output->flush_rows = (options->pace > 0.0);
+    output->rows = 0;
+    const fields_setup_t setup = {.taus = engine->config.taus,
+                                  .tau_count = engine->config.tau_count,
+                                  .monitored = (options->model_table != NULL),
+                                  .tracked = (options->policy == DAVAR_POLICY_GLR),
+                                  .details = options->details};
+    fields_make(&output->fields, &setup);
+    return watch_open(&output->watch, options, engine, error) &&
+           ((options->out != OUT_LINK) || wire_out_open(&output->wire, options, engine, error));
+}
+
+static void write_csv(output_t *output, size_t channel, const epoch_row_t *row)
+{
+    const bool named = (output->selection->count > 1U);
+    if (output->rows == 1U) {
+        csv_out_header(&output->text, &output->fields, named);
+    }
+    csv_out_row(&output->text, &output->fields, named ? output->selection->name[channel] : NULL, row);
+}
+
+bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
+{
+    const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result), plain->time_s};
+    const epoch_row_t *row = &watched;
+    if (stop_asked(error)) {
+        return false;
+    }
+    output->rows++;
+    switch (output->format) {
+    case OUT_LINK:
+        return wire_out_result(&output->wire, channel, row, error);
+    case OUT_JSONL:
+        jsonl_out_row(&output->text, &output->fields, output->selection->name[channel], row);
+        break;
+    case OUT_CSV:
+    default:
+        write_csv(output, channel, row);
+        break;
+    }
+    return rows_out_take(&output->text, output->flush_rows, error);
+}
+
+bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error)
+{
+    return !output->raw || wire_out_raw(&output->wire, run, error);
+}
+
+bool output_finish(output_t *output, sim_error_t *error)
+{
+    const bool told = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
+    return told && rows_out_take(&output->text, true, error);
+}
+
+void output_close(output_t *output)
+{
+    rows_out_close(&output->text);
+    wire_out_close(&output->wire);
+    watch_close(&output->watch);
+}

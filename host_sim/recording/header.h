@@ -1,0 +1,28 @@
+/* davar-sim - the header row: column names in order. */
+#ifndef HEADER_H
+#define HEADER_H
+
+#include "recording/lines.h"
+
+#define HEADER_COLUMNS_MAX 1024U
+#define HEADER_NONE SIZE_MAX
+
+typedef struct {
+    char *text;                           /* owns the characters of the names */
+    const char *name[HEADER_COLUMNS_MAX]; /* surrounding spaces removed */
+    size_t count;
+} header_t;
+
+/* Skips leading "# key: value" and blank lines and reads the header row. False: no header row, bytes that no text has, an
+ * empty or repeated name, or numbers where names should be. */
+bool header_read(header_t *header, lines_t *lines, sim_error_t *error);
+
+/* Position of the column of that name; HEADER_NONE when there is none. */
+size_t header_find(const header_t *header, const char *name);
+
+/* All names, separated by ", ", cut to fit `size` bytes; returns text. */
+const char *header_list(const header_t *header, char *text, size_t size);
+
+void header_free(header_t *header);
+
+#endif

@@ -1,0 +1,45 @@
+/* davar-sim - a stretch of the spooled recording in memory, in the number type of the instances. */
+#ifndef CHUNK_H
+#define CHUNK_H
+
+#include "davar_port.h"
+#include "recording/quantise.h"
+#include "recording/recording.h"
+#include "recording/timing.h"
+
+#define CHUNK_ROWS 4096U
+
+/* Samples of all channels, CHUNK_ROWS per channel, channel after channel. */
+typedef union {
+    void *any;
+    int16_t *q15;
+    int32_t *q31;
+    float *f32;
+} chunk_samples_t;
+
+typedef struct {
+    uint64_t first; /* row of the first sample */
+    size_t count;   /* rows here */
+    chunk_samples_t samples;
+    uint32_t *missing; /* per row: samples lost just before it */
+    double *record;    /* rows as spooled */
+    double *time_s;    /* [0]: the row before `first` */
+} chunk_t;
+
+/* Allocates for `channels` channels; the chunk is empty and ends at row 0. */
+bool chunk_open(chunk_t *chunk, size_t channels, sim_error_t *error);
+
+/* Loads the rows behind the present ones; count is 0 at the end of the recording. */
+bool chunk_next(chunk_t *chunk, const recording_t *recording, const timing_t *timing,
+                const quantisation_t *quantisation, davar_port_number_t number, sim_error_t *error);
+
+/* Rows from `from` on without a loss between them, >= 1. */
+size_t chunk_run(const chunk_t *chunk, size_t from);
+
+/* Where the samples of a channel begin, from row `from` of the chunk on. */
+davar_port_samples_t chunk_samples(const chunk_t *chunk, davar_port_number_t number, size_t channel, size_t from);
+
+/* Allowed after a failed open. */
+void chunk_close(chunk_t *chunk);
+
+#endif

@@ -1,0 +1,117 @@
+"""tools/davar-plan: what it writes is what davar_plan_init makes, gives the same results, and leaves davar_plan_init unlinked."""
+
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LISTS = ("1", "7", "1,2,4,8", "1,2,4,8,16,32,64", "1,2,3,5,9,15,24,40", ",".join(str(3 + 2 * i) for i in range(32)))
+PROGRAM = """
+#include "davar/davar.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+extern davar_plan_t ready;
+static const uint32_t taus[] = {TAUS};
+#define COUNT (sizeof taus / sizeof taus[0])
+int main(void)
+{
+    static davar_plan_t made;
+    static davar_result_t a, b;
+    uint32_t seed = 1U, same = 0U, white = 0U;
+    davar_plan_init(&made, taus, COUNT);
+    if (memcmp(&made, &ready, sizeof made) != 0) {
+        return puts("another plan");
+    }
+    for (int i = 0; i < 2000; i++) {
+        memset(&a, 0, sizeof a);
+        a.tau_count = COUNT;
+        a.window_samples = 200U + 10U * (i % 7);
+        for (size_t t = 0; t < COUNT; t++) {
+            seed = seed * 1664525U + 1013904223U;
+            a.tau[t].m = taus[t];
+            a.tau[t].differences = a.window_samples + 1U - 2U * taus[t];
+            a.tau[t].adev = (1.0 + 0.1 * (seed >> 8) / 16777216.0) / sqrt(taus[t]);
+        }
+        memcpy(&b, &a, sizeof a);
+        if (i % 50 == 49) { /* a window that lacks the longest */
+            b.tau[COUNT - 1U].differences = 0U;
+            const bool found = davar_fit_white_ready(&ready, 100.0, &b);
+            if ((found != (COUNT == 1U)) || b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present || !isnan(b.tau[0].low)) {
+                return puts("something out of nothing");
+            }
+            continue;
+        }
+        const bool is_white = davar_fit_white(&made, 100.0, &a);
+        if (is_white != davar_fit_white_ready(&ready, 100.0, &b)) {
+            return puts("another answer");
+        }
+        same += (memcmp(&a, &b, sizeof a) == 0) ? 1U : 0U;
+        white += is_white ? 1U : 0U;
+    }
+    return printf("%u %s", same, (white > 0U) ? "some" : "none") < 0;
+}
+"""
+LEAN = """
+#include "davar/fit.h"
+extern davar_plan_t ready;
+extern davar_result_t result;
+davar_result_t result;
+int main(void) { return davar_fit_white_ready(&ready, 100.0, &result); }
+"""
+
+
+def plan(*words):
+    return subprocess.run([ROOT / "tools/davar-plan", *words], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+
+
+class Plan(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.work = Path(folder.name)
+
+    def compiled(self, program, taus):
+        done = plan("--taus", taus, "--name", "ready")
+        self.assertEqual((0, ""), (done.returncode, done.stderr))
+        (self.work / "plan.c").write_text(done.stdout)
+        (self.work / "program.c").write_text(program)
+        command = ["gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-ffp-contract=off", "-ffunction-sections",
+                   "-fdata-sections", "-Wl,--gc-sections", f"-DTAUS={taus}", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src",
+                   self.work / "program.c", self.work / "plan.c", *(ROOT / "lib/src/fit").glob("*.c"),
+                   *(ROOT / "lib/src/number").glob("*.c"), ROOT / "lib/src/common/absent.c", "-o", self.work / "program", "-lm"]
+        done = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        self.assertEqual(0, done.returncode, done.stdout)
+        return self.work / "program"
+
+    def test_it_is_what_the_library_makes_and_gives_the_same_results(self):
+        for taus in LISTS:
+            with self.subTest(taus=taus):
+                done = subprocess.run([self.compiled(PROGRAM, taus)], text=True, stdout=subprocess.PIPE, check=False)
+                self.assertEqual((0, "1960 some"), (done.returncode, done.stdout))
+
+    def test_what_makes_a_plan_is_not_linked(self):
+        def linked(program):
+            names = subprocess.run(["nm", self.compiled(program, "1,2,4")], text=True, stdout=subprocess.PIPE, check=True).stdout
+            return "davar_plan_init" in names
+        self.assertTrue(linked(PROGRAM))
+        self.assertFalse(linked(LEAN))
+
+    def test_a_bad_option_is_one_line(self):
+        for words in ((), ("--taus",), ("--taus", ""), ("--taus", "0,1"), ("--taus", "2,2"), ("--taus", "1,,2"), ("--taus", "1,"), ("--taus", "1 2"),
+                      ("--taus", "1e3"), ("--taus", "8388609"), ("--taus", ",".join(map(str, range(1, 34)))), ("--taus", "-1"),
+                      ("--taus", "1", "--name", "4x"), ("--taus", "1", "--name", "a b"), ("--tau", "1"), ("plan.c",)):
+            with self.subTest(words=words):
+                done = plan(*words)
+                self.assertEqual((2, "", 1), (done.returncode, done.stdout, done.stderr.count("\n")), done.stderr)
+                self.assertRegex(done.stderr, r"^davar-plan: ")
+
+    def test_help(self):
+        done = plan("--help")
+        self.assertEqual((0, ""), (done.returncode, done.stderr))
+        self.assertIn("--taus", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,123 @@
+"""One davar.c and one davar.h out of lib/, for projects that would rather carry two files than a folder.
+
+    python3 tools/support/amalgamate.py FOLDER     writes FOLDER/davar.h and FOLDER/davar.c
+
+The headers of the pipeline are compiled once a number type, each time with other types behind the same names. In one file each
+name gets the type behind it: tau_t becomes tau_t_q15 and tau_t_q31. Standard library only.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+LIB = Path(__file__).resolve().parents[2] / "lib"
+TYPES = ("q15", "q31")
+TYPED = re.compile(r"\b(sample_t|difference_t|sum_t|powers_t|block_t|NUMBER)\b")  # who says one of these is compiled once a type
+INCLUDE = re.compile(r'^#include "(.+)"\n', re.MULTILINE)
+APART = re.compile(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)  # comments and strings
+
+
+def find(name):
+    return next(path for path in (LIB / "include" / name, LIB / "src" / name) if path.is_file())
+
+
+def needed(path):
+    """The files of the project that a file includes, as it names them."""
+    return [find(name) for name in INCLUDE.findall(path.read_text())]
+
+
+def all_needed(path):
+    return {path}.union(*map(all_needed, needed(path)))
+
+
+def inner(text):
+    """C text at file level: no comments and strings, and nothing in braces."""
+    text, depth, kept = APART.sub(" ", text), 0, []
+    for part in re.split(r"([{}])", text):
+        depth -= part == "}"
+        if depth == 0:
+            kept.append(part)
+        depth += part == "{"
+    return "".join(kept)
+
+
+def names(text):
+    """What a file defines at file level: (types, functions, constants and macros; tags)."""
+    level = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", "", inner(text), flags=re.MULTILINE)
+    found = set(re.findall(r"^#define (\w+)", text, re.MULTILINE))
+    found.update(re.findall(r"\b(\w+)\([^;{}]*\)\s*\{", level), re.findall(r"\btypedef\b[^;]*?(\w+);", level),
+                 re.findall(r"\bstatic const [\w ]+?(\w+)(?:\[\w*\])* =", level))
+    for body in re.findall(r"\benum(?: \w+)? \{(.*?)\}", APART.sub(" ", text), re.DOTALL):
+        found.update(re.findall(r"\b([A-Z]\w+)\b(?=\s*[,=}]|\s*$)", body))
+    public = {name for name in found if name.startswith(("davar_", "DAVAR_SRC_", "__")) or name == "NUMBER"}
+    return (found - public) | ({"NUMBER"} & found), set(re.findall(r"\b(?:struct|enum|union) (\w+) \{", level))
+
+
+def typed(text, found, tags, number):
+    """The text with the number type behind each of those names; members of structs keep theirs."""
+    pattern = re.compile(rf"{APART.pattern}|(?<![.>])\b(?:{'|'.join(sorted(found))})\b"
+                         rf"|(?<=struct )(?:{'|'.join(sorted(tags))})\b", re.DOTALL)
+    return pattern.sub(lambda match: match.group() if match.group()[0] in "/\"'" else f"{match.group()}_{number}", text)
+
+
+def flat(path, seen, change=lambda path, text: text):
+    """A file without its guard, what it includes of the project in its place, each file but once."""
+    if path in seen:
+        return ""
+    seen.add(path)
+    text = path.read_text()
+    guard = re.search(r"^#ifndef (\w+)\n#define \1\n", text, re.MULTILINE)
+    if guard:
+        text = text[:guard.start()] + text[guard.end():text.rindex("#endif")]
+    text = f"/* ---- {path.relative_to(LIB).as_posix()} ---- */\n\n{change(path, text).strip()}\n\n"
+    return INCLUDE.sub(lambda match: flat(find(match.group(1)), seen, change), text)
+
+
+def header(seen):
+    text = "".join(flat(path, seen) for path in sorted((LIB / "include/davar").glob("*.h")))
+    return ("/* davar - all public headers in one, made by tools/support/amalgamate.py. MIT licence. */\n#ifndef DAVAR_ONE_H\n"
+            f"#define DAVAR_ONE_H\n\n{text}#endif\n")
+
+
+def once_a_type(paths):
+    """Of these files those that are compiled once a type: they say so, or need one that does."""
+    found = {path for path in paths if TYPED.search(APART.sub(" ", path.read_text()))}
+    while True:
+        more = {path for path in paths - found if found.intersection(needed(path))}
+        if not more:
+            return found
+        found |= more
+
+
+def pipeline(number, seen):
+    """One pipeline, its names with the number type behind them. `seen` takes the files that both share."""
+    start = LIB / f"src/pipeline/{number}.c"
+    own = once_a_type(all_needed(start))
+    found, tags = (set().union(*each) for each in zip(*(names(path.read_text()) for path in own)))
+    text = flat(start, seen, lambda path, text: typed(text, found, tags, number) if path in own else text)
+    seen -= own
+    return text
+
+
+def source(seen):
+    """davar.c: the pipelines one after the other, then the rest."""
+    text = "".join(pipeline(number, seen) for number in TYPES)
+    seen |= {LIB / f"src/pipeline/{number}.c" for number in TYPES}
+    text += "".join(flat(path, seen) for path in sorted((LIB / "src").rglob("*.c")))
+    return ('/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n#include "davar.h"\n\n'
+            "#ifdef __GNUC__ /* not every type uses all that a header offers */\n"
+            f'#pragma GCC diagnostic ignored "-Wunused-function"\n#endif\n\n{text}')
+
+
+def main():
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
+    folder = Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    seen = set()
+    (folder / "davar.h").write_text(header(seen), encoding="utf-8")
+    (folder / "davar.c").write_text(source(seen), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
