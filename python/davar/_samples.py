@@ -1,0 +1,118 @@
+"""What the user hands in: samples, time stamps and gaps, checked, as runs of samples without a gap inside."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._types import Array, Floats
+
+GAP_FACTOR = 1.5  # sample periods, above which a time step is a gap
+
+
+def samples(x: npt.ArrayLike, lsb: float | None) -> tuple[Floats, bool]:
+    """(a float64 copy of x, whether it holds counts)."""
+    given = np.asarray(x)
+    if given.ndim != 1:
+        raise ValueError(f"x: one dimension expected, found shape {given.shape}")
+    if given.dtype.kind not in "iuf":
+        raise ValueError(f"x: numbers expected, found {given.dtype}")
+    counted = given.dtype.kind in "iu"
+    if counted and lsb is None:
+        raise ValueError("lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float")
+    values = np.array(given, np.float64)
+    if np.isinf(values).any():
+        raise ValueError(f"x: infinite at sample {int(np.flatnonzero(np.isinf(values))[0])}")
+    return values, counted
+
+
+def rate(rate_hz: float) -> float:
+    try:
+        value = float(rate_hz)
+    except (TypeError, ValueError):
+        value = np.nan
+    if not 0 < value < np.inf:
+        raise ValueError(f"rate_hz: a finite number above 0 expected, found {rate_hz!r}")
+    return value
+
+
+def stamps(time_s: npt.ArrayLike, count: int) -> Floats:
+    found = np.asarray(time_s)
+    if found.shape != (count,) or found.dtype.kind not in "iuf":
+        raise ValueError(f"time_s: {count} numbers expected, as many as x, found shape {found.shape} of {found.dtype}")
+    found = found.astype(np.float64)
+    if not np.isfinite(found).all():
+        raise ValueError(f"time_s: not a finite number at sample {int(np.flatnonzero(~np.isfinite(found))[0])}")
+    back = np.flatnonzero(np.diff(found) < 0)
+    if len(back):
+        raise ValueError(f"time_s: time runs backwards at sample {int(back[0]) + 1}")
+    return found
+
+
+def median_step(time_s: Floats) -> float:
+    """The period, as davar-sim finds it. Raises ValueError."""
+    steps = np.diff(time_s)
+    if not len(steps):
+        raise ValueError("time_s: one sample only: too short to know the rate; give rate_hz")
+    middle = (len(steps) - 1) // 2
+    order = np.partition(steps, [middle, min(middle + 1, len(steps) - 1)])
+    lower = order[middle]
+    step = lower if len(steps) % 2 else lower + 0.5 * (order[middle + 1] - lower)
+    if not step > 0:
+        raise ValueError("time_s: the median time step is 0; give rate_hz")
+    return float(step)
+
+
+def lost(time_s: Floats, period_s: float, factor: float) -> Array:
+    """Samples missing in front of each sample by its time stamp."""
+    steps = np.diff(time_s, prepend=time_s[:1])
+    missing = np.maximum(np.floor(steps / period_s + 0.5) - 1, 1)
+    return np.where(steps > factor * period_s, missing, 0)
+
+
+def listed(gaps: npt.ArrayLike, count: int) -> Array:
+    """The index list of gaps: each the first sample behind one."""
+    found = np.asarray(gaps)
+    if found.size == 0:
+        return np.zeros(0, np.int64)
+    if found.ndim != 1 or found.dtype.kind not in "iu":
+        raise ValueError(f"gaps: a list of sample indices expected, found shape {found.shape} of {found.dtype}")
+    wrong = found[(found < 1) | (found >= count)]
+    if len(wrong):
+        raise ValueError(f"gaps: an index from 1 to {count - 1} expected (the first sample behind the gap), found {int(wrong[0])}")
+    return found.astype(np.int64)
+
+
+def split(values: Floats, missing: Array) -> tuple[Array, Array]:
+    """(indices of the samples that are there, samples missing in front of each): NaN are missing samples too. missing: in front of each value."""
+    kept = np.flatnonzero(~np.isnan(values))
+    if not len(kept):
+        return kept, np.zeros(0, np.int64)
+    absent = np.diff(kept, prepend=-1) - 1
+    most = np.maximum.reduceat(missing, np.concatenate([[0], kept[:-1] + 1])) if len(values) else missing
+    return kept, np.maximum(absent, most).astype(np.int64)
+
+
+def text(name: str, value: Any) -> str:
+    """An option's value as davar-sim takes it."""
+    if isinstance(value, str):
+        return value
+    try:
+        if name in ("kurtosis", "contribution"):
+            low, high = value
+            return f"{float(low)!r}:{float(high)!r}"
+        if name == "taus":
+            return ",".join(str(whole(name, one)) for one in np.asarray(value).tolist())
+        if name in ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "bits"):
+            return str(whole(name, value))
+        return repr(float(value))
+    except TypeError:
+        raise ValueError(f"{name}: {value!r} is not what it takes") from None
+
+
+def whole(name: str, value: Any) -> int:
+    """A whole number, whatever its type. Raises ValueError."""
+    if isinstance(value, bool) or float(value) != int(value):
+        hint = " (cluster sizes in samples: tau_s * rate_hz)" if name == "taus" else ""
+        raise ValueError(f"{name}: whole numbers expected{hint}, found {value!r}")
+    return int(value)

@@ -1,0 +1,233 @@
+"""Samples in, epochs out: Stream, and a whole record through one."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _samples
+from ._library import Run
+from ._types import Array, Floats, Pair, Taus
+
+WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
+FLAGS = ("unstable", "alarm")
+BITS = 24  # of a count, unless bits says otherwise
+
+
+class Epochs(dict[str, Array]):
+    """Results over epochs: arrays of one length, by the names of davar-sim's columns, as items and as attributes.
+
+    epoch (index of a sample in x: the centre of the window, or its newest sample when trailing), time_s, window_samples, kurtosis,
+    contribution, unstable (bool), arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
+    rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg; adev_M, adev_low_M, adev_high_M (deg/s), differences_M for each cluster size M;
+    gaps_in_window; arw_upper_... and companions: 95 % upper bounds of what is absent. Policy glr: alarm (bool),
+    cut_age_samples, dispersion. NaN: a value that the window cannot support. pandas.DataFrame(epochs) is a table.
+    """
+
+    def __getattr__(self, name: str) -> Array:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"no column {name} (there are: {', '.join(self)})") from None
+
+    @property
+    def taus(self) -> Array:
+        """Cluster sizes, samples (T)."""
+        return np.array([int(name[5:]) for name in self if name.startswith("adev_") and name[5:].isdigit()])
+
+    @property
+    def adev(self) -> Floats:
+        """Allan deviations, deg/s (epochs, T)."""
+        return np.column_stack([self[f"adev_{m}"] for m in self.taus])
+
+
+def kind_of(name: str) -> type:
+    if name in FLAGS:
+        return bool
+    return np.int64 if name in WHOLE or name.startswith("differences_") else np.float64
+
+
+def options_of(given: dict[str, Any]) -> dict[str, str]:
+    """Options as davar-sim takes them; None stands for its default."""
+    return {name: _samples.text(name, value) for name, value in given.items() if value is not None}
+
+
+class Feed:
+    """A run that is started, what it has been given, and the rows that wait."""
+
+    def __init__(self, run: Run, rate_hz: float, stride: int) -> None:
+        self.run, self.rate_hz, self.stride = run, rate_hz, stride
+        self.given = 0  # samples, NaN included
+        self.taken = 0  # samples that went in
+        self.ahead = 0  # missing in front of the next one
+        self.places: list[tuple[int, int]] = [(0, 0)]  # from this sample that went in on, its index is so much larger
+        self.rows: list[Floats] = []
+
+    def push(self, admitted: Floats, kept: Array, missing: Array, count: int) -> None:
+        """Values that are there, their indices among `count` that were given, and what is missing in front of each and of what follows."""
+        if not len(kept):
+            self.ahead += count
+        else:
+            missing[0] += self.ahead if self.taken else 0
+            self.ahead = count - 1 - int(kept[-1])
+            starts = np.flatnonzero(missing)
+            for first, last in zip([0, *starts.tolist()], [*starts.tolist(), len(kept)]):
+                if first < last:
+                    self._push_run(admitted[first:last], int(missing[first]), self.given + int(kept[first]))
+        self.given += count
+
+    def _push_run(self, values: Floats, missing: int, index: int) -> None:
+        if missing and self.taken:
+            self.run.gap(missing)
+        if index - self.taken != self.places[-1][1]:
+            self.places.append((self.taken, index - self.taken))
+        self.rows += self.run.push(values, self.stride)
+        self.taken += len(values)
+
+    def finish(self) -> None:
+        self.rows += self.run.flush()
+
+    def epochs(self, time_s: Floats | None = None) -> Epochs:
+        """The rows that wait, which are then gone."""
+        table = np.concatenate(self.rows) if self.rows else np.empty((0, len(self.run.columns)))
+        self.rows = []
+        found = Epochs((name, table[:, i].astype(kind_of(name))) for i, name in enumerate(self.run.columns))
+        starts, further = np.array(self.places).T
+        found["epoch"] += further[np.searchsorted(starts, found["epoch"], side="right") - 1]
+        found["time_s"] = found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
+        return found
+
+
+def admitted(run: Run, values: Floats, kept: Array, counted: bool) -> Floats:
+    """The values that are there, as push takes them. Raises ValueError that names the sample."""
+    found = np.ascontiguousarray(values[kept])
+    bad = run.admit(found, counted)
+    if bad is not None:
+        raise ValueError(f"x: {run.reason()} at sample {int(kept[bad])}, found {values[kept[bad]]:.15g}")
+    return found
+
+
+def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.ArrayLike | None = None, gaps: npt.ArrayLike | None = None,
+            gap: float = _samples.GAP_FACTOR, lsb: float | None = None, bits: int | None = None, arith: str | None = None,
+            full_scale: float | None = None, policy: str | None = None, mode: str | None = None, window_max: int | None = None,
+            window_min: int | None = None, segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None,
+            grow: int | None = None, shrink: int | None = None, taus: Taus | None = None, stride: int | None = None,
+            false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
+            shock_blocks: int | None = None) -> Epochs:
+    """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
+
+    x: samples (N): rates, deg/s, as floats, or counts as integers (then lsb is needed). NaN: a sample that is missing.
+    rate_hz: samples per second; may be left out when time_s is given: then the median time step decides.
+    time_s: time stamps of x, seconds (N), ascending; a step above `gap` periods is a gap. As davar-sim --gap.
+    gaps: indices of x, each the first sample behind a gap. No difference spans a gap.
+    lsb: deg/s per count. Counts: the exact arithmetic of the device. Floats with lsb are rounded to counts; without, to
+        the finest power of two that holds the record in 32 bits.
+    The rest are davar-sim's options with its defaults (davar-sim --help): windows, segment, steps, stride and taus in samples;
+    kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr"; mode "centred", "trailing"; arith "fixed",
+    "float"; taus "octave", "geometric:N" or cluster sizes (at most 32).
+
+    Returns Epochs: one entry per epoch in every array. Raises ValueError that names the argument.
+    """
+    given = options_of({"lsb": lsb, "bits": bits, "arith": arith, "full_scale": full_scale, "policy": policy, "mode": mode,
+                        "window_max": window_max, "window_min": window_min, "segment": segment, "kurtosis": kurtosis,
+                        "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus, "stride": stride,
+                        "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval, "block": block,
+                        "shock_blocks": shock_blocks})
+    values, counted = _samples.samples(x, lsb)
+    stamps = None if time_s is None else _samples.stamps(time_s, len(values))
+    feed = whole_record(values, counted, rate_hz, stamps, gaps, gap, given)
+    return feed.epochs(stamps)
+
+
+def whole_record(values: Floats, counted: bool, rate_hz: float | None, stamps: Floats | None, gaps: npt.ArrayLike | None, factor: float,
+                 given: dict[str, str]) -> Feed:
+    """All samples through a run of these options, to its end."""
+    run = Run(given)
+    missing = np.zeros(len(values), np.int64)
+    if rate_hz is None and stamps is None:
+        raise ValueError("rate_hz: needed where there is no time_s")
+    if stamps is not None and not float(factor) > 1:
+        raise ValueError(f"gap: a number above 1 expected, found {factor!r}")
+    there = ~np.isnan(values)
+    if there.sum() < run.needed or not len(values):
+        raise ValueError(f"x: too short: {there.sum()} samples, one epoch needs at least {run.needed}")
+    hz = _samples.rate(rate_hz) if rate_hz is not None else 1 / _samples.median_step(stamps)  # type: ignore[arg-type]
+    if gaps is not None:
+        missing[_samples.listed(gaps, len(values))] = 1
+    if stamps is not None:
+        period = 1 / hz if rate_hz is not None else _samples.median_step(stamps)
+        missing = np.maximum(missing, _samples.lost(stamps, period, float(factor)).astype(np.int64))
+    kept, missing = _samples.split(values, missing)
+    taken = admitted(run, values, kept, counted)
+    run.start(hz, taken.min(), taken.max())
+    feed = Feed(run, hz, int(given.get("stride", 1)))
+    feed.push(taken, kept, missing, len(values))
+    feed.finish()
+    if not any(map(len, feed.rows)):
+        raise ValueError(f"x: too short: {len(kept)} samples give no epoch")
+    return feed
+
+
+class Stream:
+    """The dynamic Allan variance of samples as they come, with the memory of its window only.
+
+    rate_hz: samples per second. Either lsb (deg/s per count: exact, as on the device; bits 16, 24 or 32, default 24) or full_scale (deg/s:
+    float samples, which saturate beyond it). The other options are those of dynamic(). Any division into pushes gives the same results.
+
+        stream = davar.Stream(100.0, lsb=0.05, stride=100)
+        for counts in blocks:
+            stream.push(counts)
+            print(stream.results().arw_deg_per_sqrt_h)
+    """
+
+    def __init__(self, rate_hz: float, *, lsb: float | None = None, full_scale: float | None = None, bits: int | None = None,
+                 policy: str | None = None, mode: str | None = None, window_max: int | None = None, window_min: int | None = None,
+                 segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None, grow: int | None = None,
+                 shrink: int | None = None, taus: Taus | None = None, stride: int | None = None,
+                 false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
+                 shock_blocks: int | None = None) -> None:
+        if (lsb is None) == (full_scale is None):
+            raise ValueError("lsb or full_scale: a stream needs one of them, for the range of what will come is not known")
+        given = options_of({"lsb": lsb, "bits": bits, "full_scale": full_scale, "arith": "fixed" if full_scale is None else "float",
+                            "policy": policy, "mode": mode, "window_max": window_max, "window_min": window_min, "segment": segment,
+                            "kurtosis": kurtosis, "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus,
+                            "stride": stride, "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval,
+                            "block": block, "shock_blocks": shock_blocks})
+        hz, run = _samples.rate(rate_hz), Run(given)
+        limit = 2.0 ** (int(given.get("bits", BITS)) - 1)
+        run.start(hz, -limit, limit - 1)
+        self._lsb, self._finished = lsb, False
+        self._feed = Feed(run, hz, int(given.get("stride", 1)))
+
+    def push(self, x: npt.ArrayLike) -> int:
+        """Takes samples in: rates, deg/s, or counts (integers; with lsb), one or an array (n); NaN: a missing one. Returns how many epochs wait
+        in results(). Raises ValueError, and nothing is taken in."""
+        if self._finished:
+            raise ValueError("x: the stream is finished")
+        values, counted = _samples.samples(np.atleast_1d(np.asarray(x)), self._lsb)
+        kept, missing = _samples.split(values, np.zeros(len(values), np.int64))
+        taken = admitted(self._feed.run, values, kept, counted)
+        self._feed.push(taken, kept, missing, len(values))
+        return sum(map(len, self._feed.rows))
+
+    def gap(self, missing: int = 1) -> None:
+        """Says that so many samples (>= 1) were lost in front of the next one; epoch does not count them."""
+        if not isinstance(missing, (int, np.integer)) or missing < 1:
+            raise ValueError(f"missing: a whole number from 1 on expected, found {missing!r}")
+        self._feed.ahead += int(missing)
+
+    def finish(self) -> int:
+        """The record has ended: completes the epochs up to its mirrored end (mode "centred"). Returns how many epochs wait."""
+        if not self._finished:
+            self._finished = True
+            self._feed.finish()
+        return sum(map(len, self._feed.rows))
+
+    def results(self) -> Epochs:
+        """The epochs completed since the last call, oldest first; they are then gone. epoch counts the samples pushed, from 0."""
+        return self._feed.epochs()
+
+    @property
+    def health(self) -> dict[str, int]:
+        """Counters so far: gaps, missing, saturated, restarts (windows thrown away) and others."""
+        return self._feed.run.health()
