@@ -35,7 +35,6 @@ davar_python_t *davar_python_new(void)
     davar_python_t *run = calloc(1U, sizeof *run);
     if (run != NULL) {
         run->options.policy = DAVAR_POLICY_OR;
-        run->options.details = true;
     }
     return run;
 }
@@ -55,6 +54,10 @@ const char *davar_python_error(const davar_python_t *run)
 
 bool davar_python_option(davar_python_t *run, const char *name, const char *text)
 {
+    if (strcmp(name, "details") == 0) {
+        run->options.details = true;
+        return true;
+    }
     for (const option_entry_t *entry = OPTION_TABLE; entry->name != NULL; entry++) {
         if ((strcmp(entry->name, name) == 0) && (entry->apply != NULL)) {
             return entry->apply(&run->options, text, &run->error);
@@ -159,7 +162,7 @@ static double number_of(const cell_t *cell)
 }
 
 /* The row of a result that waits, if one does: 1 or 0. */
-static size_t take_row(davar_python_t *run, double *row)
+static size_t take_row(davar_python_t *run, double *table, size_t capacity, size_t row)
 {
     if (!davar_take(run->engine.instances, &run->result)) {
         return 0U;
@@ -169,13 +172,13 @@ static size_t take_row(davar_python_t *run, double *row)
     for (size_t i = 0; i < run->fields.count; i++) {
         const field_t *field = &run->fields.field[i];
         const cell_t cell = field->show(&epoch, field->index);
-        row[i] = number_of(&cell);
+        table[i * capacity + row] = number_of(&cell);
     }
     return 1U;
 }
 
 /* One chunk, as far as there is room for rows. Returns the samples that went in. */
-static size_t push_chunk(davar_python_t *run, size_t count, double *rows, size_t capacity, size_t *written)
+static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_t capacity, size_t *written)
 {
     size_t done = 0;
     while ((done < count) && (*written < capacity)) {
@@ -184,12 +187,12 @@ static size_t push_chunk(davar_python_t *run, size_t count, double *rows, size_t
             break;
         }
         done += more;
-        *written += take_row(run, rows + (*written * run->fields.count));
+        *written += take_row(run, table, capacity, *written);
     }
     return done;
 }
 
-size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *rows, size_t capacity,
+size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *table, size_t capacity,
                          size_t *taken)
 {
     size_t written = 0;
@@ -198,7 +201,7 @@ size_t davar_python_push(davar_python_t *run, const double *values, size_t count
         const size_t left = count - *taken;
         const size_t chunk = (left < CHUNK) ? left : CHUNK;
         convert(run, values + *taken, chunk);
-        const size_t done = push_chunk(run, chunk, rows, capacity, &written);
+        const size_t done = push_chunk(run, chunk, table, capacity, &written);
         *taken += done;
         if (done == 0U) {
             break;
@@ -207,11 +210,11 @@ size_t davar_python_push(davar_python_t *run, const double *values, size_t count
     return written;
 }
 
-size_t davar_python_flush(davar_python_t *run, double *rows, size_t capacity)
+size_t davar_python_flush(davar_python_t *run, double *table, size_t capacity)
 {
     size_t written = 0;
     while ((written < capacity) && davar_flush(run->engine.instances)) {
-        written += take_row(run, rows + (written * run->fields.count));
+        written += take_row(run, table, capacity, written);
     }
     return written;
 }

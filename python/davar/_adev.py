@@ -1,4 +1,4 @@
-"""The Allan deviation of a whole record: one window of the C core that holds all of it."""
+"""The Allan deviation of a whole record."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _samples
-from ._stream import whole_record
+from ._library import TAUS_MAX, adev_of, taus_of
 from ._types import Array, Floats, Taus
 
-SHORTEST, LONGEST = 4, 1 << 24  # samples of a window
+SHORTEST, LONGEST = 2, 1 << 31  # samples
+COUNT_BITS = 32  # of a sample in whole steps, where the sums have room for them
+SUM_BITS = 128
 
 
 class Adev(NamedTuple):
@@ -25,32 +27,64 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: Taus = "octave", 
          time_s: npt.ArrayLike | None = None, gap: float = _samples.GAP_FACTOR, lsb: float | None = None) -> Adev:
     """The overlapping Allan deviation of a record, with 95 % intervals.
 
-    x: samples (N, 4 to 2^24): rates or fractional frequencies in any unit, as floats, or counts as integers (then lsb is needed). NaN: a sample
-        that is missing. Not phase: its differences are what goes in here.
-    rate_hz: samples per second; may be left out when time_s is given.
+    x: samples (N): rates or fractional frequencies in any unit, as floats, or counts as integers (then lsb is needed). NaN: a sample that is
+        missing. Not phase: its differences are what goes in here.
+    rate_hz: samples per second; may be left out when time_s is given: then the median time step decides.
     taus: "octave" (1, 2, 4 ... up to a ninth of the record), "geometric:K" (K sizes, evenly on a log scale), or cluster sizes in samples
-        (tau_s * rate_hz), ascending, at most 32 and N / 2.
-    gaps, time_s, gap, lsb: as for dynamic(). No difference spans a gap.
+        (tau_s * rate_hz), ascending, at most 32 and up to N / 2.
+    gaps: indices of x, each the first sample behind a gap. time_s: time stamps of x, seconds (N), ascending; a step above `gap` periods is a
+        gap. No difference spans a gap.
+    lsb: unit of x per count.
 
-    Returns (taus_s, adev, low, high, n). Sums are exact in integers: floats are first rounded to 2^-31 of the largest distance from their
-    mean. Raises ValueError that names the argument.
+    Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 of the largest distance from their
+    mean (records above 10^7 samples: as many bits as 128 of the sum leave). Raises ValueError that names the argument.
     """
     values, counted = _samples.samples(x, lsb)
-    stamps = None if time_s is None else _samples.stamps(time_s, len(values))
-    there = int(np.count_nonzero(~np.isnan(values)))
-    if not SHORTEST <= there <= LONGEST:
-        raise ValueError(f"x: {SHORTEST} to {LONGEST} samples expected, found {there}")
+    clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
+    kept, missing = _samples.split(values, clock.missing)
+    if not SHORTEST <= len(kept) <= LONGEST:
+        raise ValueError(f"x: {SHORTEST} to {LONGEST} samples expected, found {len(kept)}")
+    sizes = cluster_sizes(taus, len(kept))
+    values = values[kept] if len(kept) < len(values) else values
     if lsb is None:
-        values -= np.nanmean(values)
-    scale = {} if lsb is None else {"lsb": lsb, "bits": 32}
-    given = {name: _samples.text(name, value) for name, value in {
-        **scale, "taus": taus, "policy": "fixed", "mode": "trailing", "window_max": there, "window_min": there, "segment": 0, "grow": 1, "stride": there}.items()}
-    feed = whole_record(values, counted, rate_hz, stamps, gaps, gap, given)
-    if feed.run.health()["restarts"]:
-        raise ValueError("gaps: more than 65535")
-    found = feed.epochs()
-    sizes = found.taus
+        values -= values.mean()
+        step = step_of(values, int(sizes[-1]))
+    else:
+        step = 1.0
+        values = values if counted else values / _samples.positive("lsb", lsb)
+    if max(abs(values.max()), abs(values.min())) / step >= room(len(values), int(sizes[-1])):
+        raise ValueError("x: counts too large for exact sums (lsb)")
+    ends = np.append(np.flatnonzero(missing[1:]) + 1, len(values)).astype(np.uintp)
+    rows = adev_of(values, step, ends, sizes, clock.rate_hz)
+    rows[:3] *= 1 if lsb is None else _samples.positive("lsb", lsb)
+    return Adev(sizes / clock.rate_hz, rows[0], rows[1], rows[2], rows[3].astype(np.int64))
 
-    def row(name: str) -> Array:
-        return np.array([found[f"{name}_{m}"][0] for m in sizes])
-    return Adev(sizes / feed.rate_hz, row("adev"), row("adev_low"), row("adev_high"), row("differences"))
+
+def room(count: int, m: int) -> float:
+    """Below which the magnitude of a sample in steps keeps every sum of squares exact: count (2 m)^2 magnitude^2 <= 2^128."""
+    return 2.0 ** ((SUM_BITS - int(np.ceil(np.log2(count * 4.0 * m * m)))) // 2)
+
+
+def step_of(values: Floats, m: int) -> float:
+    """The finest power of two in which the values are whole numbers that the sums have room for."""
+    largest = max(values.max(), -values.min())
+    most = min(2.0 ** (COUNT_BITS - 1), room(len(values), m))
+    return float(2.0 ** (np.frexp(largest)[1] + 1 - np.log2(most))) if largest > 0 else 1.0
+
+
+def cluster_sizes(taus: Taus, count: int) -> npt.NDArray[np.uint32]:
+    """As the library counts them. Raises ValueError."""
+    if isinstance(taus, str):
+        word, _, number = taus.partition(":")
+        wanted = {"octave": "0", "geometric": number or "12"}.get(word, "")
+        if not wanted.isdigit() or int(wanted) > TAUS_MAX or (word == "octave" and number) or (word == "geometric" and int(wanted) < 1):
+            raise ValueError(f"taus: 'octave', 'geometric:K' with K from 1 to {TAUS_MAX}, or cluster sizes expected, found {taus!r}")
+        return taus_of(count, int(wanted))
+    found = [_samples.whole("taus", one) for one in np.atleast_1d(np.asarray(taus)).ravel().tolist()]
+    if not 1 <= len(found) <= TAUS_MAX:
+        raise ValueError(f"taus: 1 to {TAUS_MAX} cluster sizes expected, found {len(found)}")
+    if any(b <= a for a, b in zip(found, found[1:])):
+        raise ValueError("taus: cluster sizes must ascend")
+    if not 1 <= found[0] <= found[-1] <= count // 2:
+        raise ValueError(f"taus: cluster sizes from 1 to {count // 2} samples (half of x) expected, found {found[0]} to {found[-1]}")
+    return np.array(found, np.uint32)

@@ -3,12 +3,13 @@
 import ctypes
 import os
 import re
-from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_size_t, c_uint32, c_uint64, c_void_p
+from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ._types import Floats
 
@@ -25,10 +26,13 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "gap": (None, (c_void_p, c_uint32)),
     "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
+    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_void_p, c_size_t, c_void_p, c_uint8, c_double, c_void_p)),
+    "taus": (c_uint8, (c_uint32, c_uint8, c_void_p)),
     "health": (None, (c_void_p, POINTER(c_uint32))),
 }
 HEALTH = ("gaps", "missing", "saturated", "not_finite", "restarts", "missed", "cuts", "alarms", "shocks")
-FLUSHED = 1024  # rows that are asked for at once
+TABLE = 1 << 14  # rows that are asked for at once
+TAUS_MAX = 32
 UINT32_MAX = 0xFFFFFFFF
 
 
@@ -94,27 +98,44 @@ class Run:
         self._calls.davar_python_gap(self._run, min(int(missing), UINT32_MAX))
 
     def push(self, values: Floats, stride: int) -> list[Floats]:
-        """Pieces of rows (rows, columns) that these admitted values complete."""
-        pieces, done = [], 0
+        """Tables (columns, rows) of the epochs that these admitted values complete."""
+        tables, done = [], 0
         while done < len(values):
-            rows = np.empty(((len(values) - done) // stride + 4, len(self.columns)))
-            taken = c_size_t()
             rest = values[done:]
-            written = self._calls.davar_python_push(self._run, rest.ctypes.data, len(rest), rows.ctypes.data, len(rows), byref(taken))
-            pieces.append(rows[:written])
+            table, taken = self._table(min(len(rest) // stride + 4, TABLE)), c_size_t()
+            written = self._calls.davar_python_push(self._run, rest.ctypes.data, len(rest), table.ctypes.data, table.shape[1], byref(taken))
+            tables.append(table[:, :written])
             done += taken.value
-        return pieces
+        return tables
 
     def flush(self) -> list[Floats]:
-        pieces = []
+        tables = []
         while True:
-            rows = np.empty((FLUSHED, len(self.columns)))
-            written = self._calls.davar_python_flush(self._run, rows.ctypes.data, len(rows))
-            pieces.append(rows[:written])
-            if written < FLUSHED:
-                return pieces
+            table = self._table(TABLE)
+            written = self._calls.davar_python_flush(self._run, table.ctypes.data, TABLE)
+            tables.append(table[:, :written])
+            if written < TABLE:
+                return tables
+
+    def _table(self, rows: int) -> Floats:
+        return np.empty((len(self.columns), rows))
 
     def health(self) -> dict[str, int]:
         counters = (c_uint32 * len(HEALTH))()
         self._calls.davar_python_health(self._run, counters)
         return dict(zip(HEALTH, counters))
+
+
+def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
+    """Cluster sizes for a record of so many samples: octaves (wanted = 0) or so many on a log scale."""
+    found = np.zeros(TAUS_MAX, np.uint32)
+    return found[:library().davar_python_taus(window, wanted, found.ctypes.data)]
+
+
+def adev_of(values: Floats, step: float, ends: npt.NDArray[np.uintp], taus: npt.NDArray[np.uint32], rate_hz: float) -> Floats:
+    """Rows deviation, low, high, differences of whole steps (davar_python_adev)."""
+    rows = np.empty((4, len(taus)))
+    if not library().davar_python_adev(values.ctypes.data, len(values), step, ends.ctypes.data, len(ends), taus.ctypes.data, len(taus), rate_hz,
+                                       rows.ctypes.data):
+        raise MemoryError
+    return rows

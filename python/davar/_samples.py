@@ -1,6 +1,6 @@
 """What the user hands in: samples, time stamps and gaps, checked, as runs of samples without a gap inside."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -67,7 +67,7 @@ def lost(time_s: Floats, period_s: float, factor: float) -> Array:
     """Samples missing in front of each sample by its time stamp."""
     steps = np.diff(time_s, prepend=time_s[:1])
     missing = np.maximum(np.floor(steps / period_s + 0.5) - 1, 1)
-    return np.where(steps > factor * period_s, missing, 0)
+    return np.where(steps > factor * period_s, missing, 0).astype(np.int64)
 
 
 def listed(gaps: npt.ArrayLike, count: int) -> Array:
@@ -83,20 +83,45 @@ def listed(gaps: npt.ArrayLike, count: int) -> Array:
     return found.astype(np.int64)
 
 
-def split(values: Floats, missing: Array) -> tuple[Array, Array]:
+class Clock(NamedTuple):
+    """When samples were taken. missing: samples lost in front of each (N), None: none are."""
+    rate_hz: float
+    time_s: Floats | None
+    missing: Array | None
+
+
+def clock(count: int, rate_hz: float | None, time_s: npt.ArrayLike | None, gaps: npt.ArrayLike | None, factor: float) -> Clock:
+    """The Clock that the arguments describe. Raises ValueError."""
+    found = None if time_s is None else stamps(time_s, count)
+    missing = None if gaps is None and found is None else np.zeros(count, np.int64)
+    if gaps is not None and missing is not None:
+        missing[listed(gaps, count)] = 1
+    if found is None or missing is None:
+        if rate_hz is None:
+            raise ValueError("rate_hz: needed where there is no time_s")
+        return Clock(rate(rate_hz), None, missing)
+    if not float(factor) > 1:
+        raise ValueError(f"gap: a number above 1 expected, found {factor!r}")
+    period_s = median_step(found) if rate_hz is None else 1 / rate(rate_hz)
+    return Clock(1 / period_s if rate_hz is None else rate(rate_hz), found, np.maximum(missing, lost(found, period_s, float(factor))))
+
+
+def split(values: Floats, missing: Array | None) -> tuple[Array, Array]:
     """(indices of the samples that are there, samples missing in front of each): NaN are missing samples too. missing: in front of each value."""
-    kept = np.flatnonzero(~np.isnan(values))
+    absent = np.isnan(values)
+    if not absent.any():
+        return np.arange(len(values)), np.zeros(len(values), np.int64) if missing is None else missing
+    kept = np.flatnonzero(~absent)
     if not len(kept):
         return kept, np.zeros(0, np.int64)
-    absent = np.diff(kept, prepend=-1) - 1
-    most = np.maximum.reduceat(missing, np.concatenate([[0], kept[:-1] + 1])) if len(values) else missing
-    return kept, np.maximum(absent, most).astype(np.int64)
+    run = np.diff(kept, prepend=-1) - 1
+    return kept, run if missing is None else np.maximum(run, np.maximum.reduceat(missing, np.append(0, kept[:-1] + 1)))
 
 
 def text(name: str, value: Any) -> str:
     """An option's value as davar-sim takes it."""
-    if isinstance(value, str):
-        return value
+    if isinstance(value, str) or value is True:
+        return str(value)
     try:
         if name in ("kurtosis", "contribution"):
             low, high = value
@@ -116,3 +141,10 @@ def whole(name: str, value: Any) -> int:
         hint = " (cluster sizes in samples: tau_s * rate_hz)" if name == "taus" else ""
         raise ValueError(f"{name}: whole numbers expected{hint}, found {value!r}")
     return int(value)
+
+
+def positive(name: str, value: Any) -> float:
+    found = float(value)
+    if not 0 < found < np.inf:
+        raise ValueError(f"{name}: a finite number above 0 expected, found {value!r}")
+    return found

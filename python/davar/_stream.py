@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from . import _samples
 from ._library import Run
+from ._samples import Clock
 from ._types import Array, Floats, Pair, Taus
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
@@ -19,9 +20,9 @@ class Epochs(dict[str, Array]):
 
     epoch (index of a sample in x: the centre of the window, or its newest sample when trailing), time_s, window_samples, kurtosis,
     contribution, unstable (bool), arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
-    rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg; adev_M, adev_low_M, adev_high_M (deg/s), differences_M for each cluster size M;
-    gaps_in_window; arw_upper_... and companions: 95 % upper bounds of what is absent. Policy glr: alarm (bool),
-    cut_age_samples, dispersion. NaN: a value that the window cannot support. pandas.DataFrame(epochs) is a table.
+    rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg; adev_M (deg/s) for each cluster size M. Policy glr: alarm (bool), cut_age_samples,
+    dispersion. details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, arw_upper_... and companions (95 % upper
+    bounds of what is absent). NaN: a value that the window cannot support. pandas.DataFrame(epochs) is a table.
     """
 
     def __getattr__(self, name: str) -> Array:
@@ -61,7 +62,7 @@ class Feed:
         self.taken = 0  # samples that went in
         self.ahead = 0  # missing in front of the next one
         self.places: list[tuple[int, int]] = [(0, 0)]  # from this sample that went in on, its index is so much larger
-        self.rows: list[Floats] = []
+        self.tables: list[Floats] = []
 
     def push(self, admitted: Floats, kept: Array, missing: Array, count: int) -> None:
         """Values that are there, their indices among `count` that were given, and what is missing in front of each and of what follows."""
@@ -81,17 +82,23 @@ class Feed:
             self.run.gap(missing)
         if index - self.taken != self.places[-1][1]:
             self.places.append((self.taken, index - self.taken))
-        self.rows += self.run.push(values, self.stride)
+        self.tables += self.run.push(values, self.stride)
         self.taken += len(values)
 
+    @property
+    def waiting(self) -> int:
+        """Rows."""
+        return sum(table.shape[1] for table in self.tables)
+
     def finish(self) -> None:
-        self.rows += self.run.flush()
+        self.tables += self.run.flush()
 
     def epochs(self, time_s: Floats | None = None) -> Epochs:
         """The rows that wait, which are then gone."""
-        table = np.concatenate(self.rows) if self.rows else np.empty((0, len(self.run.columns)))
-        self.rows = []
-        found = Epochs((name, table[:, i].astype(kind_of(name))) for i, name in enumerate(self.run.columns))
+        tables = self.tables or [np.empty((len(self.run.columns), 0))]
+        self.tables = []
+        found = Epochs((name, np.concatenate([table[i] for table in tables]).astype(kind_of(name), copy=False))
+                       for i, name in enumerate(self.run.columns))
         starts, further = np.array(self.places).T
         found["epoch"] += further[np.searchsorted(starts, found["epoch"], side="right") - 1]
         found["time_s"] = found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
@@ -113,7 +120,7 @@ def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.Array
             window_min: int | None = None, segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None,
             grow: int | None = None, shrink: int | None = None, taus: Taus | None = None, stride: int | None = None,
             false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
-            shock_blocks: int | None = None) -> Epochs:
+            shock_blocks: int | None = None, details: bool = False) -> Epochs:
     """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
 
     x: samples (N): rates, deg/s, as floats, or counts as integers (then lsb is needed). NaN: a sample that is missing.
@@ -123,7 +130,7 @@ def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.Array
     lsb: deg/s per count. Counts: the exact arithmetic of the device. Floats with lsb are rounded to counts; without, to
         the finest power of two that holds the record in 32 bits.
     The rest are davar-sim's options with its defaults (davar-sim --help): windows, segment, steps, stride and taus in samples;
-    kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr"; mode "centred", "trailing"; arith "fixed",
+    details: more columns; kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr"; mode "centred", "trailing"; arith "fixed",
     "float"; taus "octave", "geometric:N" or cluster sizes (at most 32).
 
     Returns Epochs: one entry per epoch in every array. Raises ValueError that names the argument.
@@ -132,38 +139,24 @@ def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.Array
                         "window_max": window_max, "window_min": window_min, "segment": segment, "kurtosis": kurtosis,
                         "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus, "stride": stride,
                         "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval, "block": block,
-                        "shock_blocks": shock_blocks})
+                        "shock_blocks": shock_blocks, "details": details or None})
     values, counted = _samples.samples(x, lsb)
-    stamps = None if time_s is None else _samples.stamps(time_s, len(values))
-    feed = whole_record(values, counted, rate_hz, stamps, gaps, gap, given)
-    return feed.epochs(stamps)
+    clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
+    return whole_record(values, counted, clock, given).epochs(clock.time_s)
 
 
-def whole_record(values: Floats, counted: bool, rate_hz: float | None, stamps: Floats | None, gaps: npt.ArrayLike | None, factor: float,
-                 given: dict[str, str]) -> Feed:
+def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, str]) -> Feed:
     """All samples through a run of these options, to its end."""
     run = Run(given)
-    missing = np.zeros(len(values), np.int64)
-    if rate_hz is None and stamps is None:
-        raise ValueError("rate_hz: needed where there is no time_s")
-    if stamps is not None and not float(factor) > 1:
-        raise ValueError(f"gap: a number above 1 expected, found {factor!r}")
-    there = ~np.isnan(values)
-    if there.sum() < run.needed or not len(values):
-        raise ValueError(f"x: too short: {there.sum()} samples, one epoch needs at least {run.needed}")
-    hz = _samples.rate(rate_hz) if rate_hz is not None else 1 / _samples.median_step(stamps)  # type: ignore[arg-type]
-    if gaps is not None:
-        missing[_samples.listed(gaps, len(values))] = 1
-    if stamps is not None:
-        period = 1 / hz if rate_hz is not None else _samples.median_step(stamps)
-        missing = np.maximum(missing, _samples.lost(stamps, period, float(factor)).astype(np.int64))
-    kept, missing = _samples.split(values, missing)
+    kept, missing = _samples.split(values, clock.missing)
+    if len(kept) < max(run.needed, 1):
+        raise ValueError(f"x: too short: {len(kept)} samples, one epoch needs at least {run.needed}")
     taken = admitted(run, values, kept, counted)
-    run.start(hz, taken.min(), taken.max())
-    feed = Feed(run, hz, int(given.get("stride", 1)))
+    run.start(clock.rate_hz, taken.min(), taken.max())
+    feed = Feed(run, clock.rate_hz, int(given.get("stride", 1)))
     feed.push(taken, kept, missing, len(values))
     feed.finish()
-    if not any(map(len, feed.rows)):
+    if not feed.waiting:
         raise ValueError(f"x: too short: {len(kept)} samples give no epoch")
     return feed
 
@@ -185,14 +178,14 @@ class Stream:
                  segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None, grow: int | None = None,
                  shrink: int | None = None, taus: Taus | None = None, stride: int | None = None,
                  false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
-                 shock_blocks: int | None = None) -> None:
+                 shock_blocks: int | None = None, details: bool = False) -> None:
         if (lsb is None) == (full_scale is None):
             raise ValueError("lsb or full_scale: a stream needs one of them, for the range of what will come is not known")
         given = options_of({"lsb": lsb, "bits": bits, "full_scale": full_scale, "arith": "fixed" if full_scale is None else "float",
                             "policy": policy, "mode": mode, "window_max": window_max, "window_min": window_min, "segment": segment,
                             "kurtosis": kurtosis, "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus,
                             "stride": stride, "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval,
-                            "block": block, "shock_blocks": shock_blocks})
+                            "block": block, "shock_blocks": shock_blocks, "details": details or None})
         hz, run = _samples.rate(rate_hz), Run(given)
         limit = 2.0 ** (int(given.get("bits", BITS)) - 1)
         run.start(hz, -limit, limit - 1)
@@ -208,7 +201,7 @@ class Stream:
         kept, missing = _samples.split(values, np.zeros(len(values), np.int64))
         taken = admitted(self._feed.run, values, kept, counted)
         self._feed.push(taken, kept, missing, len(values))
-        return sum(map(len, self._feed.rows))
+        return self._feed.waiting
 
     def gap(self, missing: int = 1) -> None:
         """Says that so many samples (>= 1) were lost in front of the next one; epoch does not count them."""
@@ -221,7 +214,7 @@ class Stream:
         if not self._finished:
             self._finished = True
             self._feed.finish()
-        return sum(map(len, self._feed.rows))
+        return self._feed.waiting
 
     def results(self) -> Epochs:
         """The epochs completed since the last call, oldest first; they are then gone. epoch counts the samples pushed, from 0."""
