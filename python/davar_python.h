@@ -56,11 +56,12 @@ DAVAR_PYTHON_API size_t davar_python_flush(davar_python_t *run, double *table, s
 DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *counters);
 
 /* The overlapping Allan deviation of a whole record, without a run. values: `count` finite samples (at most 2^31), rounded to whole
- * steps; n m^2 (range / step)^2 < 2^128. ends: of each of the `runs` without a gap inside, ascending, the last is `count`. m: `taus`
+ * steps from `centre`; n m^2 (range / step)^2 < 2^128. ends: of each of the `runs` without a gap inside, ascending, the last is `count`. m: `taus`
  * (1..32) strictly ascending cluster sizes. rows: 4 x taus: deviation, 95 % limits (unit of the values; NaN: absent), number of
  * differences. False: no memory. O(count taus). */
-DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double step, const size_t *ends, size_t runs,
-                                        const uint32_t *m, uint8_t taus, double rate_hz, double *rows);
+DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre, double step,
+                                        const size_t *ends, size_t runs, const uint32_t *m, uint8_t taus,
+                                        double rate_hz, double *rows);
 
 /* Cluster sizes for a window: octaves, or `wanted` (1..32) on a log scale. m has room for 32. Returns how many. */
 DAVAR_PYTHON_API uint8_t davar_python_taus(uint32_t window, uint8_t wanted, uint32_t *m);

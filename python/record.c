@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+__extension__ typedef __int128 i128_t;
 __extension__ typedef unsigned __int128 u128_t;
 
 typedef struct {
@@ -14,32 +15,30 @@ typedef struct {
 } sum_t;
 
 /* Cumulative sums modulo 2^64, the first 0: their differences are exact as long as they fit. */
-static void accumulate(const double *values, size_t count, double step, uint64_t *total)
+static void accumulate(const double *values, size_t count, double centre, double step, uint64_t *total)
 {
     uint64_t sum = 0;
     total[0] = 0;
     for (size_t i = 0; i < count; i++) {
-        sum += (uint64_t)llrint(values[i] / step);
+        sum += (uint64_t)llrint((values[i] - centre) / step);
         total[i + 1U] = sum;
     }
 }
 
-/* The squares of all differences of m samples in a run of `length` samples, whose cumulative sums these are. */
+/* The squares of all differences of m samples in a run of `length` samples, whose cumulative sums these are. Two sums at a time: an
+ * addition of 128 bits need not wait for the one before. */
 static void add_run(sum_t *sum, const uint64_t *total, size_t length, size_t m)
 {
     if (length < 2U * m) {
         return;
     }
-    const uint64_t *middle = total + m;
-    const uint64_t *newest = middle + m;
     const size_t count = length - 2U * m + 1U;
-    u128_t squares = 0;
+    u128_t squares[2] = {0, 0};
     for (size_t i = 0; i < count; i++) {
-        const uint64_t difference = newest[i] - 2U * middle[i] + total[i];
-        const uint64_t size = ((int64_t)difference < 0) ? 0U - difference : difference;
-        squares += (u128_t)size * size;
+        const int64_t difference = (int64_t)(total[i + 2U * m] - 2U * total[i + m] + total[i]);
+        squares[i % 2U] += (u128_t)((i128_t)difference * difference);
     }
-    sum->squares += squares;
+    sum->squares += squares[0] + squares[1];
     sum->count += count;
 }
 
@@ -60,7 +59,7 @@ static davar_adev_t deviation(const uint64_t *total, const size_t *ends, size_t 
                           .edf = (double)NAN};
 }
 
-bool davar_python_adev(const double *values, size_t count, double step, const size_t *ends, size_t runs,
+bool davar_python_adev(const double *values, size_t count, double centre, double step, const size_t *ends, size_t runs,
                        const uint32_t *m, uint8_t taus, double rate_hz, double *rows)
 {
     davar_result_t *result = calloc(1U, sizeof *result);
@@ -68,7 +67,7 @@ bool davar_python_adev(const double *values, size_t count, double step, const si
     uint64_t *total = malloc((count + 1U) * sizeof *total);
     const bool good = (result != NULL) && (plan != NULL) && (total != NULL);
     if (good) {
-        accumulate(values, count, step, total);
+        accumulate(values, count, centre, step, total);
         result->window_samples = (uint32_t)count;
         result->tau_count = taus;
         for (uint8_t t = 0; t < taus; t++) {

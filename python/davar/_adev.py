@@ -36,27 +36,24 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: Taus = "octave", 
         gap. No difference spans a gap.
     lsb: unit of x per count.
 
-    Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 of the largest distance from their
-    mean (records above 10^7 samples: as many bits as 128 of the sum leave). Raises ValueError that names the argument.
+    Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 or less of the largest distance from
+    their mean (records above 10^7 samples: as many bits as 128 of the sum leave). Raises ValueError that names the argument.
     """
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
-    kept, missing = _samples.split(values, clock.missing)
-    if not SHORTEST <= len(kept) <= LONGEST:
-        raise ValueError(f"x: {SHORTEST} to {LONGEST} samples expected, found {len(kept)}")
-    sizes = cluster_sizes(taus, len(kept))
-    values = values[kept] if len(kept) < len(values) else values
-    if lsb is None:
-        values -= values.mean()
-        step = step_of(values, int(sizes[-1]))
-    else:
-        step = 1.0
-        values = values if counted else values / _samples.positive("lsb", lsb)
-    if max(abs(values.max()), abs(values.min())) / step >= room(len(values), int(sizes[-1])):
-        raise ValueError("x: counts too large for exact sums (lsb)")
-    ends = np.append(np.flatnonzero(missing[1:]) + 1, len(values)).astype(np.uintp)
-    rows = adev_of(values, step, ends, sizes, clock.rate_hz)
-    rows[:3] *= 1 if lsb is None else _samples.positive("lsb", lsb)
+    there = _samples.there(values, clock.missing)
+    if not SHORTEST <= there.size <= LONGEST:
+        raise ValueError(f"x: {SHORTEST} to {LONGEST} samples expected, found {there.size}")
+    sizes = cluster_sizes(taus, there.size)
+    values = there.of(values)
+    centre, unit = (float(values.mean()), 1.0) if lsb is None else (0.0, _samples.positive("lsb", lsb))
+    largest, most = max(values.max() - centre, centre - values.min()), room(there.size, int(sizes[-1]))
+    step = finest(largest, min(2.0 ** (COUNT_BITS - 1), most)) if lsb is None else 1.0 if counted else unit
+    if largest / step > most:
+        raise ValueError("x: counts too large for exact sums; make x float and leave lsb out")
+    ends = np.array([*there.starts()[1:], there.size], np.uintp)
+    rows = adev_of(values, centre, step, ends, sizes, clock.rate_hz)
+    rows[:3] *= unit if counted else 1.0
     return Adev(sizes / clock.rate_hz, rows[0], rows[1], rows[2], rows[3].astype(np.int64))
 
 
@@ -65,11 +62,9 @@ def room(count: int, m: int) -> float:
     return 2.0 ** ((SUM_BITS - int(np.ceil(np.log2(count * 4.0 * m * m)))) // 2)
 
 
-def step_of(values: Floats, m: int) -> float:
-    """The finest power of two in which the values are whole numbers that the sums have room for."""
-    largest = max(values.max(), -values.min())
-    most = min(2.0 ** (COUNT_BITS - 1), room(len(values), m))
-    return float(2.0 ** (np.frexp(largest)[1] + 1 - np.log2(most))) if largest > 0 else 1.0
+def finest(largest: float, most: float) -> float:
+    """The finest power of two of which no magnitude up to `largest` holds more than `most`, a power of two too."""
+    return float(2.0 ** (np.frexp(largest)[1] - np.log2(most))) if largest > 0 else 1.0
 
 
 def cluster_sizes(taus: Taus, count: int) -> npt.NDArray[np.uint32]:

@@ -26,7 +26,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "gap": (None, (c_void_p, c_uint32)),
     "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
-    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_void_p, c_size_t, c_void_p, c_uint8, c_double, c_void_p)),
+    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_uint8, c_double, c_void_p)),
     "taus": (c_uint8, (c_uint32, c_uint8, c_void_p)),
     "health": (None, (c_void_p, POINTER(c_uint32))),
 }
@@ -132,10 +132,10 @@ def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
     return found[:library().davar_python_taus(window, wanted, found.ctypes.data)]
 
 
-def adev_of(values: Floats, step: float, ends: npt.NDArray[np.uintp], taus: npt.NDArray[np.uint32], rate_hz: float) -> Floats:
-    """Rows deviation, low, high, differences of whole steps (davar_python_adev)."""
+def adev_of(values: Floats, centre: float, step: float, ends: npt.NDArray[np.uintp], taus: npt.NDArray[np.uint32], rate_hz: float) -> Floats:
+    """Rows deviation, low, high, differences of values in whole steps from a centre (davar_python_adev)."""
     rows = np.empty((4, len(taus)))
-    if not library().davar_python_adev(values.ctypes.data, len(values), step, ends.ctypes.data, len(ends), taus.ctypes.data, len(taus), rate_hz,
-                                       rows.ctypes.data):
+    if not library().davar_python_adev(values.ctypes.data, len(values), centre, step, ends.ctypes.data, len(ends), taus.ctypes.data, len(taus),
+                                       rate_hz, rows.ctypes.data):
         raise MemoryError
     return rows

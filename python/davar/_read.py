@@ -4,11 +4,10 @@ import gzip
 import os
 import zlib
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError
-from typing import Any
 
 import numpy as np
 
+from . import lab
 from ._samples import median_step
 from ._types import Array
 
@@ -52,21 +51,17 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
 
 
 def of_log(path: str, sensor: str | None) -> Recording:
-    try:
-        from davarlab.errors import BadInput  # type: ignore[import-not-found]
-        from davarlab.logs import door  # type: ignore[import-not-found]
-    except (ImportError, PackageNotFoundError) as why:
-        raise ImportError(f'{path}: no CSV; other logs need the extra lab: pip install "davar[lab]" ({why})') from None
+    absent = lab.missing()
+    if absent:
+        raise ImportError(f"{path}: no CSV; other logs need the extra lab ({lab.said(absent)})")
+    from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
+    from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
     try:
         found = door.samples(path, door.Options(sensor=sensor))
     except BadInput as why:
-        raise ValueError(missing_library(str(why))) from None
+        raise ValueError(str(why)) from None
     columns = {name: np.asarray(column) for name, column in found.columns.items()}
     return Recording(columns, rate_of(columns, path) or found.rate_hz, {str(key): str(value) for key, value in found.notes.items()})
-
-
-def missing_library(said: str) -> str:
-    return said + (' (pip install "davar[lab]")' if "No module named" in said else "")
 
 
 def rate_of(columns: dict[str, Array], path: str) -> float | None:
@@ -119,13 +114,13 @@ def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
     if not rows:
         raise ValueError(f"{path}:{first}: no rows behind the header")
     try:
-        table: Any = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
+        table: Array = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
         good = table.shape == (len(rows), len(names)) and np.isfinite(table).all()
     except ValueError:
         good = False
     if not good:
         raise ValueError(next(wrong for number, row in enumerate(rows, first + 1) if (wrong := wrong_in(row, names, f"{path}:{number}"))))
-    return table.T.copy()
+    return np.ascontiguousarray(table.T)
 
 
 def wrong_in(row: str, names: list[str], where: str) -> str | None:

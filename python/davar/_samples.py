@@ -8,10 +8,11 @@ import numpy.typing as npt
 from ._types import Array, Floats
 
 GAP_FACTOR = 1.5  # sample periods, above which a time step is a gap
+WHOLE = ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "bits")  # options
 
 
 def samples(x: npt.ArrayLike, lsb: float | None) -> tuple[Floats, bool]:
-    """(a float64 copy of x, whether it holds counts)."""
+    """(x as float64, perhaps x itself; whether it holds counts)."""
     given = np.asarray(x)
     if given.ndim != 1:
         raise ValueError(f"x: one dimension expected, found shape {given.shape}")
@@ -20,20 +21,16 @@ def samples(x: npt.ArrayLike, lsb: float | None) -> tuple[Floats, bool]:
     counted = given.dtype.kind in "iu"
     if counted and lsb is None:
         raise ValueError("lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float")
-    values = np.array(given, np.float64)
-    if np.isinf(values).any():
+    values = np.ascontiguousarray(given, np.float64)
+    if not finite(values) and np.isinf(values).any():
         raise ValueError(f"x: infinite at sample {int(np.flatnonzero(np.isinf(values))[0])}")
     return values, counted
 
 
-def rate(rate_hz: float) -> float:
-    try:
-        value = float(rate_hz)
-    except (TypeError, ValueError):
-        value = np.nan
-    if not 0 < value < np.inf:
-        raise ValueError(f"rate_hz: a finite number above 0 expected, found {rate_hz!r}")
-    return value
+def finite(values: Floats) -> bool:
+    """Surely: one look at the sum (which may overflow: then False)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(values.sum()))
 
 
 def stamps(time_s: npt.ArrayLike, count: int) -> Floats:
@@ -99,27 +96,47 @@ def clock(count: int, rate_hz: float | None, time_s: npt.ArrayLike | None, gaps:
     if found is None or missing is None:
         if rate_hz is None:
             raise ValueError("rate_hz: needed where there is no time_s")
-        return Clock(rate(rate_hz), None, missing)
-    if not float(factor) > 1:
+        return Clock(positive("rate_hz", rate_hz), None, missing)
+    if not positive("gap", factor) > 1:
         raise ValueError(f"gap: a number above 1 expected, found {factor!r}")
-    period_s = median_step(found) if rate_hz is None else 1 / rate(rate_hz)
-    return Clock(1 / period_s if rate_hz is None else rate(rate_hz), found, np.maximum(missing, lost(found, period_s, float(factor))))
+    period_s = median_step(found) if rate_hz is None else 1 / positive("rate_hz", rate_hz)
+    hz = 1 / period_s if rate_hz is None else float(rate_hz)
+    return Clock(hz, found, np.maximum(missing, lost(found, period_s, float(factor))))
 
 
-def split(values: Floats, missing: Array | None) -> tuple[Array, Array]:
-    """(indices of the samples that are there, samples missing in front of each): NaN are missing samples too. missing: in front of each value."""
-    absent = np.isnan(values)
-    if not absent.any():
-        return np.arange(len(values)), np.zeros(len(values), np.int64) if missing is None else missing
-    kept = np.flatnonzero(~absent)
-    if not len(kept):
-        return kept, np.zeros(0, np.int64)
-    run = np.diff(kept, prepend=-1) - 1
-    return kept, run if missing is None else np.maximum(run, np.maximum.reduceat(missing, np.append(0, kept[:-1] + 1)))
+class There(NamedTuple):
+    """The samples that are there. size: how many. places: their indices; None: all are there. missing: samples lost in front of each, NaN included;
+    None: none are."""
+    size: int
+    places: Array | None
+    missing: Array | None
+
+    def of(self, values: Floats) -> Floats:
+        """Their values; of a whole record the values themselves."""
+        return values if self.places is None else values[self.places]
+
+    def place(self, i: int) -> int:
+        return i if self.places is None else int(self.places[i])
+
+    def starts(self) -> list[int]:
+        """Of the runs without a gap inside, as numbers of samples that are there: the first is 0."""
+        return [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
+
+
+def there(values: Floats, missing: Array | None) -> There:
+    """missing: samples lost in front of each value. A run of NaN is missing samples too."""
+    absent = None if finite(values) else np.isnan(values)
+    if absent is None or not absent.any():
+        return There(len(values), None, missing)
+    places = np.flatnonzero(~absent)
+    if not len(places):
+        return There(0, places, None)
+    run = np.diff(places, prepend=-1) - 1
+    return There(len(places), places, run if missing is None else np.maximum(run, np.maximum.reduceat(missing, np.append(0, places[:-1] + 1))))
 
 
 def text(name: str, value: Any) -> str:
-    """An option's value as davar-sim takes it."""
+    """An option's value as davar-sim takes it. Raises ValueError."""
     if isinstance(value, str) or value is True:
         return str(value)
     try:
@@ -127,24 +144,31 @@ def text(name: str, value: Any) -> str:
             low, high = value
             return f"{float(low)!r}:{float(high)!r}"
         if name == "taus":
-            return ",".join(str(whole(name, one)) for one in np.asarray(value).tolist())
-        if name in ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "bits"):
-            return str(whole(name, value))
-        return repr(float(value))
-    except TypeError:
-        raise ValueError(f"{name}: {value!r} is not what it takes") from None
+            return ",".join(str(whole(name, one)) for one in np.atleast_1d(np.asarray(value)).tolist())
+        return str(whole(name, value)) if name in WHOLE else repr(float(value))
+    except (TypeError, ValueError) as why:
+        said = str(why)
+        raise ValueError(said if said.startswith(f"{name}: ") else f"{name}: not a value that it takes: {value!r}") from None
 
 
 def whole(name: str, value: Any) -> int:
     """A whole number, whatever its type. Raises ValueError."""
-    if isinstance(value, bool) or float(value) != int(value):
+    try:
+        good = not isinstance(value, bool) and float(value) == int(value)
+    except (TypeError, ValueError, OverflowError):
+        good = False
+    if not good:
         hint = " (cluster sizes in samples: tau_s * rate_hz)" if name == "taus" else ""
         raise ValueError(f"{name}: whole numbers expected{hint}, found {value!r}")
     return int(value)
 
 
 def positive(name: str, value: Any) -> float:
-    found = float(value)
+    """A number above 0. Raises ValueError."""
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = np.nan
     if not 0 < found < np.inf:
         raise ValueError(f"{name}: a finite number above 0 expected, found {value!r}")
     return found

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from . import _samples
 from ._library import Run
-from ._samples import Clock
+from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Taus
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
@@ -64,17 +64,17 @@ class Feed:
         self.places: list[tuple[int, int]] = [(0, 0)]  # from this sample that went in on, its index is so much larger
         self.tables: list[Floats] = []
 
-    def push(self, admitted: Floats, kept: Array, missing: Array, count: int) -> None:
-        """Values that are there, their indices among `count` that were given, and what is missing in front of each and of what follows."""
-        if not len(kept):
+    def push(self, admitted: Floats, there: There, count: int) -> None:
+        """The values that are there, as push takes them, among `count` that were given."""
+        if not there.size:
             self.ahead += count
         else:
-            missing[0] += self.ahead if self.taken else 0
-            self.ahead = count - 1 - int(kept[-1])
-            starts = np.flatnonzero(missing)
-            for first, last in zip([0, *starts.tolist()], [*starts.tolist(), len(kept)]):
-                if first < last:
-                    self._push_run(admitted[first:last], int(missing[first]), self.given + int(kept[first]))
+            first_missing = self.ahead + (0 if there.missing is None else int(there.missing[0]))
+            self.ahead = count - 1 - there.place(there.size - 1)
+            starts = there.starts()
+            for first, last in zip(starts, [*starts[1:], there.size]):
+                missing = first_missing if first == 0 or there.missing is None else int(there.missing[first])
+                self._push_run(admitted[first:last], missing, self.given + there.place(first))
         self.given += count
 
     def _push_run(self, values: Floats, missing: int, index: int) -> None:
@@ -105,12 +105,12 @@ class Feed:
         return found
 
 
-def admitted(run: Run, values: Floats, kept: Array, counted: bool) -> Floats:
+def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
     """The values that are there, as push takes them. Raises ValueError that names the sample."""
-    found = np.ascontiguousarray(values[kept])
+    found = values.copy() if there.places is None else there.of(values)
     bad = run.admit(found, counted)
     if bad is not None:
-        raise ValueError(f"x: {run.reason()} at sample {int(kept[bad])}, found {values[kept[bad]]:.15g}")
+        raise ValueError(f"x: {run.reason()} at sample {there.place(bad)}, found {values[there.place(bad)]:.15g}")
     return found
 
 
@@ -148,16 +148,16 @@ def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.Array
 def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, str]) -> Feed:
     """All samples through a run of these options, to its end."""
     run = Run(given)
-    kept, missing = _samples.split(values, clock.missing)
-    if len(kept) < max(run.needed, 1):
-        raise ValueError(f"x: too short: {len(kept)} samples, one epoch needs at least {run.needed}")
-    taken = admitted(run, values, kept, counted)
+    there = _samples.there(values, clock.missing)
+    if there.size < max(run.needed, 1):
+        raise ValueError(f"x: too short: {there.size} samples, one epoch needs at least {run.needed}")
+    taken = admitted(run, values, there, counted)
     run.start(clock.rate_hz, taken.min(), taken.max())
     feed = Feed(run, clock.rate_hz, int(given.get("stride", 1)))
-    feed.push(taken, kept, missing, len(values))
+    feed.push(taken, there, len(values))
     feed.finish()
     if not feed.waiting:
-        raise ValueError(f"x: too short: {len(kept)} samples give no epoch")
+        raise ValueError(f"x: too short: {there.size} samples give no epoch")
     return feed
 
 
@@ -186,7 +186,7 @@ class Stream:
                             "kurtosis": kurtosis, "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus,
                             "stride": stride, "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval,
                             "block": block, "shock_blocks": shock_blocks, "details": details or None})
-        hz, run = _samples.rate(rate_hz), Run(given)
+        hz, run = _samples.positive("rate_hz", rate_hz), Run(given)
         limit = 2.0 ** (int(given.get("bits", BITS)) - 1)
         run.start(hz, -limit, limit - 1)
         self._lsb, self._finished = lsb, False
@@ -198,9 +198,8 @@ class Stream:
         if self._finished:
             raise ValueError("x: the stream is finished")
         values, counted = _samples.samples(np.atleast_1d(np.asarray(x)), self._lsb)
-        kept, missing = _samples.split(values, np.zeros(len(values), np.int64))
-        taken = admitted(self._feed.run, values, kept, counted)
-        self._feed.push(taken, kept, missing, len(values))
+        there = _samples.there(values, None)
+        self._feed.push(admitted(self._feed.run, values, there, counted), there, len(values))
         return self._feed.waiting
 
     def gap(self, missing: int = 1) -> None:

@@ -21,11 +21,16 @@ def missing() -> list[str]:
     return found
 
 
+def said(absent: list[str]) -> str:
+    """What is missing, for a message."""
+    return f'not installed: {", ".join(absent[:3])}{" ..." if absent[3:] else ""}; pip install "davar[lab]"'
+
+
 def main() -> int:
     """davarlab with the arguments of the command line; its exit status."""
     absent = missing()
     if absent:
-        print(f'davarlab: not installed: {", ".join(absent[:3])}{" ..." if absent[3:] else ""}; pip install "davar[lab]"', file=sys.stderr)
+        print(f"davarlab: {said(absent)}", file=sys.stderr)
         return 2
-    from davarlab import cli  # type: ignore[import-not-found]
+    from davarlab import cli  # type: ignore[import-untyped, unused-ignore]
     return int(cli.main(sys.argv[1:]))

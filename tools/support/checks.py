@@ -267,9 +267,10 @@ def package():
     for log, command in {"make": [maker, "-m", "build", "--outdir", str(dist), "."], "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
                          "beside": [*pip, "--no-deps", "-r", "tools/requirements-bench.txt"]}.items():
         tool(*command, log=f"package-{log}.log").must()
+    Path(folder.name, "home").mkdir()
     tool(*pip, *map(str, dist.glob("*.whl")), log="package-install.log").must()
     return [python], {"DAVAR_DIST": str(dist), "DAVAR_MYPY": maker, "DAVAR_SIM": str(BUILD / "tools/host_sim/davar-sim"), "DAVAR_LAB_PYTHON": lab()[0][0],
-                      "HOME": folder.name}
+                      "HOME": str(Path(folder.name, "home"))}
 
 
 @once
