@@ -64,7 +64,7 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
 {
     davar_result_t *result = calloc(1U, sizeof *result);
     davar_plan_t *plan = calloc(1U, sizeof *plan);
-    uint64_t *total = malloc((count + 1U) * sizeof *total);
+    uint64_t *total = calloc(count + 1U, sizeof *total);
     const bool good = (result != NULL) && (plan != NULL) && (total != NULL);
     if (good) {
         accumulate(values, count, centre, step, total);

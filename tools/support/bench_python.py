@@ -14,7 +14,7 @@ import numpy as np
 
 RATE_HZ = 100.0
 RECORD = 1_000_000
-WINDOWS = (600, 6000, 60000)
+WINDOWS = (600, 6000, 60_000)
 EPOCHS = 100_000  # of davar
 CALLS = 30  # of AllanTools, one per epoch
 REPEATS = 5
@@ -39,8 +39,8 @@ def record(x):
 
 
 def windows(x, window, stride):
-    """An epoch every `stride` samples: all that davar.dynamic gives, against the deviations alone of each window."""
-    options = {"policy": "fixed", "mode": "trailing", "window_max": window, "window_min": window, "stride": stride}
+    """An epoch every `stride` samples: deviations and coefficients with their intervals, against AllanTools' deviations of each window."""
+    options = {"policy": "fixed", "mode": "trailing", "window_max": window, "window_min": window, "segment": 0, "stride": stride}
     part = x[:window + EPOCHS] if stride == 1 else x
     epochs = davar.dynamic(part, RATE_HZ, **options)
     ours = seconds(lambda i: davar.dynamic(part, RATE_HZ, **options), 3) / len(epochs.epoch)

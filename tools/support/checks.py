@@ -157,7 +157,7 @@ def tool(*command, log=None):
 
 
 def sources(*suffixes):
-    folders = ("lib", "port", "host_sim", "gateway", "tests")
+    folders = ("lib", "port", "host_sim", "gateway", "python", "tests")
     return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*")
                   if path.suffix in suffixes)
 
@@ -184,7 +184,7 @@ def clang_tidy():
 def cppcheck():
     return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
                 "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
-                "-Ilib/include", "-Iport/include", "-Iport/node", "lib/src", "port", "host_sim", "gateway")
+                "-Ilib/include", "-Iport/include", "-Iport/node", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway", "python")
 
 
 def shell():
