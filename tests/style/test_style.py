@@ -15,7 +15,7 @@ FUNCTION_LINES_MAX = 60
 VERSION_HEADER = "lib/include/davar/version.h"
 # Where an included name is looked for, after the includer's own folder.
 INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/linux", "port/job",
-                "port/bare_metal", "host_sim",
+                "port/bare_metal", "host_sim", "python",
                 "tests/support")
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
@@ -33,6 +33,7 @@ MAY_INCLUDE = {
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/": ("lib/include",),
+    "python": ("lib/include", "host_sim"),
 }
 LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
                       "string.h"}

@@ -5,6 +5,7 @@ Called by tools/davar-bench, which has built everything. Standard library, and A
 
 import argparse
 import json
+import os
 import random
 import statistics
 import subprocess
@@ -73,6 +74,20 @@ def allantools_ns_per_sample():
     return 1e9 * statistics.median(spent)
 
 
+def python_figures():
+    """Of bench_python.py, in this same Python. None where AllanTools is not installed."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "DAVAR_LIBRARY": str(PROGRAMS / "python/libdavar_python.so"), "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-B", ROOT / "tools/support/bench_python.py"], env=environment, text=True, capture_output=True)
+    return json.loads(done.stdout) if done.returncode == 0 else None
+
+
+def show_python(figures):
+    print(f"\nThe Python package{'':<35}{'davar':>12}{'AllanTools':>14}{'ratio':>10}")
+    for name, found in figures.items():
+        ours, theirs, ratio = found.values()
+        print(f"{name:<33}{next(iter(found)).removeprefix('davar_'):<20}{ours:>12,.0f}{theirs:>14,.0f}{ratio:>10,.0f}")
+
+
 def show(figures):
     fixed = figures["fixed_every_sample_8_taus_ns_per_sample"]
     rows = [("davar, fixed", fixed), ("davar, float", figures["float_every_sample_8_taus_ns_per_sample"]),
@@ -99,11 +114,14 @@ def main():
     figures["sim_samples_per_s"] = round(simulator_samples_per_s())
     allantools = allantools_ns_per_sample()
     figures["allantools_per_window_ns_per_sample"] = allantools and round(allantools)
+    python = python_figures()
     targets = target_cost.measure_all()
     if options.json:
-        print(json.dumps({"host": figures, "targets": targets}, indent=2))
+        print(json.dumps({"host": figures, "python": python, "targets": targets}, indent=2))
     else:
         show(figures)
+        if python:
+            show_python(python)
         print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.table(targets))
     return 0
 

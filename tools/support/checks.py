@@ -5,12 +5,14 @@ tools/test, which has seen to the packages and to Unity. Standard library only.
 """
 
 import argparse
+import atexit
 import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -42,6 +44,11 @@ class Tally:
         self.failed += other.failed
         self.skipped += other.skipped
         self.lines += other.lines
+
+    def must(self):
+        """Nothing failed, or there is no going on."""
+        if self.failed:
+            raise Broken("\n".join(self.lines))
 
     def __str__(self):
         return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
@@ -150,7 +157,7 @@ def tool(*command, log=None):
 
 
 def sources(*suffixes):
-    folders = ("lib", "port", "host_sim", "gateway", "tests")
+    folders = ("lib", "port", "host_sim", "gateway", "python", "tests")
     return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*")
                   if path.suffix in suffixes)
 
@@ -177,7 +184,7 @@ def clang_tidy():
 def cppcheck():
     return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
                 "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
-                "-Ilib/include", "-Iport/include", "-Iport/node", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway")
+                "-Ilib/include", "-Iport/include", "-Iport/node", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway", "python")
 
 
 def shell():
@@ -248,6 +255,25 @@ def wire():
 
 
 @once
+def package():
+    """Makes sdist and wheel of the Python package with the real tools, and installs the wheel where nothing else of the project is: into a
+    Python outside of the checkout, with AllanTools beside it."""
+    maker = set_up("build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt", "package-python.log")
+    folder = tempfile.TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    dist, python = BUILD / "dist", f"{folder.name}/python/bin/python"
+    shutil.rmtree(dist, ignore_errors=True)
+    pip = [python, "-m", "pip", "install", "--disable-pip-version-check"]
+    for log, command in {"make": [maker, "-m", "build", "--outdir", str(dist), "."], "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
+                         "beside": [*pip, "--no-deps", "-r", "tools/requirements-bench.txt"]}.items():
+        tool(*command, log=f"package-{log}.log").must()
+    Path(folder.name, "home").mkdir()
+    tool(*pip, *map(str, dist.glob("*.whl")), log="package-install.log").must()
+    return [python], {"DAVAR_DIST": str(dist), "DAVAR_MYPY": maker, "DAVAR_SIM": str(BUILD / "tools/host_sim/davar-sim"), "DAVAR_LAB_PYTHON": lab()[0][0],
+                      "HOME": str(Path(folder.name, "home"))}
+
+
+@once
 def linux():
     """The kernel of the tests of tests/kernel, built when the cache has none."""
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
@@ -286,6 +312,7 @@ PARTS = {
                suite("kernel", setting=guest) + suite("kernel", "kernel_board", board)),
     "lab": ("tools/davarlab on recordings with known truth", suite("lab", setting=lab)),
     "workbench": ("tools/davarlab open in a real browser", suite("workbench", setting=workbench)),
+    "package": ("the Python package as pip installs it, outside of the checkout", suite("package", setting=package)),
     "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),

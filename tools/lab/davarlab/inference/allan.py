@@ -3,10 +3,10 @@
 import ctypes
 import os
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
+from .. import places
 from ..errors import BadInput
 
 TAUS_MAX = 24
@@ -14,9 +14,8 @@ TAUS_MAX = 24
 
 @cache
 def library():
-    """The shared library that tools/davarlab builds."""
-    default = Path(__file__).resolve().parents[4] / "build/tools/tools/lab/libdavar_lab.so"
-    path = os.environ.get("DAVAR_LAB_LIBRARY", str(default))
+    """The shared library that tools/davarlab builds, or pip installed."""
+    path = os.environ.get("DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so")))
     try:
         found = ctypes.CDLL(path)
     except OSError as why:

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 
-from .. import model as models
+from .. import model as models, places
 from ..diagnosis import contributions, evidence, improve, judge, search
 from ..effects import table
 from . import pictures, words
 
-VERSION_HEADER = Path(__file__).resolve().parents[4] / "lib/include/davar/version.h"
+VERSION_HEADER = places.shared("lib/include/davar/version.h")
 PACKAGES = ("numpy", "scipy", "matplotlib", "Jinja2")
 WHERE_MAX = 6
 

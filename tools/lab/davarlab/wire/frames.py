@@ -6,13 +6,13 @@ Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import cantools
 
+from .. import places
 from .raw import Samples, written
 
-DBC_PATH = Path(__file__).resolve().parents[3] / "davar.dbc"
+DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
 LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/codec.h

@@ -3,13 +3,12 @@
 import contextlib
 from pathlib import Path
 
-from .. import files, simulate
+from .. import files, places, simulate
 from ..data import recording as recordings
 from ..errors import BadInput
 from .steps import ENDING
 
-ROOT = Path(__file__).resolve().parents[4]
-TUTORIAL = ROOT / "data/tutorial_sensor.toml"
+TUTORIAL = places.shared("data/tutorial_sensor.toml")
 TUTORIAL_NAME = "tutorial_sensor.csv"
 LIVE_NAME, RAW_NAME = "live.csv", "raw.csv"  # of what was heard on a wire: results, samples
 FROZEN_NAME = "frozen.csv"  # samples so far

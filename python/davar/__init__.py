@@ -1,0 +1,7 @@
+"""Dynamic Allan variance: the C core that runs on the microcontroller, with numpy in and out. See docs/PYTHON.md."""
+
+from ._adev import Adev, adev
+from ._read import Recording, read
+from ._stream import Epochs, Stream, dynamic
+
+__all__ = ["Adev", "Epochs", "Recording", "Stream", "adev", "dynamic", "read"]

@@ -1,0 +1,141 @@
+"""The shared library: its functions with their types, and one run of it."""
+
+import ctypes
+import os
+import re
+from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._types import Floats
+
+SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "new": (c_void_p, ()),
+    "free": (None, (c_void_p,)),
+    "error": (c_char_p, (c_void_p,)),
+    "option": (c_bool, (c_void_p, c_char_p, c_char_p)),
+    "configure": (c_bool, (c_void_p, POINTER(c_uint64))),
+    "admit": (c_bool, (c_void_p, c_bool, c_void_p, c_size_t, POINTER(c_size_t))),
+    "start": (c_bool, (c_void_p, c_double, c_double, c_double)),
+    "columns": (c_size_t, (c_void_p,)),
+    "column": (c_char_p, (c_void_p, c_size_t)),
+    "gap": (None, (c_void_p, c_uint32)),
+    "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
+    "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
+    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_uint8, c_double, c_void_p)),
+    "taus": (c_uint8, (c_uint32, c_uint8, c_void_p)),
+    "health": (None, (c_void_p, POINTER(c_uint32))),
+}
+HEALTH = ("gaps", "missing", "saturated", "not_finite", "restarts", "missed", "cuts", "alarms", "shocks")
+TABLE = 1 << 14  # rows that are asked for at once
+TAUS_MAX = 32
+UINT32_MAX = 0xFFFFFFFF
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """The library beside this file, or the one that DAVAR_LIBRARY names. Raises ImportError."""
+    path = os.environ.get("DAVAR_LIBRARY") or next(map(str, Path(__file__).parent.glob("libdavar_python.*")), "")
+    try:
+        if not path:
+            raise OSError(f"no libdavar_python beside {__file__}")
+        found = ctypes.CDLL(path)
+    except OSError as why:
+        raise ImportError(f"davar: cannot load its library ({why}); install the package: pip install .") from None
+    for name, (result, arguments) in SIGNATURES.items():
+        function = getattr(found, f"davar_python_{name}")
+        function.restype, function.argtypes = result, arguments
+    return found
+
+
+def named(text: str) -> str:
+    """A message of davar-sim with its options as arguments of Python: --window-max -> window_max."""
+    return re.sub(r"--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
+
+
+class Run:
+    """One davar_python_t (davar_python.h). Errors are ValueErrors that name the argument."""
+
+    def __init__(self, options: dict[str, str]) -> None:
+        self._calls = library()
+        self._run = self._calls.davar_python_new()
+        if not self._run:
+            raise MemoryError
+        for name, text in options.items():
+            self._check(self._calls.davar_python_option(self._run, name.replace("_", "-").encode(), text.encode()))
+        needed = c_uint64()
+        self._check(self._calls.davar_python_configure(self._run, byref(needed)))
+        self.needed = needed.value
+        self.columns: list[str] = []
+
+    def __del__(self) -> None:
+        if getattr(self, "_run", None):
+            self._calls.davar_python_free(self._run)
+
+    def _check(self, good: bool) -> None:
+        if not good:
+            raise ValueError(named(self._calls.davar_python_error(self._run).decode()))
+
+    def admit(self, values: Floats, counted: bool) -> int | None:
+        """Changes finite float64 values in place to what push takes; the index of one that cannot be taken."""
+        bad = c_size_t()
+        good = self._calls.davar_python_admit(self._run, counted, values.ctypes.data, len(values), byref(bad))
+        return None if good else bad.value
+
+    def reason(self) -> str:
+        return named(self._calls.davar_python_error(self._run).decode())
+
+    def start(self, rate_hz: float, low: float, high: float) -> None:
+        self._check(self._calls.davar_python_start(self._run, rate_hz, low, high))
+        count = self._calls.davar_python_columns(self._run)
+        self.columns = [self._calls.davar_python_column(self._run, i).decode() for i in range(count)]
+
+    def gap(self, missing: int) -> None:
+        self._calls.davar_python_gap(self._run, min(int(missing), UINT32_MAX))
+
+    def push(self, values: Floats, stride: int) -> list[Floats]:
+        """Tables (columns, rows) of the epochs that these admitted values complete."""
+        tables, done = [], 0
+        while done < len(values):
+            rest = values[done:]
+            table, taken = self._table(min(len(rest) // stride + 4, TABLE)), c_size_t()
+            written = self._calls.davar_python_push(self._run, rest.ctypes.data, len(rest), table.ctypes.data, table.shape[1], byref(taken))
+            tables.append(table[:, :written])
+            done += taken.value
+        return tables
+
+    def flush(self) -> list[Floats]:
+        tables = []
+        while True:
+            table = self._table(TABLE)
+            written = self._calls.davar_python_flush(self._run, table.ctypes.data, TABLE)
+            tables.append(table[:, :written])
+            if written < TABLE:
+                return tables
+
+    def _table(self, rows: int) -> Floats:
+        return np.empty((len(self.columns), rows))
+
+    def health(self) -> dict[str, int]:
+        counters = (c_uint32 * len(HEALTH))()
+        self._calls.davar_python_health(self._run, counters)
+        return dict(zip(HEALTH, counters))
+
+
+def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
+    """Cluster sizes for a record of so many samples: octaves (wanted = 0) or so many on a log scale."""
+    found = np.zeros(TAUS_MAX, np.uint32)
+    return found[:library().davar_python_taus(window, wanted, found.ctypes.data)]
+
+
+def adev_of(values: Floats, centre: float, step: float, ends: npt.NDArray[np.uintp], taus: npt.NDArray[np.uint32], rate_hz: float) -> Floats:
+    """Rows deviation, low, high, differences of values in whole steps from a centre (davar_python_adev)."""
+    rows = np.empty((4, len(taus)))
+    if not library().davar_python_adev(values.ctypes.data, len(values), centre, step, ends.ctypes.data, len(ends), taus.ctypes.data, len(taus),
+                                       rate_hz, rows.ctypes.data):
+        raise MemoryError
+    return rows

@@ -1,0 +1,140 @@
+"""Recordings from files: CSV as davar-sim reads it; other logs by davarlab, where it is installed."""
+
+import gzip
+import os
+import zlib
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import lab
+from ._samples import median_step
+from ._types import Array
+
+LOGS = (b"ULog", b"\xa3\x95", b"FMT, ", b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP", b"MATLAB 5.0", b"\x93NUMPY", b"PK\x03\x04", b"PAR1", b"\x89HDF")
+
+
+@dataclass
+class Recording:
+    """columns: name -> samples (N), the name ending in the unit: time_s, gyro_z_dps, temp_degC ... rate_hz: from the median time step; None without
+    time_s. notes: the `# key: value` lines of a CSV, or what the log says of itself. recording["gyro_z_dps"] is a column."""
+    columns: dict[str, Array]
+    rate_hz: float | None
+    notes: dict[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self.columns:
+            raise KeyError(f"no column {name} (there are: {', '.join(self.columns)})")
+        return self.columns[name]
+
+    @property
+    def time_s(self) -> Array | None:
+        """Time stamps, seconds (N), or None."""
+        return self.columns.get("time_s")
+
+
+def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording:
+    """The recording in a file.
+
+    CSV, plain or gzip: optional `# key: value` lines, a header row, then numbers. PX4 ULog, ArduPilot DataFlash, ROS bags, MCAP, MATLAB, NumPy and
+    Parquet need the extra lab (pip install "davar[lab]"); sensor: which one, where a log has several. Every sample is as it was measured: time_s shows
+    the gaps. Raises ValueError that names file, line and column, OSError for a file that cannot be read, ImportError without the extra.
+    """
+    name = os.fspath(path)
+    if os.path.isdir(name):
+        return of_log(name, sensor)
+    with open(name, "rb") as file:
+        head = file.read(1024)
+    if head.startswith(LOGS) or (b"\0" in head and not head.startswith(b"\x1f\x8b")):
+        return of_log(name, sensor)
+    return of_csv(name)
+
+
+def of_log(path: str, sensor: str | None) -> Recording:
+    absent = lab.missing()
+    if absent:
+        raise ImportError(f"{path}: no CSV; other logs need the extra lab ({lab.said(absent)})")
+    from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
+    from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
+    try:
+        found = door.samples(path, door.Options(sensor=sensor))
+    except BadInput as why:
+        raise ValueError(str(why)) from None
+    columns = {name: np.asarray(column) for name, column in found.columns.items()}
+    return Recording(columns, rate_of(columns, path) or found.rate_hz, {str(key): str(value) for key, value in found.notes.items()})
+
+
+def rate_of(columns: dict[str, Array], path: str) -> float | None:
+    if "time_s" not in columns or len(columns["time_s"]) < 2:
+        return None
+    try:
+        return 1 / median_step(columns["time_s"])
+    except ValueError:
+        raise ValueError(f"{path}: column time_s: the median time step is 0") from None
+
+
+def lines_of(path: str) -> list[str]:
+    with open(path, "rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+    try:
+        with gzip.open(path, "rb") if packed else open(path, "rb") as file:
+            return file.read().decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: not a text file in UTF-8") from None
+    except (EOFError, zlib.error, gzip.BadGzipFile) as why:
+        raise ValueError(f"{path}: damaged gzip file ({why})") from None
+
+
+def of_csv(path: str) -> Recording:
+    lines = lines_of(path)
+    notes, first = {}, 0
+    while first < len(lines) and (lines[first].startswith("#") or not lines[first].strip()):
+        key, _, value = lines[first].lstrip("#").partition(":")
+        notes.update({key.strip(): value.strip()} if key.strip() else {})
+        first += 1
+    if first == len(lines):
+        raise ValueError(f"{path}: no header row and no samples")
+    names = [name.strip() for name in lines[first].split(",")]
+    for name in names:
+        if not name or names.count(name) > 1:
+            raise ValueError(f"{path}:{first + 1}: " + (f"column {name} is there twice" if name else "a column without a name"))
+    while lines and not lines[-1].strip():
+        lines.pop()
+    columns = dict(zip(names, numbers(lines, first + 1, names, path)))
+    if "time_s" in columns:
+        back = np.flatnonzero(np.diff(columns["time_s"]) < 0)
+        if len(back):
+            raise ValueError(f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found {columns['time_s'][back[0] + 1]:.15g}")
+    return Recording(columns, rate_of(columns, path), notes)
+
+
+def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
+    """(columns, rows) of the lines from `first` on."""
+    rows = lines[first:]
+    if not rows:
+        raise ValueError(f"{path}:{first}: no rows behind the header")
+    try:
+        table: Array = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
+        good = table.shape == (len(rows), len(names)) and np.isfinite(table).all()
+    except ValueError:
+        good = False
+    if not good:
+        raise ValueError(next(wrong for number, row in enumerate(rows, first + 1) if (wrong := wrong_in(row, names, f"{path}:{number}"))))
+    return np.ascontiguousarray(table.T)
+
+
+def wrong_in(row: str, names: list[str], where: str) -> str | None:
+    """What is wrong with a row; None for nothing."""
+    if not row.strip():
+        return f"{where}: an empty row between rows"
+    fields = row.split(",")
+    if len(fields) != len(names):
+        return f"{where}: {len(fields)} fields, the header has {len(names)}"
+    for name, one in zip(names, fields):
+        try:
+            good = bool(np.isfinite(float(one)))
+        except ValueError:
+            good = False
+        if not good:
+            return f"{where}: column {name}: not a finite number, found {one.strip()!r}"
+    return None

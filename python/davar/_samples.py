@@ -1,0 +1,174 @@
+"""What the user hands in: samples, time stamps and gaps, checked, as runs of samples without a gap inside."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ._types import Array, Floats
+
+GAP_FACTOR = 1.5  # sample periods, above which a time step is a gap
+WHOLE = ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "bits")  # options
+
+
+def samples(x: npt.ArrayLike, lsb: float | None) -> tuple[Floats, bool]:
+    """(x as float64, perhaps x itself; whether it holds counts)."""
+    given = np.asarray(x)
+    if given.ndim != 1:
+        raise ValueError(f"x: one dimension expected, found shape {given.shape}")
+    if given.dtype.kind not in "iuf":
+        raise ValueError(f"x: numbers expected, found {given.dtype}")
+    counted = given.dtype.kind in "iu"
+    if counted and lsb is None:
+        raise ValueError("lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float")
+    values = np.ascontiguousarray(given, np.float64)
+    if not finite(values) and np.isinf(values).any():
+        raise ValueError(f"x: infinite at sample {int(np.flatnonzero(np.isinf(values))[0])}")
+    return values, counted
+
+
+def finite(values: Floats) -> bool:
+    """Surely: one look at the sum (which may overflow: then False)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(values.sum()))
+
+
+def stamps(time_s: npt.ArrayLike, count: int) -> Floats:
+    found = np.asarray(time_s)
+    if found.shape != (count,) or found.dtype.kind not in "iuf":
+        raise ValueError(f"time_s: {count} numbers expected, as many as x, found shape {found.shape} of {found.dtype}")
+    found = found.astype(np.float64)
+    if not np.isfinite(found).all():
+        raise ValueError(f"time_s: not a finite number at sample {int(np.flatnonzero(~np.isfinite(found))[0])}")
+    back = np.flatnonzero(np.diff(found) < 0)
+    if len(back):
+        raise ValueError(f"time_s: time runs backwards at sample {int(back[0]) + 1}")
+    return found
+
+
+def median_step(time_s: Floats) -> float:
+    """The period, as davar-sim finds it. Raises ValueError."""
+    steps = np.diff(time_s)
+    if not len(steps):
+        raise ValueError("time_s: one sample only: too short to know the rate; give rate_hz")
+    middle = (len(steps) - 1) // 2
+    order = np.partition(steps, [middle, min(middle + 1, len(steps) - 1)])
+    lower = order[middle]
+    step = lower if len(steps) % 2 else lower + 0.5 * (order[middle + 1] - lower)
+    if not step > 0:
+        raise ValueError("time_s: the median time step is 0; give rate_hz")
+    return float(step)
+
+
+def lost(time_s: Floats, period_s: float, factor: float) -> Array:
+    """Samples missing in front of each sample by its time stamp."""
+    steps = np.diff(time_s, prepend=time_s[:1])
+    missing = np.maximum(np.floor(steps / period_s + 0.5) - 1, 1)
+    return np.where(steps > factor * period_s, missing, 0).astype(np.int64)
+
+
+def listed(gaps: npt.ArrayLike, count: int) -> Array:
+    """The index list of gaps: each the first sample behind one."""
+    found = np.asarray(gaps)
+    if found.size == 0:
+        return np.zeros(0, np.int64)
+    if found.ndim != 1 or found.dtype.kind not in "iu":
+        raise ValueError(f"gaps: a list of sample indices expected, found shape {found.shape} of {found.dtype}")
+    wrong = found[(found < 1) | (found >= count)]
+    if len(wrong):
+        raise ValueError(f"gaps: an index from 1 to {count - 1} expected (the first sample behind the gap), found {int(wrong[0])}")
+    return found.astype(np.int64)
+
+
+class Clock(NamedTuple):
+    """When samples were taken. missing: samples lost in front of each (N), None: none are."""
+    rate_hz: float
+    time_s: Floats | None
+    missing: Array | None
+
+
+def clock(count: int, rate_hz: float | None, time_s: npt.ArrayLike | None, gaps: npt.ArrayLike | None, factor: float) -> Clock:
+    """The Clock that the arguments describe. Raises ValueError."""
+    found = None if time_s is None else stamps(time_s, count)
+    missing = None if gaps is None and found is None else np.zeros(count, np.int64)
+    if gaps is not None and missing is not None:
+        missing[listed(gaps, count)] = 1
+    if found is None or missing is None:
+        if rate_hz is None:
+            raise ValueError("rate_hz: needed where there is no time_s")
+        return Clock(positive("rate_hz", rate_hz), None, missing)
+    if not positive("gap", factor) > 1:
+        raise ValueError(f"gap: a number above 1 expected, found {factor!r}")
+    period_s = median_step(found) if rate_hz is None else 1 / positive("rate_hz", rate_hz)
+    hz = 1 / period_s if rate_hz is None else float(rate_hz)
+    return Clock(hz, found, np.maximum(missing, lost(found, period_s, float(factor))))
+
+
+class There(NamedTuple):
+    """The samples that are there. size: how many. places: their indices; None: all are there. missing: samples lost in front of each, NaN included;
+    None: none are."""
+    size: int
+    places: Array | None
+    missing: Array | None
+
+    def of(self, values: Floats) -> Floats:
+        """Their values; of a whole record the values themselves."""
+        return values if self.places is None else values[self.places]
+
+    def place(self, i: int) -> int:
+        return i if self.places is None else int(self.places[i])
+
+    def starts(self) -> list[int]:
+        """Of the runs without a gap inside, as numbers of samples that are there: the first is 0."""
+        return [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
+
+
+def there(values: Floats, missing: Array | None) -> There:
+    """missing: samples lost in front of each value. A run of NaN is missing samples too."""
+    absent = None if finite(values) else np.isnan(values)
+    if absent is None or not absent.any():
+        return There(len(values), None, missing)
+    places = np.flatnonzero(~absent)
+    if not len(places):
+        return There(0, places, None)
+    run = np.diff(places, prepend=-1) - 1
+    return There(len(places), places, run if missing is None else np.maximum(run, np.maximum.reduceat(missing, np.append(0, places[:-1] + 1))))
+
+
+def text(name: str, value: Any) -> str:
+    """An option's value as davar-sim takes it. Raises ValueError."""
+    if isinstance(value, str) or value is True:
+        return str(value)
+    try:
+        if name in ("kurtosis", "contribution"):
+            low, high = value
+            return f"{float(low)!r}:{float(high)!r}"
+        if name == "taus":
+            return ",".join(str(whole(name, one)) for one in np.atleast_1d(np.asarray(value)).tolist())
+        return str(whole(name, value)) if name in WHOLE else repr(float(value))
+    except (TypeError, ValueError) as why:
+        said = str(why)
+        raise ValueError(said if said.startswith(f"{name}: ") else f"{name}: not a value that it takes: {value!r}") from None
+
+
+def whole(name: str, value: Any) -> int:
+    """A whole number, whatever its type. Raises ValueError."""
+    try:
+        good = not isinstance(value, bool) and float(value) == int(value)
+    except (TypeError, ValueError, OverflowError):
+        good = False
+    if not good:
+        hint = " (cluster sizes in samples: tau_s * rate_hz)" if name == "taus" else ""
+        raise ValueError(f"{name}: whole numbers expected{hint}, found {value!r}")
+    return int(value)
+
+
+def positive(name: str, value: Any) -> float:
+    """A number above 0. Raises ValueError."""
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = np.nan
+    if not 0 < found < np.inf:
+        raise ValueError(f"{name}: a finite number above 0 expected, found {value!r}")
+    return found

@@ -1,0 +1,228 @@
+/* davar for Python - settings, counts, instance and columns as in davar-sim's simulate.c; samples and rows are arrays. */
+#include "davar_python.h"
+
+#include "davar/davar.h"
+#include "engine.h"
+#include "fields.h"
+#include "option_table.h"
+#include "quantise.h"
+#include "settings.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CHUNK 4096U
+
+/* Large and self-referring: allocated once, never moved. */
+struct davar_python {
+    options_t options;
+    settings_t settings;
+    quantisation_t quantisation;
+    engine_t engine;
+    fields_t fields;
+    davar_result_t result;
+    sim_error_t error;
+    union {
+        int16_t q15[CHUNK];
+        int32_t q31[CHUNK];
+        float f32[CHUNK];
+    } samples;
+};
+
+davar_python_t *davar_python_new(void)
+{
+    davar_python_t *run = calloc(1U, sizeof *run);
+    if (run != NULL) {
+        run->options.policy = DAVAR_POLICY_OR;
+    }
+    return run;
+}
+
+void davar_python_free(davar_python_t *run)
+{
+    if (run != NULL) {
+        engine_free(&run->engine);
+        free(run);
+    }
+}
+
+const char *davar_python_error(const davar_python_t *run)
+{
+    return run->error.text;
+}
+
+bool davar_python_option(davar_python_t *run, const char *name, const char *text)
+{
+    if (strcmp(name, "details") == 0) {
+        run->options.details = true;
+        return true;
+    }
+    for (const option_entry_t *entry = OPTION_TABLE; entry->name != NULL; entry++) {
+        if ((strcmp(entry->name, name) == 0) && (entry->apply != NULL)) {
+            return entry->apply(&run->options, text, &run->error);
+        }
+    }
+    return sim_fail(&run->error, "--%s: no such option", name);
+}
+
+bool davar_python_configure(davar_python_t *run, uint64_t *needed)
+{
+    if (!settings_make(&run->settings, &run->options, &run->error)) {
+        return false;
+    }
+    *needed = settings_samples_needed(&run->settings.config);
+    return true;
+}
+
+bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_t count, size_t *bad)
+{
+    const unit_t unit = counted ? UNIT_COUNTS : UNIT_DPS;
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = quantise_admit(&run->options, unit, values[i], &values[i]);
+        if (problem != NULL) {
+            *bad = i;
+            return sim_fail(&run->error, "%s", problem);
+        }
+    }
+    return true;
+}
+
+bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high)
+{
+    const extent_t extent = {.low = low, .high = high};
+    run->quantisation = quantise_plan(&run->options, &extent);
+    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->options, &run->error)) {
+        return false;
+    }
+    const davar_config_t *config = &run->engine.config;
+    const fields_setup_t setup = {.taus = config->taus,
+                                  .tau_count = config->tau_count,
+                                  .tracked = (config->policy == DAVAR_POLICY_GLR),
+                                  .details = run->options.details};
+    fields_make(&run->fields, &setup);
+    return true;
+}
+
+size_t davar_python_columns(const davar_python_t *run)
+{
+    return run->fields.count;
+}
+
+const char *davar_python_column(const davar_python_t *run, size_t i)
+{
+    return run->fields.field[i].name;
+}
+
+void davar_python_gap(davar_python_t *run, uint32_t missing)
+{
+    davar_gap(run->engine.instances, missing);
+}
+
+static void convert(davar_python_t *run, const double *values, size_t count)
+{
+    const davar_port_number_t number = run->engine.number;
+    for (size_t i = 0; i < count; i++) {
+        if (number == DAVAR_PORT_F32) {
+            run->samples.f32[i] = (float)values[i];
+        } else if (number == DAVAR_PORT_Q15) {
+            run->samples.q15[i] = (int16_t)quantise_count(&run->quantisation, values[i]);
+        } else {
+            run->samples.q31[i] = quantise_count(&run->quantisation, values[i]);
+        }
+    }
+}
+
+static size_t push_some(davar_python_t *run, size_t from, size_t count)
+{
+    davar_t *davar = run->engine.instances;
+    switch (run->engine.number) {
+    case DAVAR_PORT_Q15:
+        return davar_push_q15(davar, run->samples.q15 + from, count);
+    case DAVAR_PORT_Q31:
+        return davar_push_q31(davar, run->samples.q31 + from, count);
+    case DAVAR_PORT_F32:
+    default:
+        return davar_push_f32(davar, run->samples.f32 + from, count);
+    }
+}
+
+static double number_of(const cell_t *cell)
+{
+    switch (cell->kind) {
+    case CELL_INTEGER:
+        return (double)cell->integer;
+    case CELL_TIME:
+    case CELL_NUMBER:
+        return cell->number;
+    case CELL_ABSENT:
+    default:
+        return (double)NAN;
+    }
+}
+
+/* The row of a result that waits, if one does: 1 or 0. */
+static size_t take_row(davar_python_t *run, double *table, size_t capacity, size_t row)
+{
+    if (!davar_take(run->engine.instances, &run->result)) {
+        return 0U;
+    }
+    davar_fit(&run->engine.plan, run->engine.config.rate_hz, &run->result);
+    const epoch_row_t epoch = {.result = &run->result, .time_s = (double)NAN};
+    for (size_t i = 0; i < run->fields.count; i++) {
+        const field_t *field = &run->fields.field[i];
+        const cell_t cell = field->show(&epoch, field->index);
+        table[i * capacity + row] = number_of(&cell);
+    }
+    return 1U;
+}
+
+/* One chunk, as far as there is room for rows. Returns the samples that went in. */
+static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_t capacity, size_t *written)
+{
+    size_t done = 0;
+    while ((done < count) && (*written < capacity)) {
+        const size_t more = push_some(run, done, count - done);
+        if (more == 0U) {
+            break;
+        }
+        done += more;
+        *written += take_row(run, table, capacity, *written);
+    }
+    return done;
+}
+
+size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *table, size_t capacity,
+                         size_t *taken)
+{
+    size_t written = 0;
+    *taken = 0;
+    while ((*taken < count) && (written < capacity)) {
+        const size_t left = count - *taken;
+        const size_t chunk = (left < CHUNK) ? left : CHUNK;
+        convert(run, values + *taken, chunk);
+        const size_t done = push_chunk(run, chunk, table, capacity, &written);
+        *taken += done;
+        if (done == 0U) {
+            break;
+        }
+    }
+    return written;
+}
+
+size_t davar_python_flush(davar_python_t *run, double *table, size_t capacity)
+{
+    size_t written = 0;
+    while ((written < capacity) && davar_flush(run->engine.instances)) {
+        written += take_row(run, table, capacity, written);
+    }
+    return written;
+}
+
+void davar_python_health(const davar_python_t *run, uint32_t *counters)
+{
+    const davar_health_t health = davar_health(run->engine.instances);
+    const uint32_t all[] = {health.gaps,   health.missing, health.saturated, health.not_finite, health.restarts,
+                            health.missed, health.cuts,    health.alarms,    health.shocks};
+    memcpy(counters, all, sizeof all);
+}

@@ -1,0 +1,96 @@
+/* davar for Python - the Allan deviation of a whole record: one pass a cluster size over cumulative sums, exact in integers;
+ * then the library's fit, as for any window. */
+#include "davar/davar.h"
+#include "davar_python.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+__extension__ typedef __int128 i128_t;
+__extension__ typedef unsigned __int128 u128_t;
+
+typedef struct {
+    u128_t squares;
+    uint64_t count;
+} sum_t;
+
+/* Cumulative sums modulo 2^64, the first 0: their differences are exact as long as they fit. */
+static void accumulate(const double *values, size_t count, double centre, double step, uint64_t *total)
+{
+    uint64_t sum = 0;
+    total[0] = 0;
+    for (size_t i = 0; i < count; i++) {
+        sum += (uint64_t)llrint((values[i] - centre) / step);
+        total[i + 1U] = sum;
+    }
+}
+
+/* The squares of all differences of m samples in a run of `length` samples, whose cumulative sums these are. Two sums at a time: an
+ * addition of 128 bits need not wait for the one before. */
+static void add_run(sum_t *sum, const uint64_t *total, size_t length, size_t m)
+{
+    if (length < 2U * m) {
+        return;
+    }
+    const size_t count = length - 2U * m + 1U;
+    u128_t squares[2] = {0, 0};
+    for (size_t i = 0; i < count; i++) {
+        const int64_t difference = (int64_t)(total[i + 2U * m] - 2U * total[i + m] + total[i]);
+        squares[i % 2U] += (u128_t)((i128_t)difference * difference);
+    }
+    sum->squares += squares[0] + squares[1];
+    sum->count += count;
+}
+
+static davar_adev_t deviation(const uint64_t *total, const size_t *ends, size_t runs, uint32_t m, double step)
+{
+    sum_t sum = {0};
+    size_t first = 0;
+    for (size_t r = 0; r < runs; r++) {
+        add_run(&sum, total + first, ends[r] - first, m);
+        first = ends[r];
+    }
+    const double mean = (double)sum.squares / (2.0 * (double)sum.count); /* 0 / 0 is NaN: none */
+    return (davar_adev_t){.m = m,
+                          .differences = (uint32_t)sum.count,
+                          .adev = sqrt(mean) / m * step,
+                          .low = (double)NAN,
+                          .high = (double)NAN,
+                          .edf = (double)NAN};
+}
+
+bool davar_python_adev(const double *values, size_t count, double centre, double step, const size_t *ends, size_t runs,
+                       const uint32_t *m, uint8_t taus, double rate_hz, double *rows)
+{
+    davar_result_t *result = calloc(1U, sizeof *result);
+    davar_plan_t *plan = calloc(1U, sizeof *plan);
+    uint64_t *total = calloc(count + 1U, sizeof *total);
+    const bool good = (result != NULL) && (plan != NULL) && (total != NULL);
+    if (good) {
+        accumulate(values, count, centre, step, total);
+        result->window_samples = (uint32_t)count;
+        result->tau_count = taus;
+        for (uint8_t t = 0; t < taus; t++) {
+            result->tau[t] = deviation(total, ends, runs, m[t], step);
+        }
+        davar_plan_init(plan, m, taus);
+        davar_fit(plan, rate_hz, result);
+        for (uint8_t t = 0; t < taus; t++) {
+            const davar_adev_t *tau = &result->tau[t];
+            const double row[] = {tau->adev, tau->low, tau->high, (double)tau->differences};
+            for (size_t i = 0; i < 4U; i++) {
+                rows[i * taus + t] = row[i];
+            }
+        }
+    }
+    free(total);
+    free(plan);
+    free(result);
+    return good;
+}
+
+uint8_t davar_python_taus(uint32_t window, uint8_t wanted, uint32_t *m)
+{
+    return (wanted > 0U) ? davar_taus_geometric(window, wanted, m, DAVAR_TAUS_MAX)
+                         : davar_taus_octave(window, m, DAVAR_TAUS_MAX);
+}

@@ -1,0 +1,125 @@
+"""davar.dynamic and davar.Stream give what davar-sim prints, digit by digit."""
+
+import unittest
+
+import davar
+import numpy as np
+
+import together
+
+RATE_HZ = 100.0
+
+
+def noise(seed, count=4000):
+    made = np.random.default_rng(seed)
+    x = made.normal(0.3, 0.2, count)
+    x[count // 2:count // 2 + 300] *= 4
+    return x + np.cumsum(made.normal(0, 1e-3, count))
+
+
+class Same(unittest.TestCase):
+    def expect(self, epochs, printed):
+        self.assertEqual(list(epochs), list(printed))
+        for name, column in epochs.items():
+            self.assertEqual(together.as_text(name, column), printed[name], name)
+
+    def test_rates_with_every_policy_and_mode(self):
+        x = noise(1)
+        for options in ({}, {"policy": "fixed", "window_max": 500, "stride": 7}, {"policy": "kurtosis", "mode": "trailing", "details": True},
+                        {"policy": "and", "kurtosis": (2.6, 3.2), "contribution": (0, 0.05), "window_max": 300, "grow": 0},
+                        {"policy": "glr", "stride": 10, "false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_blocks": 1},
+                        {"arith": "float"}, {"arith": "float", "full_scale": 2.0, "taus": [1, 3, 9, 27]}, {"taus": "geometric:9", "shrink": 0}):
+            with self.subTest(options):
+                words = []
+                for name, value in options.items():
+                    pair = ":".join(map(str, value)) if isinstance(value, tuple) else ",".join(map(str, value)) if isinstance(value, list) else value
+                    words += ["--" + name.replace("_", "-"), *([] if value is True else [pair])]
+                self.expect(davar.dynamic(x, RATE_HZ, **options), together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, *words))
+
+    def test_counts(self):
+        counts = np.round(noise(2) / 0.01).astype(np.int32)
+        for bits, factor in ((16, 1), (24, 1), (24, 1000), (32, 100_000)):
+            with self.subTest(bits=bits, factor=factor):
+                text = together.recording({"gyro_z_counts": counts * factor})
+                self.expect(davar.dynamic(counts * factor, RATE_HZ, lsb=0.01, bits=bits, stride=10),
+                            together.simulator(text, "--rate", RATE_HZ, "--lsb", 0.01, "--bits", bits, "--stride", 10))
+
+    def test_time_stamps_and_their_gaps(self):
+        x, time_s = noise(3), np.arange(4000) / RATE_HZ + 1000
+        time_s[1500:] += 0.5
+        time_s[1502:] += 0.02
+        time_s[3000:] += 77.7
+        text = together.recording({"time_s": time_s, "gyro_z_dps": x})
+        self.expect(davar.dynamic(x, time_s=time_s, stride=9, details=True), together.simulator(text, "--stride", 9, "--details"))
+        self.expect(davar.dynamic(x, RATE_HZ, time_s=time_s, gap=3.5, mode="trailing"),
+                    together.simulator(text, "--rate", RATE_HZ, "--gap", 3.5, "--mode", "trailing"))
+
+    def test_a_missing_sample_is_a_gap_in_the_time_stamps(self):
+        x, there = noise(4), np.ones(4000, bool)
+        there[[0, 700, 701, 2000, 3999]] = False
+        holes = np.where(there, x, np.nan)
+        time_s = np.arange(4000) / 128.0  # a period that a double holds
+        found = davar.dynamic(holes, 128.0, details=True)
+        printed = together.simulator(together.recording({"time_s": time_s[there], "gyro_z_dps": x[there]}), "--details")
+        places = np.flatnonzero(there)
+        printed["epoch"] = [str(places[int(epoch)]) for epoch in printed["epoch"]]
+        self.expect(found, printed)
+        listed = davar.dynamic(x[there], 128.0, gaps=[699, 1997], details=True)
+        for name in set(found) - {"epoch", "time_s"}:
+            np.testing.assert_array_equal(listed[name], found[name], name)
+
+
+class Streamed(unittest.TestCase):
+    def collect(self, stream, x, seed):
+        cuts = np.sort(np.random.default_rng(seed).integers(0, len(x), 60))
+        pieces = []
+        for block in np.split(x, cuts):
+            waiting = stream.push(block)
+            pieces.append(stream.results())
+            self.assertEqual(waiting, len(pieces[-1].epoch))
+        stream.finish()
+        pieces.append(stream.results())
+        return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+
+    def expect(self, found, whole):
+        for name, column in whole.items():
+            np.testing.assert_array_equal(found[name], column, name)
+
+    def test_in_any_blocks_as_the_whole(self):
+        counts = np.round(noise(5) / 0.01).astype(np.int16)
+        holes = np.round(noise(6) / 0.01)
+        holes[[5, 900, 901, 902, 2500]] = np.nan
+        for options in ({}, {"mode": "trailing", "stride": 13}, {"policy": "glr", "stride": 10}):
+            for x in (counts, holes * 0.01):
+                with self.subTest(options, kind=x.dtype):
+                    self.expect(self.collect(davar.Stream(RATE_HZ, lsb=0.01, **options), x, 7), davar.dynamic(x, RATE_HZ, lsb=0.01, **options))
+
+    def test_floats(self):
+        x = noise(8)
+        self.expect(self.collect(davar.Stream(RATE_HZ, full_scale=4.0, details=True), x, 9),
+                    davar.dynamic(x, RATE_HZ, arith="float", full_scale=4.0, details=True))
+
+    def test_a_gap_that_is_told(self):
+        counts = np.round(noise(10) / 0.01).astype(np.int16)
+        stream = davar.Stream(RATE_HZ, lsb=0.01)
+        stream.push(counts[:1500])
+        stream.gap(3)
+        stream.gap(2)
+        stream.push(counts[1500:])
+        stream.finish()
+        self.expect(stream.results(), davar.dynamic(counts, RATE_HZ, lsb=0.01, gaps=[1500]))
+        self.assertEqual((stream.health["gaps"], stream.health["missing"]), (1, 5))
+
+    def test_a_refused_block_leaves_the_stream_as_it_was(self):
+        counts = np.round(noise(11) / 0.01).astype(np.int32)
+        stream = davar.Stream(RATE_HZ, lsb=0.01, bits=16)
+        stream.push(counts[:2000])
+        with self.assertRaisesRegex(ValueError, r"^x: value beyond the count range.* at sample 1, found 40000"):
+            stream.push([1, 40_000])
+        stream.push(counts[2000:])
+        stream.finish()
+        self.expect(stream.results(), davar.dynamic(counts, RATE_HZ, lsb=0.01, bits=16))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,114 @@
+"""davar.adev against published values, AllanTools, and the definition."""
+
+import unittest
+
+import allantools
+import davar
+import numpy as np
+
+import together
+
+# NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s; table 30: 9 points, tau 1, 2 s.
+POINTS_1000 = {1: "2.922319e-01", 10: "9.159953e-02", 100: "3.241343e-02"}
+POINTS_9 = {1: "91.22945", 2: "85.95287"}
+NINE = np.array([892.0, 809, 823, 798, 671, 644, 883, 903, 677])
+
+
+def by_definition(x, m, gaps=()):
+    """(deviation, differences) of x, of which NaN and no pair of neighbours across a gap may be inside a difference."""
+    squares = []
+    for i in range(len(x) - 2 * m + 1):
+        part = x[i:i + 2 * m]
+        if not np.isnan(part).any() and not any(i < gap < i + 2 * m for gap in gaps):
+            squares.append((part[m:].mean() - part[:m].mean()) ** 2)
+    return (np.sqrt(np.mean(squares) / 2) if squares else np.nan), len(squares)
+
+
+class Published(unittest.TestCase):
+    def test_the_thousand_points(self):
+        found = davar.adev(together.thousand_points(), 1.0, list(POINTS_1000))
+        self.assertEqual([f"{value:.6e}" for value in found.adev], list(POINTS_1000.values()))
+        self.assertEqual(found.n.tolist(), [999, 981, 801])
+        self.assertEqual(found.taus_s.tolist(), [1, 10, 100])
+
+    def test_the_nine_points(self):
+        found = davar.adev(NINE, 1.0, list(POINTS_9))
+        self.assertEqual([f"{value:.5f}" for value in found.adev], list(POINTS_9.values()))
+
+
+class AllanTools(unittest.TestCase):
+    def test_every_octave_and_count_of_differences(self):
+        noise = np.random.default_rng(1)
+        for name, x in {"white": noise.normal(0.3, 0.2, 20_001), "walk": np.cumsum(noise.normal(0, 1e-3, 20_000)) + 1e4,
+                        "clock": noise.normal(0, 1e-12, 5000)}.items():
+            with self.subTest(name):
+                found = davar.adev(x, 50.0)
+                taus, expected, _, n = allantools.oadev(x, rate=50.0, data_type="freq", taus=found.taus_s)
+                np.testing.assert_allclose(found.taus_s, taus, rtol=1e-12)
+                np.testing.assert_allclose(found.adev, expected, rtol=2e-8)
+                np.testing.assert_array_equal(found.n, n)
+                self.assertTrue(np.all((found.low < found.adev) & (found.adev < found.high)))
+
+    def test_dynamic_is_its_value_per_window(self):
+        x = np.random.default_rng(2).normal(0.3, 0.2, 3000)
+        epochs = davar.dynamic(x, 100.0, policy="fixed", mode="trailing", window_max=600, window_min=600, stride=97)
+        for row, epoch in enumerate(epochs.epoch):
+            expected = allantools.oadev(x[epoch - 599:epoch + 1], rate=100.0, data_type="freq", taus=epochs.taus / 100.0)[1]
+            np.testing.assert_allclose(epochs.adev[row], expected, rtol=1e-7)
+        self.assertEqual(epochs.epoch.tolist(), list(range(679 - 1, 3000, 97)))
+
+
+class Definition(unittest.TestCase):
+    sizes = (1, 2, 3, 7, 16, 50)
+
+    def expect(self, found, x, gaps=(), rtol=1e-8):
+        expected = [by_definition(x, m, gaps) for m in self.sizes]
+        np.testing.assert_allclose(found.adev, [value for value, _ in expected], rtol=rtol)
+        self.assertEqual(found.n.tolist(), [n for _, n in expected])
+
+    def test_gaps_in_every_form(self):
+        x = np.random.default_rng(3).normal(0, 1, 700)
+        holes = x.copy()
+        holes[[0, 100, 101, 102, 350, 699]] = np.nan
+        self.expect(davar.adev(holes, 10.0, self.sizes), holes)
+        self.expect(davar.adev(x, 10.0, self.sizes, [200, 201, 450]), x, [200, 201, 450])
+        time_s = np.arange(700) / 10.0
+        time_s[300:] += 0.7
+        self.expect(davar.adev(x, taus=self.sizes, time_s=time_s), x, [300])
+        self.expect(davar.adev(x, 10.0, self.sizes, [200], time_s=time_s), x, [200, 300])
+        self.expect(davar.adev(holes, 10.0, self.sizes, [101, 200]), holes, [200])
+
+    def test_counts_are_exact_at_the_ends_of_their_range(self):
+        counts = np.random.default_rng(4).choice([-2 ** 31, 2 ** 31 - 1], 400)
+        found = davar.adev(counts, 10.0, self.sizes, lsb=0.5)
+        self.expect(found, counts * 0.5, rtol=1e-14)
+
+    def test_nothing_but_gaps_leaves_nothing(self):
+        found = davar.adev(np.arange(6.0), 1.0, [1, 2], gaps=[1, 2, 3, 4, 5])
+        self.assertEqual(found.n.tolist(), [0, 0])
+        self.assertTrue(np.isnan(found.adev).all() and np.isnan(found.low).all())
+
+    def test_a_constant_has_none(self):
+        self.assertEqual(davar.adev(np.full(100, 7.25), 1.0).adev.tolist(), [0.0] * 4)
+
+
+class Intervals(unittest.TestCase):
+    def test_as_davar_sim_gives_them_for_one_window(self):
+        x = np.random.default_rng(5).normal(0, 1, 5000) + 0.1 * np.cumsum(np.random.default_rng(6).normal(0, 1, 5000))
+        found = davar.adev(x, 100.0)
+        there = davar.dynamic(x, 100.0, policy="fixed", mode="trailing", window_max=5000, window_min=5000, segment=0, grow=1, stride=5000, details=True)
+        for name, values in {"adev": found.adev, "adev_low": found.low, "adev_high": found.high, "differences": found.n}.items():
+            np.testing.assert_allclose(values, [there[f"{name}_{m}"][0] for m in there.taus], rtol=1e-6)
+
+    def test_cover_the_truth_in_white_noise(self):
+        noise, inside = np.random.default_rng(7), []
+        for _ in range(600):
+            found = davar.adev(noise.normal(0, 1, 1000), 1.0)
+            truth = 1 / np.sqrt(found.taus_s)
+            inside.append((found.low <= truth) & (truth <= found.high))
+        share = np.mean(inside, axis=0)
+        self.assertTrue(np.all((share > 0.92) & (share < 0.98)), share)  # 0.95 within three of sqrt(0.95 0.05 / 600)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,11 @@
+"""Files that the package shares with the rest of the repository: beside it where pip installed it, else where they stand there."""
+
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+INSTALLED = HERE / "shared"  # made by python/CMakeLists.txt
+
+
+def shared(path):
+    """The file that is `path` in the repository."""
+    return INSTALLED / Path(path).name if INSTALLED.is_dir() else HERE.parents[2] / path
