@@ -32,14 +32,14 @@ def percent(share, digits=2):
 
 def where(one, many_axes=False):
     """A batch in words."""
-    batch = f"batch {one['batch']}" if one["batch"] else "the units"
+    batch = f"Batch {one['batch']}" if one["batch"] else "The units"
     return f"{batch}, {one['axis']}" if many_axes else batch
 
 
 def verdict(found):
     """(tone, what a reader must know first)."""
     said, many = [], len({one["axis"] for one in found["hidden"]}) > 1
-    said += [f"{where(one, many).capitalize()} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
+    said += [f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
              for one in found["hidden"] if one["named"]]
     judged = found["limits"]
     if judged:
@@ -59,7 +59,7 @@ def hidden_sentences(found):
         alone = found["named_alone"].get(one["batch"], {}).get(one["kind"], 0)
         also = [words.name(other["kind"]) for other in found["hidden"] if other["found"] and not other["named"]
                 and (other["axis"], other["batch"]) == (one["axis"], one["batch"])]
-        out.append(f"{where(one, many).capitalize()}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
+        out.append(f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
                    f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
                    f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
                    + (f" Beyond chance, and less sure: {', '.join(also)}; the same cause may gain there too." if also else ""))

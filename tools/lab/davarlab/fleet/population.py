@@ -9,6 +9,7 @@ from . import limits
 
 OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
 FAMILY_WISE = 0.01  # of all trends together; of all hidden effects of all batches together
+CAPPED = 0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
 LEAST = 8  # units of a group, from which something is said of it
 PERMUTATIONS = 20000
 DRAWS, DRAWN_TO = 4000, 1000  # of the largest deviation of so many normal values; beyond: as if the spread was known
@@ -106,15 +107,16 @@ def trend(rows, axis, name, against):
 def hidden(rows, axis, batch, chance, seed=0):
     """Effects that the model lacks in a batch as a whole. The gains of each candidate over the units of the batch, summed, against those of recordings
     drawn from the fitted models: is the sum larger than that of as many drawn from both together? By permutation, of the largest standardised sum over
-    all candidates, so that p_value is of the family of all candidates of the batch. A gain counts no more than the largest by chance: a unit that
-    shows the effect by itself is named by itself."""
+    all candidates, so that p_value is of the family of all candidates of the batch. The largest hundredth of the gains counts as the next: a unit that
+    shows an effect by itself is named by itself, and does not speak for its batch."""
     kinds = sorted({kind for gains in chance for kind in gains})
     own = np.array([[row["gains"].get(kind, 0.0) for kind in kinds] for row in rows])
     null = np.array([[gains.get(kind, 0.0) for kind in kinds] for gains in chance])
     if len(own) < LEAST or len(null) < LEAST or not kinds:
         return []
-    own = np.minimum(own, null.max(axis=0))
     everything, count = np.vstack([own, null]), len(own)
+    everything = np.minimum(everything, np.quantile(everything, CAPPED, axis=0))
+    own, null = everything[:count], everything[count:]
     total = everything.sum(axis=0)
     spread = np.std(everything, axis=0) * np.sqrt(count * len(null) / (len(everything) - 1))
     alive = spread > 1e-9
