@@ -141,14 +141,12 @@ def compare_one(options):
             terminal.comparison(found, evidence.notes(recording, model)))
 
 
-def run_diagnose(options):
+def diagnose_one(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
-    column = column_of(options)
-    emit(options, axes.plain_in_units(values.diagnosis(found), column), axes.in_units(terminal.diagnosis(found), column))
     report(options, recording, model, found)
-    return 0
+    return axes.Found(column_of(options), 0, values.diagnosis(found), found.model, found.estimates), terminal.diagnosis(found)
 
 
 def improve_one(options):
@@ -338,7 +336,7 @@ COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
     "fit": (each_axis(fit_one), "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, AXES, *LOG]),
     "compare": (each_axis(compare_one), "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, AXES, *LOG]),
-    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, *LOG]),
+    "diagnose": (each_axis(diagnose_one), "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG]),
     "improve": (each_axis(improve_one), "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),

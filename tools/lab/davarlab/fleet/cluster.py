@@ -2,6 +2,8 @@
 
 import contextlib
 import logging
+import signal
+import threading
 import warnings
 
 from ..errors import BadInput
@@ -23,10 +25,24 @@ def client(address, workers):
             with remote(distributed, address) as found:
                 yield found
             return
-        local = distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=None,
-                                         silence_logs=logging.CRITICAL)
+        with deaf():
+            local = distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address="127.0.0.1:0",
+                                             silence_logs=logging.CRITICAL)
         with local, distributed.Client(local) as found:
             yield found
+
+
+@contextlib.contextmanager
+def deaf():
+    """Processes that start in the block do not hear Ctrl-C, which a terminal sends to all: this one ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextlib.contextmanager

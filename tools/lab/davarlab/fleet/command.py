@@ -143,7 +143,9 @@ def run(options, progress, emit):
     models.check_noise(model, options.model)
     test = limits.read(options.limits) if options.limits else None
     kept, version = store.Store(options.folder), contents.versions()["davar"]
-    work = work_of(options, sources.expanded(options.files), model)
+    work = work_of(options, [address for address in sources.expanded(options.files) if not kept.holds(address)], model)
+    if not work:
+        raise BadInput("fleet: no recordings")
     todo = undone(work, kept, version, progress)
     try:
         with ended_like_ctrl_c():

@@ -1,5 +1,6 @@
 """The page of a population, and the same in the terminal."""
 
+import os
 import shlex
 from datetime import datetime, timezone
 from functools import cache
@@ -9,12 +10,15 @@ import jinja2
 from markupsafe import Markup
 
 from .. import files
+from ..effects import table
 from ..report import page as pages, words
 from . import limits as limits_of, pictures, population
 
 HERE = Path(__file__).resolve().parent
 ROWS_MAX = 40  # of a table; the Parquet file has all
 NAMES_MAX = 8  # coefficients with a picture
+WORDS_MAX = 24  # of the command, as it is shown
+LEAST_SHOWN = 1e-6  # share, below which its size is nobody's business
 
 
 @cache
@@ -22,12 +26,31 @@ def template():
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
     environment.globals.update(chance=words.chance, rows_max=ROWS_MAX)
-    environment.filters.update(breakable=pages.breakable, number=words.number, name=words.name, percent=percent)
+    environment.filters.update(breakable=pages.breakable, number=words.number, name=words.name, percent=percent, coefficient=coefficient)
     return environment.get_template("page.html")
 
 
 def percent(share, digits=2):
-    return "–" if share is None else f"{100 * share:.{digits}g} %"
+    return "–" if share is None else "below 0.0001 %" if 0 < share < LEAST_SHOWN else f"{100 * share:.{digits}g} %"
+
+
+def coefficient(name):
+    """kind.parameter as people read it: a size of a gyro's effect by its unit."""
+    kind, _, parameter = name.partition(".")
+    size = table.TABLE[kind].size if kind in table.TABLE else None
+    return f"{words.name(kind)} [{size.unit}]" if size and size.name == parameter else f"{words.name(kind)} {parameter.replace('_', ' ')}"
+
+
+def command_of(typed):
+    """The command as typed, the middle of a long list of files left out."""
+    return shlex.join(["tools/davarlab", *typed]) if len(typed) <= WORDS_MAX else (
+        shlex.join(["tools/davarlab", *typed[:3]]) + f" .. ({len(typed) - WORDS_MAX} more) .. " + shlex.join(typed[3 - WORDS_MAX:]))
+
+
+def shortened(rows):
+    """What the paths of all recordings have in common, up to the last folder."""
+    common = os.path.commonprefix([row["file"] for row in rows])
+    return common[:common.rfind("/") + 1]
 
 
 def where(one, many_axes=False):
@@ -57,12 +80,14 @@ def hidden_sentences(found):
     out, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     for one in (one for one in found["hidden"] if one["named"]):
         alone = found["named_alone"].get(one["batch"], {}).get(one["kind"], 0)
-        also = [words.name(other["kind"]) for other in found["hidden"] if other["found"] and not other["named"]
+        also = [words.name(other["kind"]) for other in found["hidden"] if other["found"] and not other["named"] and other["kind"] not in one["tied"]
                 and (other["axis"], other["batch"]) == (one["axis"], one["batch"])]
         out.append(f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
                    f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
                    f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
-                   + (f" Beyond chance, and less sure: {', '.join(also)}; the same cause may gain there too." if also else ""))
+                   + (f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}, which has more parameters." if one["tied"] else "")
+                   + (f" Beyond chance, and weaker: {', '.join(also)}; the same cause may gain there too." if also else "")
+                   + f" To confirm: {table.find(one['kind']).confirm}")
     return out
 
 
@@ -81,7 +106,7 @@ def contents_of(options, rows, found):
     tone, said = verdict(found)
     shown, count = attention(good)
     return {"found": found, "tone": tone, "verdict": said, "hidden_said": hidden_sentences(found), "attention": shown, "attention_count": count,
-            "model": Path(options.model).read_text(encoding="utf-8"), "command": shlex.join(["tools/davarlab", *options.typed]),
+            "model": Path(options.model).read_text(encoding="utf-8"), "command": command_of(options.typed), "skip": len(shortened(rows)),
             "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"), "outlier_share": population.OUTLIER, "family_wise": population.FAMILY_WISE,
             "distributions": pictures.distributions(good, names, read) if names else None, "many_axes": len({row["axis"] for row in good}) > 1,
             "gains": pictures.gains(found["hidden"]) if found["hidden"] else None,

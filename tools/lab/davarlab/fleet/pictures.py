@@ -14,6 +14,7 @@ KINDS_MAX = 12
 
 
 def label(coefficient):
+    """On two lines beside an axis."""
     return coefficient.replace(".", "\n").replace("_", " ")
 
 

@@ -5,6 +5,7 @@ import functools
 import numpy as np
 from scipy import stats
 
+from ..effects import table
 from . import limits
 
 OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
@@ -104,19 +105,47 @@ def trend(rows, axis, name, against):
             "p_value": float(stats.spearmanr(x, y).pvalue), "slope": float(slope[0]), "low": float(slope[2]), "high": float(slope[3])}
 
 
+def capped(rows, chance):
+    """(kinds, gains of the units, gains by chance), shapes (units, kinds) and (drawn, kinds); the largest hundredth counts as the next."""
+    kinds = sorted({kind for gains in chance for kind in gains})
+    own = np.array([[row["gains"].get(kind, 0.0) for kind in kinds] for row in rows])
+    null = np.array([[gains.get(kind, 0.0) for kind in kinds] for gains in chance])
+    if not kinds or not len(own):
+        return kinds, own, null
+    most = np.quantile(np.vstack([own, null]), CAPPED, axis=0)
+    return kinds, np.minimum(own, most), np.minimum(null, most)
+
+
+def name_one(found, rows, chance):
+    """Of the kinds that are beyond chance in a batch the one to be named: the one that gains most beyond chance, or, among those that it does not beat by
+    twice the scatter of the difference over the units, the one with the fewest free parameters. Puts `named` and `tied` into the entries."""
+    kinds, own, null = capped(rows, chance)
+    beyond = own - null.mean(axis=0) if kinds else own
+    place = {one["kind"]: kinds.index(one["kind"]) for one in found}
+    first = max(found, key=lambda one: beyond[:, place[one["kind"]]].mean())
+    tied = []
+    for one in found:
+        lead = beyond[:, place[first["kind"]]] - beyond[:, place[one["kind"]]]
+        scatter = np.sqrt(np.var(lead) / len(own) + np.var(null[:, place[first["kind"]]] - null[:, place[one["kind"]]]) / len(null))
+        if one is first or lead.mean() < 2 * scatter:
+            tied.append(one)
+    chosen = min(tied, key=lambda one: (free_parameters(one["kind"]), -beyond[:, place[one["kind"]]].mean()))
+    chosen["named"], chosen["tied"] = True, [one["kind"] for one in tied if one is not chosen]
+
+
+def free_parameters(kind):
+    return sum(not parameter.optional for parameter in table.find(kind).parameters)
+
+
 def hidden(rows, axis, batch, chance, seed=0):
     """Effects that the model lacks in a batch as a whole. The gains of each candidate over the units of the batch, summed, against those of recordings
     drawn from the fitted models: is the sum larger than that of as many drawn from both together? By permutation, of the largest standardised sum over
     all candidates, so that p_value is of the family of all candidates of the batch. The largest hundredth of the gains counts as the next: a unit that
     shows an effect by itself is named by itself, and does not speak for its batch."""
-    kinds = sorted({kind for gains in chance for kind in gains})
-    own = np.array([[row["gains"].get(kind, 0.0) for kind in kinds] for row in rows])
-    null = np.array([[gains.get(kind, 0.0) for kind in kinds] for gains in chance])
+    kinds, own, null = capped(rows, chance)
     if len(own) < LEAST or len(null) < LEAST or not kinds:
         return []
     everything, count = np.vstack([own, null]), len(own)
-    everything = np.minimum(everything, np.quantile(everything, CAPPED, axis=0))
-    own, null = everything[:count], everything[count:]
     total = everything.sum(axis=0)
     spread = np.std(everything, axis=0) * np.sqrt(count * len(null) / (len(everything) - 1))
     alive = spread > 1e-9
@@ -139,16 +168,18 @@ def hidden(rows, axis, batch, chance, seed=0):
 
 
 def hidden_effects(rows):
-    """Of all axes and batches, most certain first; `found`: beyond FAMILY_WISE over all of them; `named`: the first of its batch."""
+    """Of all axes and batches, most certain first; `found`: beyond FAMILY_WISE over all of them; `named`: see name_one()."""
     out = []
     parts = [(axis, batch, part) for axis, own in groups(rows, "axis").items() for batch, part in groups(own, "batch").items()]
     for axis, batch, part in parts:
         chance = [row["chance"] for row in rows if row["axis"] == axis and "chance" in row]
         tested = sorted(hidden(part, axis, batch, chance), key=lambda one: -one["deviations"])
-        for place, one in enumerate(tested):
+        for one in tested:
             one["p_value"] = min(1.0, one["p_value"] * len(parts))
-            one["found"] = one["p_value"] < FAMILY_WISE
-            one["named"] = one["found"] and place == 0
+            one["found"], one["named"], one["tied"] = one["p_value"] < FAMILY_WISE, False, []
+        found = [one for one in tested if one["found"]]
+        if found:
+            name_one(found, part, chance)
         out += tested
     return sorted(out, key=lambda one: -one["deviations"])
 

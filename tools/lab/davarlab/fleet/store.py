@@ -26,6 +26,10 @@ class Store:
             raise BadInput(f"{folder}: {files.reason(why)}") from None
         files.check_writable(self.units / "trial")
 
+    def holds(self, address):
+        """Is an address this folder, or in it: no recording, though a glob names it."""
+        return "://" not in address and self.folder.resolve() in (Path(address).resolve(), *Path(address).resolve().parents)
+
     def path(self, address):
         return self.units / f"{digest(address)[:24]}.json"
 
