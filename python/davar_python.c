@@ -2,11 +2,11 @@
 #include "davar_python.h"
 
 #include "davar/davar.h"
-#include "engine.h"
-#include "fields.h"
-#include "option_table.h"
-#include "quantise.h"
-#include "settings.h"
+#include "instances/engine.h"
+#include "instances/settings.h"
+#include "options/option_table.h"
+#include "output/fields.h"
+#include "recording/quantise.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -43,6 +43,14 @@ class Axes(Folder):
             self.assertAlmostEqual(self.number(accel, "coefficient_m_per_s_per_sqrt_h") / N_M / (place + 1), 1, delta=0.03)
             self.assertIn(f'column = "accel_{axis}_g"', accel.read_text())
 
+    def test_diagnose_of_several_names_what_each_lacks(self):
+        done = run("diagnose", self.log, "-m", self.model, "--axes", "gyro_x_dps,accel_z_g")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(sum(row.split()[:2] == ["missing", "nothing"] for row in done.stdout.splitlines()), 2)
+        said = json.loads(run("diagnose", self.log, "-m", self.model, "--axes", "gyro_x_dps", "--json").stdout)["axes"]["gyro_x_dps"]
+        alone = json.loads(run("diagnose", self.log, "-m", self.model, "--json").stdout)
+        self.assertEqual((said["verdict"], said["candidates"]), (alone["verdict"], alone["candidates"]))
+
     def number(self, path, name):
         return float(next(line for line in path.read_text().splitlines() if line.startswith(name + " =")).split("=")[1])
 

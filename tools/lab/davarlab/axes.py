@@ -123,5 +123,8 @@ def text(found):
         steps = one.data.get("steps") or [one.data]
         last = one.data.get("refitted") or steps[0] if len(steps) == 1 else steps[-1]
         error = f", error {last['error']:.4f} (floor {last['error_floor']:.4f})" if "error" in last else ""
-        out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{one.data['adequacy']}{error}")
+        out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{one.data.get('final', one.data)['adequacy']}{error}")
+        if "missing" in one.data:  # a diagnosis
+            named = ", ".join(one.data["missing"]) or "nothing"
+            out.append(f"{'':<14}{'missing':<44}{'nothing known explains it' if one.data['verdict'] == 'unknown' else named}")
     return "\n".join(out)

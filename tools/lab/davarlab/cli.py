@@ -141,14 +141,12 @@ def compare_one(options):
             terminal.comparison(found, evidence.notes(recording, model)))
 
 
-def run_diagnose(options):
+def diagnose_one(options):
     recording, model = load(options)
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
-    column = column_of(options)
-    emit(options, axes.plain_in_units(values.diagnosis(found), column), axes.in_units(terminal.diagnosis(found), column))
     report(options, recording, model, found)
-    return 0
+    return axes.Found(column_of(options), 0, values.diagnosis(found), found.model, found.estimates), terminal.diagnosis(found)
 
 
 def improve_one(options):
@@ -289,6 +287,11 @@ def run_open(options):
     return server.run(options)
 
 
+def run_fleet(options):
+    from .fleet import command  # Dask is needed here only
+    return command.run(options, progress, emit)
+
+
 def run_dbc(options):
     from .wire import dbc
     channels = sorted(set(options.channel or [0]))
@@ -334,7 +337,7 @@ COMMANDS = {
     "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
     "fit": (each_axis(fit_one), "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, AXES, *LOG]),
     "compare": (each_axis(compare_one), "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, AXES, *LOG]),
-    "diagnose": (run_diagnose, "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, *LOG]),
+    "diagnose": (each_axis(diagnose_one), "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG]),
     "improve": (each_axis(improve_one), "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG]),
     "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
                                                    argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
@@ -371,6 +374,16 @@ COMMANDS = {
                  "--raw too); one for each channel and restart: REC-2.csv ..."),
         argument("--count", type=option_types.whole, metavar="N", help="stop after so many results"),
         argument("--idle", type=option_types.positive, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
+    "fleet": (run_fleet, "many recordings against one model: a table, and a page of the population", [
+        argument("files", nargs="+", metavar="FILES", help="recordings and logs: paths, globs, http:// and s3:// addresses"), MODEL,
+        argument("-o", "--output", dest="folder", required=True, metavar="OUT/", help="fleet.parquet, fleet.html, fleet.json and what is done so far; "
+                 "the same command goes on from there"),
+        argument("--batch", metavar="REGEX", help="the batch of a recording: what this finds in its path (its first group)"),
+        argument("--limits", metavar="L.toml", help="pass or fail of each unit"),
+        argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)"),
+        argument("--workers", type=option_types.whole, default=2, metavar="N", help="processes of this machine (default 2)"),
+        argument("--chance", type=option_types.natural, default=200, metavar="N", help="of so many units (default 200) also a recording is drawn where nothing "
+                 "is missing, to know what chance gives; 0: no effects of whole batches"), AXES, *LOG]),
     "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(
         "--channel", type=option_types.channel, action="append", metavar="N", help="default 0; may be given more than once")]),
     "benchmark": (run_benchmark, "measures how often the verdict is right", [

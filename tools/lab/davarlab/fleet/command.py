@@ -1,0 +1,173 @@
+"""davarlab fleet: what is missing is done, then table and page are written of all."""
+
+import contextlib
+import importlib.metadata
+import json
+import re
+import signal
+import time
+import zlib
+
+from .. import files, model as models
+from ..errors import BadInput
+from ..logs import door
+from ..report import contents, values
+from . import cluster, job as jobs, limits, population, sources, store
+
+TOLD_S = 2.0  # between two lines of progress
+STOPPED = 130  # exit status behind Ctrl-C, as of a shell
+
+
+def batch_of(pattern, address):
+    """The batch that an address tells: the first group of the pattern, or all that it matches; "" where it does not match."""
+    found = pattern and pattern.search(address)
+    return "" if not found else found.group(1 if pattern.groups else 0) or ""
+
+
+def pattern_of(text):
+    try:
+        return re.compile(text) if text else None
+    except re.error as why:
+        raise BadInput(f"--batch {text}: not a regular expression ({why})") from None
+
+
+def chosen(addresses, count):
+    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their names, so that more files change little."""
+    return set(sorted(addresses, key=lambda name: (zlib.crc32(name.encode()), name))[:count])
+
+
+def work_of(options, addresses, model):
+    how = door.Options(options.rate, options.sensor, options.unit, [], [], options.types, options.names.split(",") if options.names else None)
+    by_chance = chosen(addresses, options.chance)
+    return [jobs.Job(address, models.text_of(model), options.axes, how, tuple(options.effects), address in by_chance) for address in addresses]
+
+
+def undone(work, kept, version, progress):
+    """(job, marker) of what is missing or has changed."""
+    found = []
+    for job in work:
+        marker = store.marker(sources.identity(job.address), job, version)
+        if not store.done(kept.kept(job.address), marker, job.chance):
+            found.append((job, marker))
+    progress(f"{len(work)} recordings, {len(work) - len(found)} are done, {len(found)} to do")
+    return found
+
+
+def advance(options, todo, kept, version, progress):
+    """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s}."""
+    markers, begin, told = {job.address: marker for job, marker in todo}, time.monotonic(), time.monotonic()
+    count = {"recordings": 0, "failed": 0, "samples": 0, "wall_s": 0.0, "worker_s": 0.0, "workers": 0}
+    if not todo:
+        return count
+    with cluster.client(options.scheduler, min(options.workers, len(todo))) as client:
+        if options.scheduler:
+            cluster.check_versions(client, version)
+        count["workers"] = len(client.scheduler_info(n_workers=-1)["workers"])
+        begin = time.monotonic()
+        for job, done in cluster.results(client, [job for job, _ in todo]):
+            kept.keep(job.address, markers[job.address], done)
+            failed = [row["failed"] for row in done["rows"] if "failed" in row]
+            count["recordings"], count["failed"] = count["recordings"] + 1, count["failed"] + bool(failed)
+            count["samples"] += max(row.get("samples", 0) for row in done["rows"])
+            count["worker_s"] += done["seconds"]
+            count["wall_s"] = time.monotonic() - begin
+            if failed:
+                progress(f"{job.address}: {failed[0]}")
+            if time.monotonic() - told > TOLD_S or count["recordings"] == len(todo):
+                told = time.monotonic()
+                left = (len(todo) - count["recordings"]) * count["wall_s"] / count["recordings"]
+                progress(f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} a second, {left:.0f} s to go")
+    return count
+
+
+def rows_of(work, kept, pattern, version):
+    """The rows of all recordings, done now or before."""
+    for job in work:
+        found = kept.kept(job.address) or {"rows": [{"failed": "not done"}], "seconds": None}
+        for row in found["rows"]:
+            yield {"file": job.address, "batch": batch_of(pattern, job.address), "seconds": found["seconds"], "davar": version,
+                   "table_version": store.TABLE_VERSION, **row}
+
+
+def judge(test, rows, path):
+    """Puts pass or fail into the rows; what the limits come to."""
+    if test is None:
+        return None
+    limits.check_names(test, population.names_of(rows), path)
+    for row in rows:
+        row["limits"], row["why"] = limits.outcome(test, row)
+    stated = limits.stated(test, rows)
+    typical = [one["median_unit"] for one in stated if one["median_unit"] is not None]
+    return {"file": str(path), "at_limit": test.at_limit, "adequate": test.adequate, "stated": stated,
+            "typical_unit": sum(typical) + (limits.ADEQUATE_BY_CHANCE if test.adequate else 0.0),
+            **{word: sum(row["limits"] == word for row in rows) for word in ("pass", "fail", "no result")}}
+
+
+def found_in(rows, counted, judged, version):
+    """Everything that --json and the page say."""
+    good = [row for row in rows if "failed" not in row]
+    said = population.of(good)
+    files_failed = {row["file"]: row["failed"] for row in rows if "failed" in row}
+    return {"recordings": len({row["file"] for row in rows}), "rows": len(good), "failed": [{"file": name, "reason": why} for name, why in files_failed.items()],
+            "batches_seen": {batch: len(part) for batch, part in population.groups(good, "batch").items()},
+            "verdicts": {verdict: len(part) for verdict, part in population.groups(good, "verdict").items()},
+            "adequacy": {word: len(part) for word, part in population.groups(good, "adequacy").items()},
+            "named_alone": named_alone(good), **said, "limits": judged, "chance": sum("chance" in row for row in good), "done_now": counted,
+            "davar": version, "table_version": store.TABLE_VERSION,
+            "versions": {name: importlib.metadata.version(name) for name in ("dask", "distributed", "fsspec", "pyarrow")}}
+
+
+def named_alone(rows):
+    """batch -> verdict -> units, of units whose own recording names an effect."""
+    return {batch: {kind: len(own) for kind, own in population.groups(part, "verdict").items() if kind != "none"}
+            for batch, part in population.groups(rows, "batch").items()}
+
+
+@contextlib.contextmanager
+def ended_like_ctrl_c():
+    """SIGTERM ends the work as Ctrl-C does, workers too."""
+    def stop(*_):
+        raise KeyboardInterrupt
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def run(options, progress, emit):
+    """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a batch lacks something."""
+    if str(options.model).endswith((".yaml", ".yml")):
+        raise BadInput(f"{options.model}: a model file (TOML) is needed (davarlab sheet --kalibr makes one)")
+    model, pattern = models.read(options.model), pattern_of(options.batch)
+    models.check_noise(model, options.model)
+    test = limits.read(options.limits) if options.limits else None
+    kept, version = store.Store(options.folder), contents.versions()["davar"]
+    work = work_of(options, [address for address in sources.expanded(options.files) if not kept.holds(address)], model)
+    if not work:
+        raise BadInput("fleet: no recordings")
+    todo = undone(work, kept, version, progress)
+    try:
+        with ended_like_ctrl_c():
+            counted = advance(options, todo, kept, version, progress)
+    except KeyboardInterrupt:
+        progress(f"stopped; what is done is in {kept.units}, the same command goes on from there")
+        return STOPPED
+    return finish(options, work, kept, pattern, version, test, counted, progress, emit)
+
+
+def finish(options, work, kept, pattern, version, test, counted, progress, emit):
+    from . import page  # the pictures take a second to load
+    rows = list(rows_of(work, kept, pattern, version))
+    good = [row for row in rows if "failed" not in row]
+    judged = judge(test, good, options.limits)
+    progress("asking the population")
+    found = found_in(rows, counted, judged, version)
+    store.write_table(rows, kept.folder / "fleet.parquet")
+    progress("drawing the page")
+    page.write(page.contents_of(options, rows, found), kept.folder / "fleet.html")
+    files.write_whole(kept.folder / "fleet.json", json.dumps(values.plain(found), indent=2).encode())
+    emit(options, found, page.text(found, kept.folder))
+    wrong = found["failed"] or any(one["found"] for one in found["hidden"]) or judged and judged["pass"] < len(good)
+    return 1 if wrong else 0
+

@@ -1,0 +1,147 @@
+"""What a worker does: one recording, a row for each axis."""
+
+import time
+import zlib
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .. import axes, model as models, simulate
+from ..data import recording as recordings
+from ..diagnosis import diagnose, improve, search, state as state_of
+from ..effects import own, table
+from ..errors import BadInput
+from ..logs import door
+from . import sources
+
+DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from somewhere else
+
+
+@dataclass(frozen=True)
+class Job:
+    """One recording. model: the text of a model file; axes: as --axes takes them, None: the column of the model; effects: files of own effects;
+    chance: also draw a recording of the fitted model, and ask what it would seem to lack."""
+    address: str
+    model: str
+    axes: str | None = None
+    how: door.Options = field(default_factory=door.Options)
+    effects: tuple = ()
+    chance: bool = False
+
+
+def known_effects(paths):
+    """Own effects, once a process."""
+    for path in paths:
+        try:
+            own.load(path)
+        except BadInput as why:
+            if "is taken" not in str(why):
+                raise
+
+
+def measured(job):
+    """{"rows", "seconds", "again": is the failure one that may pass}. Raises nothing that a file could be the cause of."""
+    begin, again = time.perf_counter(), False
+    try:
+        known_effects(job.effects)
+        with sources.fetched(job.address) as path:
+            try:
+                rows = rows_of(path, job)
+            except BadInput as why:
+                raise BadInput(str(why).replace(f"{path}: ", "", 1).replace(str(path), job.address)) from None
+    except BadInput as why:
+        rows = [{"failed": str(why)}]
+    except OSError as why:
+        rows, again = [{"failed": sources.said(why)}], True
+    except MemoryError:
+        rows, again = [{"failed": "not enough memory"}], True
+    except Exception as why:  # one strange file must not end a night's work
+        rows = [{"failed": f"internal error: {type(why).__name__}: {sources.said(why)}"}]
+    return {"rows": rows, "seconds": time.perf_counter() - begin, "again": again}
+
+
+def rows_of(path, job):
+    recording, given = door.read(path, job.how), models.of_text(job.model, "model")
+    columns = axes.columns_of(recording, job.axes) if job.axes else [given.column]
+    return [row_of(recording, replace(given, column=column), job) for column in columns]
+
+
+def row_of(recording, given, job):
+    """One axis as plain values: coefficients with intervals, verdict, gains of what the model lacks."""
+    seen, model = axes.for_analysis(recording, given)
+    models.check_fits(model, seen, "model")
+    state, ranking, verdict = asked(seen, model)
+    fitted, entries = improve.fitted_model(state, model)
+    found = state.judgement
+    row = {"axis": given.column, "verdict": verdict, "adequacy": found.adequacy, "error": found.error, "error_floor": found.floor, "p_value": found.p_value,
+           "samples": recording.samples, "rate_hz": recording.rate_hz, "temperature_degC": temperature(recording), "start_s": start(recording),
+           "observations": [one.kind for one in state.seen], "coefficients": coefficients(fitted, entries, given.column), "gains": gains(ranking)}
+    if job.chance:
+        row["chance"] = gains(search.ranking(state_of.start(drawn(seen, fitted, state, job.address), model)))
+    return row
+
+
+def asked(recording, model):
+    """(judged state of the model, candidates beside it, verdict): what diagnose says, without asking twice where no candidate is beyond chance."""
+    state = state_of.judged(state_of.start(recording, model))
+    ranking = search.ranking(state)
+    if state.known is None and not search.significant(ranking):
+        return state, ranking, "none" if state.judgement.adequate else "unknown"
+    return state, ranking, diagnose.diagnose(recording, model).verdict
+
+
+def gains(ranking):
+    """kind -> log-likelihood units, none below 0."""
+    best = {}
+    for candidate in ranking:
+        best[candidate.kind] = max(best.get(candidate.kind, 0.0), float(candidate.gain))
+    return best
+
+
+def coefficients(fitted, entries, column):
+    """"kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high None where the record says next to nothing."""
+    found = {}
+    for term, entry in zip(fitted.terms, entries):
+        kind = models.ACCEL_KINDS.get(term.kind, term.kind) if axes.is_accel(column) else term.kind
+        for parameter in table.find(term.kind).parameters:
+            one = entry.get(parameter.name)
+            if one is None or isinstance(one.value, str):
+                continue
+            name = f"{kind}.{models.spoken(parameter.name, column)}"
+            while name in found:
+                name += "'"
+            found[name] = [float(one.value), one.low, one.high]
+    return found
+
+
+def temperature(recording):
+    name = next((name for name in recording.columns if name.startswith("temp")), None)
+    return float(np.mean(recording.columns[name])) if name else None
+
+
+def start(recording):
+    """Unix time of the first sample, None where the stamps count from somewhere else."""
+    if "time_s" not in recording.columns:
+        return None
+    begin = recording.origin_ns / 1e9 + float(recording.columns["time_s"][0])
+    return begin if begin > DATED_S else None
+
+
+def drawn(recording, fitted, state, name):
+    """The recording with its gyro drawn from the fitted model, by a seed of its name: what there is when nothing is missing."""
+    rng, terms = np.random.default_rng(zlib.crc32(name.encode())), [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))]
+    still = replace(recording, measured={})
+    gyro = white = simulate.white_noise(terms, still, rng)
+    others = [term for term in terms if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"]
+    for term in filter(simulate.in_front, others):
+        gyro = gyro + simulate.contribution(term, still, rng, white)
+    gyro = simulate.behind_filters(terms, gyro, still, rng)
+    for term in [term for term in others if not simulate.in_front(term)]:
+        gyro = gyro + simulate.contribution(term, still, rng, white)
+    gyro = gyro + np.mean(recording.rate_dps(fitted.column))
+    known = state.bench.counts
+    if known and known.of == "rate":
+        gyro = np.round(gyro / known.q) * known.q
+    unit = next(unit for unit in recordings.TO_DPS | recordings.FORCE if fitted.column.endswith("_" + unit))
+    factor = (recordings.TO_DPS | recordings.FORCE)[unit]
+    return replace(still, columns={**recording.columns, fitted.column: gyro / factor})

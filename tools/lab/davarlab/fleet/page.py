@@ -1,0 +1,139 @@
+"""The page of a population, and the same in the terminal."""
+
+import os
+import shlex
+from datetime import datetime, timezone
+from functools import cache
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from .. import files
+from ..effects import table
+from ..report import page as pages, words
+from . import limits as limits_of, pictures, population
+
+HERE = Path(__file__).resolve().parent
+ROWS_MAX = 40  # of a table; the Parquet file has all
+NAMES_MAX = 8  # coefficients with a picture
+WORDS_MAX = 24  # of the command, as it is shown
+LEAST_SHOWN = 1e-6  # share, below which its size is nobody's business
+
+
+@cache
+def template():
+    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                                     undefined=jinja2.StrictUndefined)
+    environment.globals.update(chance=words.chance, rows_max=ROWS_MAX)
+    environment.filters.update(breakable=pages.breakable, number=words.number, name=words.name, percent=percent, coefficient=coefficient)
+    return environment.get_template("page.html")
+
+
+def percent(share, digits=2):
+    return "–" if share is None else "below 0.0001 %" if 0 < share < LEAST_SHOWN else f"{100 * share:.{digits}g} %"
+
+
+def coefficient(name):
+    """kind.parameter as people read it: a size of a gyro's effect by its unit."""
+    kind, _, parameter = name.partition(".")
+    size = table.TABLE[kind].size if kind in table.TABLE else None
+    return f"{words.name(kind)} [{size.unit}]" if size and size.name == parameter else f"{words.name(kind)} {parameter.replace('_', ' ')}"
+
+
+def command_of(typed):
+    """The command as typed, the middle of a long list of files left out."""
+    return shlex.join(["tools/davarlab", *typed]) if len(typed) <= WORDS_MAX else (
+        shlex.join(["tools/davarlab", *typed[:3]]) + f" .. ({len(typed) - WORDS_MAX} more) .. " + shlex.join(typed[3 - WORDS_MAX:]))
+
+
+def shortened(rows):
+    """What the paths of all recordings have in common, up to the last folder."""
+    common = os.path.commonprefix([row["file"] for row in rows])
+    return common[:common.rfind("/") + 1]
+
+
+def where(one, many_axes=False):
+    """A batch in words."""
+    batch = f"Batch {one['batch']}" if one["batch"] else "The units"
+    return f"{batch}, {one['axis']}" if many_axes else batch
+
+
+def verdict(found):
+    """(tone, what a reader must know first)."""
+    said, many = [], len({one["axis"] for one in found["hidden"]}) > 1
+    said += [f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
+             for one in found["hidden"] if one["named"]]
+    judged = found["limits"]
+    if judged:
+        said.append(f"{judged['pass']} of {found['rows']} pass the limits, {judged['fail']} fail"
+                    + (f", {judged['no result']} without result." if judged["no result"] else "."))
+    if found["failed"]:
+        said.append(f"{len(found['failed'])} recordings could not be used.")
+    bad = judged and judged["fail"]
+    return ("bad" if bad or found["failed"] else "missing" if said and any(one["named"] for one in found["hidden"]) else "good",
+            " ".join(said) or "Nothing stands out beyond chance.")
+
+
+def hidden_sentences(found):
+    """Of each batch with a hidden effect: what says so, and what else would explain it."""
+    out, many = [], len({one["axis"] for one in found["hidden"]}) > 1
+    for one in (one for one in found["hidden"] if one["named"]):
+        alone = found["named_alone"].get(one["batch"], {}).get(one["kind"], 0)
+        also = [words.name(other["kind"]) for other in found["hidden"] if other["found"] and not other["named"] and other["kind"] not in one["tied"]
+                and (other["axis"], other["batch"]) == (one["axis"], one["batch"])]
+        out.append(f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
+                   f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
+                   f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
+                   + (f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}, which has more parameters." if one["tied"] else "")
+                   + (f" Beyond chance, and weaker: {', '.join(also)}; the same cause may gain there too." if also else "")
+                   + f" To confirm: {table.find(one['kind']).confirm}")
+    return out
+
+
+def attention(rows):
+    """Units to look at: those that fail a limit, then outliers; (rows to show, how many there are)."""
+    found = [row for row in rows if row.get("limits") in ("fail", "no result")]
+    found += [row for row in rows if row["outlier"] and row not in found]
+    return [{"file": row["file"], "batch": row["batch"], "axis": row["axis"], "limits": row.get("limits", ""), "why": row.get("why", []),
+             "outlier": row["outlier"], "verdict": row["verdict"]} for row in found[:ROWS_MAX]], len(found)
+
+
+def contents_of(options, rows, found):
+    good = [row for row in rows if "failed" not in row]
+    names = population.names_of(good)[:NAMES_MAX]
+    read = limits_of.read(options.limits).limits if options.limits else ()
+    tone, said = verdict(found)
+    shown, count = attention(good)
+    return {"found": found, "tone": tone, "verdict": said, "hidden_said": hidden_sentences(found), "attention": shown, "attention_count": count,
+            "model": Path(options.model).read_text(encoding="utf-8"), "command": command_of(options.typed), "skip": len(shortened(rows)),
+            "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"), "outlier_share": population.OUTLIER, "family_wise": population.FAMILY_WISE,
+            "distributions": pictures.distributions(good, names, read) if names else None, "many_axes": len({row["axis"] for row in good}) > 1,
+            "gains": pictures.gains(found["hidden"]) if found["hidden"] else None,
+            "dates": pictures.over(good, names, "start_s") if names else None,
+            "temperatures": pictures.over(good, names, "temperature_degC") if names else None}
+
+
+def write(contents, path):
+    style = Markup((Path(pages.__file__).parent / "style.css").read_text(encoding="utf-8"))
+    files.write_whole(path, template().render(contents, style=style).encode())
+
+
+def text(found, folder):
+    """What the terminal shows."""
+    out = [words.in_ascii(verdict(found)[1]), ""]
+    out += [f"{'batch':<14}{'axis':<14}{'coefficient':<52}{'units':>6}{'median':>11}{'spread':>9}{'outliers':>9}"]
+    out += [f"{one['batch']:<14}{one['axis']:<14}{one['coefficient']:<52}{one['units']:>6}{one['median']:>11.4g}{100 * one['spread']:>7.1f} %"
+            f"{len(one['outliers']):>9}" for one in found["coefficients"]]
+    out += [words.in_ascii(line) for line in hidden_sentences(found)]
+    for one in (found["limits"] or {}).get("stated", []):
+        out.append(f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of cases, the median unit in "
+                   + ("-" if one["median_unit"] is None else f"{100 * one['median_unit']:.2g} %") + f"; {one['caught_from']:.4g} fails in 95 %")
+    out += [f"{one['coefficient']} goes with {one['against']}: {100 * one['slope']:+.3g} % a {'day' if one['against'] == 'date' else 'degree'}"
+            for one in found["trends"] if one["found"]]
+    now = found["done_now"]
+    if now["recordings"]:
+        out.append(f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} workers: "
+                   f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} a second a worker, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} a second")
+    out.append(f"{folder}/fleet.parquet, {folder}/fleet.html")
+    return "\n".join(out)

@@ -1,0 +1,81 @@
+"""Where recordings are: paths, globs and addresses, through fsspec."""
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path, PurePosixPath
+
+from ..errors import BadInput
+
+GLOB = set("*?[")
+TELLS = ("ETag", "etag", "Content-MD5", "Digest", "LastModified", "last_modified", "mtime", "created")  # what a store says of a file's content
+
+
+def remote(address):
+    return "://" in address
+
+
+def store_of(address):
+    """(fsspec file system, path in it). Raises BadInput for a protocol that nobody serves."""
+    import fsspec  # a tenth of a second
+    try:
+        return fsspec.core.url_to_fs(address)
+    except (ValueError, ImportError) as why:
+        raise BadInput(f"{address}: {why}") from None
+
+
+def matches(pattern):
+    """The files that a glob names, sorted. Raises BadInput when it names none, or cannot be asked."""
+    store, path = store_of(pattern)
+    try:
+        found = sorted(store.glob(path))
+    except Exception as why:  # of any store's library
+        raise BadInput(f"{pattern}: {said(why)}") from None
+    if not found:
+        raise BadInput(f"{pattern}: no such file")
+    return [store.unstrip_protocol(one) if remote(pattern) else os.path.relpath(one) if not os.path.isabs(pattern) else one for one in found]
+
+
+def expanded(patterns):
+    """Addresses of recordings, each once, in the order given. A file that is there is no glob, whatever its name."""
+    found = []
+    for pattern in patterns:
+        plain = not GLOB & set(pattern) or not remote(pattern) and Path(pattern).exists()
+        found += [pattern] if plain else matches(pattern)
+    return list(dict.fromkeys(found))
+
+
+def said(why):
+    text = " ".join(str(getattr(why, "strerror", None) or why).split())[:200]
+    return text or type(why).__name__
+
+
+def identity(address):
+    """What changes when the file does: size and time of change, of a store also its ETag; None where it cannot be told, or nothing is there."""
+    try:
+        if not remote(address):
+            path = Path(address)
+            parts = sorted(path.rglob("*")) if path.is_dir() else [path]
+            return [[one.stat().st_size, one.stat().st_mtime_ns] for one in parts]
+        store, path = store_of(address)
+        info = store.info(path)
+    except Exception:  # of any store's library; the work itself will say why
+        return None
+    tells = {name: str(info[name]) for name in TELLS if info.get(name) is not None}
+    return {"size": info.get("size"), **tells} if tells else None
+
+
+@contextlib.contextmanager
+def fetched(address):
+    """The path of a file on this machine while the block lasts; a remote one is fetched whole. Raises OSError with what the store said."""
+    if not remote(address):
+        yield address
+        return
+    with tempfile.TemporaryDirectory(prefix="davarlab-") as folder:
+        store, path = store_of(address)
+        local = os.path.join(folder, PurePosixPath(path).name or "recording")
+        try:
+            store.get_file(path, local)
+        except Exception as why:  # of any store's library
+            raise OSError(said(why)) from None
+        yield local

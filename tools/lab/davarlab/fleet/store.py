@@ -1,0 +1,91 @@
+"""What is done: a file for each recording in OUT/units/, written whole; and the table, OUT/fleet.parquet."""
+
+import hashlib
+import json
+from pathlib import Path
+
+from .. import files
+from ..errors import BadInput
+
+TABLE_VERSION = 1  # of the columns of the table and of the files beside it
+PER_PARAMETER = ("", ".low", ".high")
+
+
+def digest(value):
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+class Store:
+    """The folder of a fleet. Raises BadInput where it cannot be written."""
+
+    def __init__(self, folder):
+        self.folder, self.units = Path(folder), Path(folder) / "units"
+        try:
+            self.units.mkdir(parents=True, exist_ok=True)
+        except OSError as why:
+            raise BadInput(f"{folder}: {files.reason(why)}") from None
+        files.check_writable(self.units / "trial")
+
+    def holds(self, address):
+        """Is an address this folder, or in it: no recording, though a glob names it."""
+        return "://" not in address and self.folder.resolve() in (Path(address).resolve(), *Path(address).resolve().parents)
+
+    def path(self, address):
+        return self.units / f"{digest(address)[:24]}.json"
+
+    def kept(self, address):
+        """What is there of a recording, None: nothing that can be read."""
+        try:
+            return json.loads(self.path(address).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+
+    def keep(self, address, marker, done):
+        """marker: of file, model and versions; None: to be done again next time."""
+        text = json.dumps({"marker": None if done["again"] else marker, "address": address, "seconds": done["seconds"], "rows": done["rows"]})
+        files.write_whole(self.path(address), text.encode())
+
+
+def marker(identity, job, version):
+    """Equal for a job that would come to the same; None where a change of the file could not be told."""
+    how = [job.how.rate_hz, job.how.sensor, job.how.units, job.how.types, job.how.names]
+    own = [files.sha256(path) for path in job.effects]
+    return None if identity is None else digest([job.address, identity, job.model, job.axes, how, own, version, TABLE_VERSION])
+
+
+def done(kept, wanted, chance):
+    """Need nothing be done: the marker is the same, and what chance gives was asked if it is needed."""
+    return bool(kept) and wanted is not None and kept.get("marker") == wanted and not (
+        chance and any("failed" not in row and "chance" not in row for row in kept["rows"]))
+
+
+def columns_of(rows):
+    """Names of the coefficients and of the gains, in the order in which they come."""
+    names = dict.fromkeys(name for row in rows for name in row.get("coefficients", {}))
+    return list(names), sorted({kind for row in rows for kind in row.get("gains", {})})
+
+
+def write_table(rows, path):
+    """The rows of population.py as Parquet. A row that failed has nothing but its address, batch and reason."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+    names, kinds = columns_of(rows)
+    text, number, whole = pa.string(), pa.float64(), pa.int64()
+    plain = {"file": text, "batch": text, "axis": text, "failed": text, "verdict": text, "adequacy": text, "error": number, "error_floor": number,
+             "p_value": number, "samples": whole, "rate_hz": number, "temperature_degC": number, "observations": text, "limits": text,
+             "why": text, "outlier": text, "seconds": number, "davar": text, "table_version": whole}
+    arrays = {name: pa.array([joined(row.get(name)) for row in rows], kind) for name, kind in plain.items()}
+    stamps = [None if row.get("start_s") is None else round(row["start_s"] * 1e6) for row in rows]
+    arrays["start"] = pa.array(stamps, pa.timestamp("us", tz="UTC"))
+    for name in names:
+        for place, ending in enumerate(PER_PARAMETER):
+            arrays[name + ending] = pa.array([row.get("coefficients", {}).get(name, [None] * 3)[place] for row in rows], number)
+    for kind in kinds:
+        arrays[f"gain.{kind}"] = pa.array([row.get("gains", {}).get(kind) for row in rows], number)
+    sink = pa.BufferOutputStream()
+    pq.write_table(pa.table(arrays), sink)
+    files.write_whole(path, sink.getvalue().to_pybytes())
+
+
+def joined(value):
+    return ", ".join(value) if isinstance(value, list) else value
