@@ -33,6 +33,7 @@ MAY_INCLUDE = {
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/lab": ("lib/include",),
+    "examples/": ("lib/include",),
 }
 LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
                       "string.h"}
