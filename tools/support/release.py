@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = {"include": "lib/include", "src": "lib/src"}
 # Folder (or file) of the package -> of the tree. The manifests of packaging/NAME come on top, with licence and README.
 LAYOUTS = {
-    "platformio": {**SOURCES, "examples": "examples/platformio"},
+    "platformio": {**SOURCES, "examples/arw": "examples/platformio"},
     "arduino": {"src": "lib/src", "src/davar": "lib/include/davar", "examples": "examples/arduino"},
     "esp-idf": {**SOURCES, "Kconfig.options": "packaging/common/Kconfig"},
     "cmsis-pack": SOURCES,
