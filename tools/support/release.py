@@ -84,13 +84,9 @@ def copy(source, target):
 
 
 def file_list():
-    """The lines of a .pdsc that name every source and header."""
-    lines = []
-    for target, source in SOURCES.items():
-        for path in sorted((ROOT / source).rglob("*.[ch]")):
-            kind = "source" if path.suffix == ".c" else "header"
-            lines.append(f'        <file category="{kind}" name="{target}/{path.relative_to(ROOT / source).as_posix()}"/>')
-    return "\n".join(lines)
+    """The lines of a .pdsc that name every source."""
+    names = sorted(path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c"))
+    return "\n".join(f'        <file category="source" name="{name}"/>' for name in names)
 
 
 def lay_out(name, folder, values):
