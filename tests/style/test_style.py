@@ -34,6 +34,7 @@ MAY_INCLUDE = {
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/": ("lib/include",),
     "python": ("lib/include", "host_sim"),
+    "examples/": ("lib/include",),
 }
 LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
                       "string.h"}

@@ -274,6 +274,18 @@ def package():
 
 
 @once
+def packages():
+    """A release, a draft if the changes are not written yet, and a Python with the tools of the ecosystems."""
+    python = set_up("python_environment venv-packages tools/support/requirements-packages.txt", "packages-python.log")
+    folder = BUILD / "release-test"
+    shutil.rmtree(folder, ignore_errors=True)
+    status, output = run(["tools/release", "--draft", "--out", str(folder)], "release.log")
+    if status:
+        raise Broken(output)
+    return [python], {"DAVAR_RELEASE": str(folder)}
+
+
+@once
 def linux():
     """The kernel of the tests of tests/kernel, built when the cache has none."""
     status, output = run(["tools/support/uml/kernel.sh", "build/cache/uml"], "uml.log")
@@ -316,6 +328,7 @@ PARTS = {
     "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
+    "packages": ("every package of tools/release with the tool of its ecosystem", suite("packages", setting=packages)),
     "style": ("the house rules: includes, no heap, function length, one version", suite("style")),
     "format": ("clang-format", [partial(tool, "clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))]),
     "tidy": ("clang-tidy", [clang_tidy]),

@@ -1,0 +1,63 @@
+"""davar for Conan 2, from a clone or an unpacked archive: conan create packaging/conan."""
+
+import re
+from pathlib import Path
+
+from conan import ConanFile
+from conan.tools.cmake import CMake, CMakeToolchain, cmake_layout
+from conan.tools.files import copy
+
+CHOICES = ("q15", "q31", "grid", "adaptive", "tracking", "centred")  # davar/options.h
+
+
+class Davar(ConanFile):
+    name = "davar"
+    description = "Dynamic Allan variance on the device"
+    license = "MIT"
+    topics = ("allan-variance", "gyroscope", "imu", "embedded")
+    package_type = "static-library"
+    settings = "os", "arch", "compiler", "build_type"
+    languages = "C"
+    options = {"taus_max": list(range(1, 33)), **dict.fromkeys(CHOICES, [True, False])}
+    default_options = {"taus_max": 32, **dict.fromkeys(CHOICES, True)}
+
+    def set_version(self):
+        header = Path(self.recipe_folder, "../../lib/include/davar/version.h").read_text(encoding="utf-8")
+        self.version = ".".join(re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+
+    def export_sources(self):
+        root = str(Path(self.recipe_folder, "../.."))
+        for pattern in ("CMakeLists.txt", "LICENSE", "cmake/*", "lib/*"):
+            copy(self, pattern, root, self.export_sources_folder)
+
+    def configure(self):
+        if not self.options.adaptive:
+            del self.options.tracking  # it needs the adaptive window
+
+    def layout(self):
+        cmake_layout(self)
+
+    def _choices(self):
+        return {"DAVAR_TAUS_MAX": int(str(self.options.taus_max)),
+                **{f"DAVAR_{name.upper()}": int(bool(self.options.get_safe(name))) for name in CHOICES}}
+
+    def generate(self):
+        toolchain = CMakeToolchain(self)
+        toolchain.cache_variables.update({"DAVAR_BUILD_TESTS": False, "DAVAR_BUILD_SIM": False, **self._choices()})
+        toolchain.generate()
+
+    def build(self):
+        cmake = CMake(self)
+        cmake.configure()
+        cmake.build()
+
+    def package(self):
+        CMake(self).install(component="dev")
+        copy(self, "LICENSE", self.source_folder, str(Path(self.package_folder, "licenses")))
+
+    def package_info(self):
+        self.cpp_info.libs = ["davar"]
+        self.cpp_info.defines = [f"{name}={value}" for name, value in self._choices().items()]
+        self.cpp_info.set_property("cmake_target_name", "davar::davar")
+        if self.settings.os != "Windows":
+            self.cpp_info.system_libs = ["m"]

@@ -1,0 +1,42 @@
+# The Debian packages libdavar-dev and davar-tools: configure with -DCMAKE_INSTALL_PREFIX=/usr, build, cpack -G DEB.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME davar)
+set(CPACK_PACKAGE_VENDOR "The davar authors")
+set(CPACK_PACKAGE_CONTACT "The davar authors <davar@example.org>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libdavar-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS libc6-dev)
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Measures the noise of a gyro (angle random walk, bias instability and others)
+sample by sample, exactly, without a heap. This is the static library with its
+headers, for CMake and pkg-config.")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME davar-tools)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "davar-sim feeds recordings of a gyro through the code that runs on a
+microcontroller. davar-node does so on Linux, with CAN, serial lines and GPIO.")
+set(CPACK_COMPONENTS_ALL dev)
+if(DAVAR_BUILD_SIM)
+  list(APPEND CPACK_COMPONENTS_ALL tools)
+endif()
+
+# What Debian wants of every package: its licence and its changes, compressed in one way only.
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # SOURCE_DATE_EPOCH, when it is set
+foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  string(TOUPPER "${component}" upper)
+  set(package "${CPACK_DEBIAN_${upper}_PACKAGE_NAME}")
+  set(page "${CMAKE_CURRENT_BINARY_DIR}/debian/${package}/changelog")
+  file(WRITE "${page}" "davar (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * See CHANGELOG.md of the source.\n\n"
+       " -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
+  find_program(GZIP gzip)
+  if(GZIP)
+    execute_process(COMMAND "${GZIP}" -9nf "${page}")
+    install(FILES "${page}.gz" DESTINATION "share/doc/${package}" COMPONENT "${component}" EXCLUDE_FROM_ALL)
+  endif()
+  install(FILES LICENSE RENAME copyright DESTINATION "share/doc/${package}" COMPONENT "${component}" EXCLUDE_FROM_ALL)
+endforeach()
+include(CPack)

@@ -1,0 +1,119 @@
+/* An MPU-6050 as RM-MPU-6000A-00 (revision 4.2) describes it: sleep, sample rate, full scale, FIFO of 1024 bytes with overflow. */
+#include "sensor.h"
+#include <math.h>
+#include <string.h>
+
+namespace {
+const unsigned FIFO_BYTES = 1024;
+
+class Mpu6050 : public Sensor {
+  public:
+    Mpu6050()
+    {
+        memset(value_, 0, sizeof value_);
+        value_[0x6B] = 0x40; /* asleep after power-up */
+        value_[0x75] = 0x68;
+    }
+    bool answers(uint8_t address) override
+    {
+        return address == 0x68;
+    }
+    bool stays(uint8_t address) override
+    {
+        return address == 0x74;
+    }
+
+    uint8_t read(uint8_t address) override
+    {
+        const uint8_t value = value_[address & 0x7F];
+        switch (address) {
+        case 0x3A:
+            value_[address] = 0;
+            return value;
+        case 0x72:
+            latched_ = count_; /* both bytes are of the time at which the high one is read */
+            return (uint8_t)(latched_ >> 8);
+        case 0x73:
+            return (uint8_t)latched_;
+        case 0x74:
+            return take();
+        default:
+            return value;
+        }
+    }
+
+    void write(uint8_t address, uint8_t value) override
+    {
+        if (address == 0x6A && (value & 0x04) != 0) { /* a reset, only while the FIFO is off; the bit clears itself */
+            count_ = ((value & 0x40) == 0) ? 0 : count_;
+            value &= (uint8_t)~0x04;
+        }
+        value_[address & 0x7F] = value;
+    }
+
+    void pass(uint64_t now_us) override
+    {
+        const unsigned low_pass = value_[0x1A] & 7U;
+        const double rate = ((low_pass == 0 || low_pass == 7) ? 8000.0 : 1000.0) / (1.0 + value_[0x19]);
+        if ((value_[0x6B] & 0x40) != 0) {
+            next_us_ = (double)now_us;
+        }
+        for (; next_us_ < (double)now_us; next_us_ += 1e6 / rate) {
+            static const double counts_per_dps[] = {131.0, 65.5, 32.8, 16.4};
+            sample((uint16_t)noise_count(rate, counts_per_dps[value_[0x1B] >> 3 & 3]));
+        }
+    }
+
+  private:
+    uint8_t value_[128], fifo_[FIFO_BYTES];
+    unsigned first_ = 0, count_ = 0, latched_ = 0;
+    double next_us_ = 0.0;
+
+    void sample(uint16_t counts)
+    {
+        value_[0x47] = (uint8_t)(counts >> 8);
+        value_[0x48] = (uint8_t)counts;
+        value_[0x3A] |= 0x01;
+        if ((value_[0x6A] & 0x40) != 0 && (value_[0x23] & 0x10) != 0) {
+            put(value_[0x47]);
+            put(value_[0x48]);
+        }
+    }
+    void put(uint8_t byte)
+    {
+        if (count_ == FIFO_BYTES) { /* the oldest is lost */
+            (void)take();
+            value_[0x3A] |= 0x10;
+        }
+        fifo_[(first_ + count_++) % FIFO_BYTES] = byte;
+    }
+    uint8_t take()
+    {
+        if (count_ == 0) {
+            return 0xFF;
+        }
+        count_--;
+        const uint8_t byte = fifo_[first_];
+        first_ = (first_ + 1) % FIFO_BYTES;
+        return byte;
+    }
+};
+} // namespace
+
+Sensor *mpu6050()
+{
+    static Mpu6050 sensor;
+    return &sensor;
+}
+
+int16_t noise_count(double rate_hz, double counts_per_dps)
+{
+    static uint64_t state = 1;
+    double uniform[2];
+    for (double &one : uniform) {
+        state = state * 6364136223846793005U + 1442695040888963407U;
+        one = ((double)(state >> 11U) + 0.5) / 9007199254740992.0;
+    }
+    const double noise = sqrt(-2.0 * log(uniform[0])) * cos(2.0 * acos(-1.0) * uniform[1]);
+    return (int16_t)lround((1.5 + 0.3 / 60.0 * sqrt(rate_hz) * noise) * counts_per_dps);
+}

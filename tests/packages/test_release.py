@@ -1,0 +1,99 @@
+"""tools/release: one version number in every package, checksums that hold, the same bytes again, refusals that name the cause."""
+
+import json
+import re
+import subprocess
+import sys
+import tarfile
+import unittest
+import zipfile
+from pathlib import Path
+
+from package_case import RELEASE, ROOT, PackageCase, package, run
+
+sys.path.insert(0, str(ROOT / "tools/support"))
+import release
+
+
+def text_of(archive, member):
+    if archive.suffix in (".zip", ".pack"):
+        return zipfile.ZipFile(archive).read(member).decode()
+    with tarfile.open(archive) as packed:
+        return packed.extractfile(member).read().decode()
+
+
+def versions(folder):
+    """{manifest: the version it states}, read from what is handed out."""
+    one = {path.name.split("-")[1] if path.name.count("-") > 1 else path.suffix: path for path in folder.iterdir() if path.is_file()}
+    pdsc = text_of(one[".pack"], "davar.davar.pdsc")
+    return {
+        "platformio": json.loads(text_of(one["platformio"], "library.json"))["version"],
+        "arduino": re.search(r"^version=(.*)$", text_of(one["arduino"], "davar/library.properties"), re.MULTILINE)[1],
+        "esp-idf": re.search(r'^version: "(.*)"$', text_of(one["esp"], "idf_component.yml"), re.MULTILINE)[1],
+        "vcpkg": json.loads(text_of(one["vcpkg"], "davar/vcpkg.json"))["version"],
+        "cmsis release": re.search(r'<release version="([^"]*)"', pdsc)[1],
+        "cmsis component": re.search(r'Cversion="([^"]*)"', pdsc)[1],
+        **{f"name of {path.name}": re.search(r"\d+\.\d+\.\d+", path.name)[0] for path in folder.iterdir()
+           if path.is_file() and path.name != "SHA256SUMS"},
+    }
+
+
+def copy_of_tree(folder):
+    for name in release.tree():
+        release.copy(ROOT / name, folder / name)
+    return folder
+
+
+class Release(PackageCase):
+    def test_every_manifest_has_the_version_of_the_header(self):
+        found = versions(RELEASE)
+        for deb in RELEASE.glob("*.deb"):
+            found[deb.name] = subprocess.run(["dpkg-deb", "-f", deb, "Version"], text=True, stdout=subprocess.PIPE, check=True).stdout.strip()
+        self.assertEqual({release.version()}, set(found.values()), found)
+        self.assertGreaterEqual(len(found), 14)
+
+    def test_another_number_in_the_header_is_the_only_change_that_another_version_takes(self):
+        tree, out = copy_of_tree(self.work / "tree"), self.work / "out"
+        header = tree / "lib/include/davar/version.h"
+        text = header.read_text(encoding="utf-8")
+        for part, number in (("MAJOR", 9), ("MINOR", 8), ("PATCH", 7)):
+            text = re.sub(rf"(#define DAVAR_VERSION_{part}) \d+", rf"\1 {number}", text)
+        header.write_text(text, encoding="utf-8")
+        command = [sys.executable, tree / "tools/support/release.py", "--no-deb", "--out", out]
+        said = run(*command, status=2)
+        self.assertIn("CHANGELOG.md: no section '## 9.8.7'", said)
+        self.assertFalse(out.exists())
+        changes = tree / "CHANGELOG.md"
+        changes.write_text(changes.read_text(encoding="utf-8") + "\n## 9.8.7 (2026-12-01)\n", encoding="utf-8")
+        run(*command)
+        self.assertEqual({"9.8.7"}, set(versions(out).values()))
+
+    def test_the_checksums_hold_and_cover_everything(self):
+        run("sha256sum", "--check", "--strict", "SHA256SUMS", folder=RELEASE)
+        named = {line.split()[1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines()}
+        self.assertEqual(named | {"SHA256SUMS"}, {path.name for path in RELEASE.iterdir() if path.is_file()})
+
+    def test_the_same_tree_gives_the_same_bytes(self):
+        run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work / "again")
+        wanted = dict(line.split()[::-1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines())
+        for line in (self.work / "again/SHA256SUMS").read_text().splitlines():
+            self.assertEqual(wanted[line.split()[1]], line.split()[0], line.split()[1])
+
+    def test_what_is_refused(self):
+        self.assertIn("it is there already", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2))
+        release.check_changes("# Changes\n\n## 1.2.3\n", "1.2.3", False)
+        release.check_changes("# Changes\n\n## Unreleased (1.2)\n", "1.2.3", True)
+        for changes, draft in (("## Unreleased (1.2)\n", False), ("## 1.2.30\n", False), ("## 1.2\n", True), ("## Unreleased (1.3)\n", True)):
+            with self.assertRaises(release.Refused):
+                release.check_changes(changes, "1.2.3", draft)
+        with self.assertRaisesRegex(release.Refused, "@NOBODY@"):
+            release.fill("version @NOBODY@", {"VERSION": "1.2.3"})
+
+    def test_no_package_holds_a_build_or_a_cache(self):
+        for path in (RELEASE / "layout").rglob("*"):
+            self.assertNotIn(path.name, ("__pycache__", ".pio", "build", ".git"), path)
+            self.assertNotEqual(".in", Path(path).suffix)
+
+
+if __name__ == "__main__":
+    unittest.main()

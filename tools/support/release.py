@@ -1,0 +1,216 @@
+"""Makes every package of davar from the tree, with one version number, and SHA256SUMS over all of them.
+
+A package is a layout: files of packaging/NAME (in those ending in .in, @VERSION@ and the like are filled) and folders of the tree,
+packed. Nothing is downloaded, and the same commit gives the same bytes. docs/PACKAGES.md says what each is for. Standard library only.
+"""
+
+import argparse
+import gzip
+import hashlib
+import io
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import time
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = {"include": "lib/include", "src": "lib/src"}
+# Folder (or file) of the package -> of the tree. The manifests of packaging/NAME come on top, with licence and README.
+LAYOUTS = {
+    "platformio": {**SOURCES, "examples/arw": "examples/platformio"},
+    "arduino": {"src": "lib/src", "src/davar": "lib/include/davar", "examples": "examples/arduino"},
+    "esp-idf": {**SOURCES, "Kconfig.options": "packaging/common/Kconfig"},
+    "cmsis-pack": SOURCES,
+    "vcpkg": {},
+}
+
+
+class Refused(Exception):
+    """What a person must mend before there can be a release."""
+
+
+def version():
+    """MAJOR.MINOR.PATCH, from the one header in which it is written."""
+    header = (ROOT / "lib/include/davar/version.h").read_text(encoding="utf-8")
+    return ".".join(re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+
+
+def check_changes(changes, number, draft):
+    """CHANGELOG.md must have a section of this version; a draft may still call it unreleased, by its major and minor number."""
+    titles = re.findall(r"^## (.*)$", changes, re.MULTILINE)
+    wanted = [number] + ([f"Unreleased ({number.rsplit('.', 1)[0]})"] if draft else [])
+    if not any(title == one or title.startswith(one + " ") for title in titles for one in wanted):
+        raise Refused(f"CHANGELOG.md: no section '## {number}'" + (f" and no '## {wanted[1]}'" if draft else " (--draft: 'Unreleased' will do)"))
+
+
+def tree():
+    """The files of the tree that are, or would be, committed; names relative to the root."""
+    try:
+        done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        names = done.stdout.splitlines()
+    except (OSError, subprocess.CalledProcessError):  # an unpacked archive
+        below = (path.relative_to(ROOT) for path in ROOT.rglob("*"))
+        names = [str(path) for path in below if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts]
+    return sorted(name for name in names if (ROOT / name).is_file())
+
+
+def moment():
+    """Seconds since 1970 that stand in the archives: of the newest commit, so that the same commit gives the same bytes."""
+    said = os.environ.get("SOURCE_DATE_EPOCH")
+    if not said:
+        done = subprocess.run(["git", "log", "-1", "--format=%ct"], cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        said = done.stdout.strip()
+    return int(said or 315532800)  # the first day that a zip file can tell
+
+
+def fill(text, values):
+    for name, value in values.items():
+        text = text.replace(f"@{name}@", value)
+    left = re.search(r"@[A-Z0-9_]+@", text)
+    if left:
+        raise Refused(f"a manifest asks for {left[0]}, which nobody fills")
+    return text
+
+
+def copy(source, target):
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(source, target)
+
+
+def file_list():
+    """The lines of a .pdsc that name every source."""
+    names = sorted(path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c"))
+    return "\n".join(f'        <file category="source" name="{name}"/>' for name in names)
+
+
+def lay_out(name, folder, values):
+    """Writes the layout of package `name` into `folder`, which must not exist."""
+    for target, source in LAYOUTS[name].items():
+        for name_here in tree():
+            if name_here == source or name_here.startswith(source + "/"):
+                copy(ROOT / name_here, folder / (target + name_here[len(source):]))
+    if LAYOUTS[name]:
+        copy(ROOT / "packaging/common/README.md", folder / "README.md")
+        copy(ROOT / "LICENSE", folder / "LICENSE")
+    for path in sorted((ROOT / "packaging" / name).rglob("*")):
+        if path.is_file():
+            target = folder / path.relative_to(ROOT / "packaging" / name)
+            if path.suffix == ".in":
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.with_suffix("").write_text(fill(path.read_text(encoding="utf-8"), values), encoding="utf-8")
+            else:
+                copy(path, target)
+    if name == "arduino":  # its finder of libraries looks in src alone, not below
+        (folder / "src/davar.h").write_text('#include "davar/davar.h"\n', encoding="utf-8")
+
+
+def members(folder):
+    """(name, path) of every file below a folder, in one order on every machine."""
+    return sorted((path.relative_to(folder).as_posix(), path) for path in folder.rglob("*") if path.is_file())
+
+
+def write_tar(target, files, seconds):
+    """A .tar.gz of [(name, path)] that says nothing of who made it, and when."""
+    raw = io.BytesIO()
+    with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
+        for name, path in files:
+            entry = tarfile.TarInfo(name)
+            entry.size, entry.mtime, entry.mode = path.stat().st_size, seconds, 0o755 if os.access(path, os.X_OK) else 0o644
+            with path.open("rb") as content:
+                archive.addfile(entry, content)
+    with target.open("wb") as file, gzip.GzipFile("", "wb", mtime=seconds, fileobj=file) as packed:
+        packed.write(raw.getvalue())
+
+
+def write_zip(target, files, seconds):
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, path in files:
+            entry = zipfile.ZipInfo(name, time.gmtime(seconds)[:6])
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(entry, path.read_bytes())
+
+
+def run(*command, folder=ROOT, **variables):
+    done = subprocess.run([str(word) for word in command], cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          env={**os.environ, **variables})
+    if done.returncode:
+        raise Refused(f"{' '.join(map(str, command))}:\n{done.stdout}")
+
+
+def make_debian(out, work, seconds):
+    """libdavar-dev and davar-tools."""
+    when = {"SOURCE_DATE_EPOCH": str(seconds)}
+    run("cmake", "-S", ROOT, "-B", work, "-DCMAKE_INSTALL_PREFIX=/usr", "-DCMAKE_BUILD_TYPE=Release", "-DDAVAR_BUILD_TESTS=OFF", **when)
+    run("cmake", "--build", work, "--parallel", os.cpu_count() or 1)
+    run("cpack", "-G", "DEB", folder=work, **when)
+    for path in work.glob("*.deb"):
+        shutil.copy(path, out)
+
+
+def make(out, number, debian):
+    """All packages, into the empty folder `out`; the layouts stay in out/layout."""
+    seconds, layout = moment(), out / "layout"
+    source = out / f"davar-{number}.tar.gz"
+    write_tar(source, [(f"davar-{number}/{name}", ROOT / name) for name in tree()], seconds)
+    values = {"VERSION": number, "DATE": time.strftime("%Y-%m-%d", time.gmtime(seconds)), "FILES": file_list()}
+    for name in LAYOUTS:
+        if (ROOT / "packaging" / name).is_dir():
+            lay_out(name, layout / name, values)
+    if (layout / "vcpkg").is_dir():
+        shutil.copy(source, layout / "vcpkg/davar")
+    for name in sorted(path.name for path in layout.iterdir()):
+        files = members(layout / name)
+        if name == "cmsis-pack":  # Vendor.Name.Version.pack
+            write_zip(out / f"davar.davar.{number}.pack", files, seconds)
+        elif name in ("arduino", "vcpkg"):
+            inside = {"arduino": "davar/", "vcpkg": ""}[name]
+            write_zip(out / f"davar-{name}-{number}.zip", [(inside + member, path) for member, path in files], seconds)
+        else:
+            write_tar(out / f"davar-{name}-{number}.tar.gz", files, seconds)
+    amalgamate = ROOT / "tools/support/amalgamate.py"
+    if amalgamate.is_file():
+        run(sys.executable, amalgamate, layout / "amalgamation")
+        write_zip(out / f"davar-amalgamation-{number}.zip", members(layout / "amalgamation"), seconds)
+    else:
+        print("left out: the amalgamation (tools/support/amalgamate.py is not there)")
+    if debian:
+        make_debian(out, out / "layout/debian-build", seconds)
+        shutil.rmtree(out / "layout/debian-build")
+    packages = sorted(path for path in out.iterdir() if path.is_file())
+    sums = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in packages]
+    (out / "SHA256SUMS").write_text("".join(sums), encoding="utf-8")
+    return packages
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="tools/release", description="Makes every package of davar, with the version number of "
+                                     "davar/version.h, and SHA256SUMS. Exit status 2: something must be mended first.")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="new folder for them (default: build/release-VERSION, replaced)")
+    parser.add_argument("--draft", action="store_true", help="CHANGELOG.md may still say Unreleased")
+    parser.add_argument("--no-deb", action="store_true", help="without the Debian packages, which must be compiled")
+    options = parser.parse_args()
+    number = version()
+    out = options.out or ROOT / f"build/release-{number}"
+    try:
+        check_changes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), number, options.draft)
+        if options.out and out.exists():
+            raise Refused(f"--out {out}: it is there already")
+        shutil.rmtree(out, ignore_errors=True)
+        out.mkdir(parents=True)
+        packages = make(out.resolve(), number, not options.no_deb)
+    except (Refused, OSError) as why:
+        print(f"tools/release: {why}", file=sys.stderr)
+        return 2
+    print("\n".join(f"{path.stat().st_size:>9} {path.name}" for path in packages))
+    print(f"{len(packages)} packages of davar {number}, with SHA256SUMS: {out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
