@@ -74,6 +74,12 @@ static cell_t show_dispersion(const epoch_row_t *row, uint32_t index)
     return number_cell(row->result->dispersion);
 }
 
+static cell_t show_young(const epoch_row_t *row, uint32_t index)
+{
+    (void)index;
+    return integer_cell(row->result->young ? 1U : 0U);
+}
+
 static cell_t show_changed(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
@@ -181,9 +187,10 @@ static const field_t COMMON[] = {
 };
 
 static const field_t TRACKING[] = {
-    {"alarm", show_alarm, 0U},      {"cut_age_samples", show_cut_age, 0U}, {"dispersion", show_dispersion, 0U},
-    {"change_m", show_changed, 0U}, {"change_older", show_older, 0U},      {"change_newer", show_newer, 0U},
-    {"change_gain", show_gain, 0U},
+    {"alarm", show_alarm, 0U},           {"cut_age_samples", show_cut_age, 0U},
+    {"dispersion", show_dispersion, 0U}, {"change_m", show_changed, 0U},
+    {"change_older", show_older, 0U},    {"change_newer", show_newer, 0U},
+    {"change_gain", show_gain, 0U},      {"young", show_young, 0U},
 };
 
 static const field_t DETAILS[] = {

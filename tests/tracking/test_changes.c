@@ -1,6 +1,7 @@
 /* davar tests - what policy glr says of a change: the levels in front of it and behind it, of samples and of clusters; and that what
  * waits at the end of a record goes on. */
 #include "davar/davar.h"
+#include "davar/fit.h"
 #include "davar/state.h"
 
 #include "random.h"
@@ -276,6 +277,30 @@ static void test_a_restored_stream_tells_the_same(void)
     config.long_cluster = 0U;
 }
 
+/* A window that was cut just now, or that left out most of what is since the cut, was chosen by what is in it (10.14). */
+static void test_intervals_of_a_chosen_window_are_wider(void)
+{
+    static davar_plan_t plan;
+    uint32_t first = 0U;
+    make_stream(1U, 1.0, 0.0);
+    init_q15();
+    (void)run(false, 0U, 3000U, &first);
+    davar_plan_init(&plan, taus, 4U);
+    TEST_ASSERT_FALSE(result.young);
+    davar_result_t young = result;
+    davar_result_t chosen = result;
+    young.young = true;
+    chosen.cut_age_samples = (2U * chosen.window_samples) + 1U;
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 100.0, &result));
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 100.0, &young));
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 100.0, &chosen));
+    for (uint32_t t = 0U; t < 4U; t++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * result.tau[t].edf, 0.4375 * result.tau[t].edf, young.tau[t].edf);
+        TEST_ASSERT_EQUAL_DOUBLE(young.tau[t].edf, chosen.tau[t].edf);
+        TEST_ASSERT_TRUE(young.tau[t].high > result.tau[t].high);
+    }
+}
+
 /* --- the end of a record ------------------------------------------------------------------------------------------- */
 
 /* Every sample has its result in the end, as if more had come. */
@@ -340,6 +365,7 @@ int main(void)
     RUN_TEST(test_clusters_span_neither_shocks_nor_gaps);
     RUN_TEST(test_clusters_are_there_when_asked_for);
     RUN_TEST(test_a_restored_stream_tells_the_same);
+    RUN_TEST(test_intervals_of_a_chosen_window_are_wider);
     RUN_TEST(test_what_waits_at_the_end_goes_on);
     RUN_TEST(test_a_shock_at_the_end_is_left);
     return UNITY_END();
