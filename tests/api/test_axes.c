@@ -107,6 +107,7 @@ static void test_a_refusal_is_that_of_init(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_axes_init_q15(&axes, &config, axes_memory, (3U * each) - 1U));
     TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_axes_init_q15(&axes, &config, NULL, 3U * each));
     config.stride = 0U;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE, davar_axes_init_q31(&axes, &config, axes_memory, sizeof axes_memory));
     TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE, davar_axes_init_f32(&axes, &config, axes_memory, sizeof axes_memory));
 }
 

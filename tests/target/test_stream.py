@@ -94,7 +94,7 @@ class Stream(unittest.TestCase):
 
     def test_results_that_the_main_loop_is_too_slow_for_are_counted(self):
         for target in targets.MACHINES:
-            options = (*SHORT_WINDOW, "--stride", "20" if target == "cortex-m0" else "2")
+            options = (*SHORT_WINDOW, "--stride", "20" if targets.MACHINES[target]["small"] else "2")
             rows = subprocess.run([SIM, *RECORDING, *options], stdout=subprocess.PIPE, check=True).stdout.count(b"\n") - 1
             with self.subTest(target=target):
                 counters, lines = self.stream(target, EVERY_MS, OVERLOADED, *options)

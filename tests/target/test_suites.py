@@ -46,7 +46,7 @@ class Suites(unittest.TestCase):
 
 
 def add(target):
-    expected = SUITES - BEYOND_16_KB if target == "cortex-m0" else SUITES
+    expected = SUITES - BEYOND_16_KB if targets.MACHINES[target]["small"] else SUITES
     name = "test_" + target.replace("-", "_")
     setattr(Suites, name, lambda self: self.run_on(target, expected))
 

@@ -392,12 +392,26 @@ static void test_a_ready_plan_gives_the_same_or_nothing(void)
     TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) && (other > (TRIALS / 10U))); /* both were tried */
 }
 
+static void test_a_window_without_a_difference_says_nothing(void)
+{
+    static const uint32_t m[] = {1U, 2U, 4U};
+    set_taus(8U, m, 3U);
+    result.tau[0].differences = 0U;
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
+    TEST_ASSERT_FALSE(result.coefficient[WHITE].present);
+    result.tau_count = 0U;
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 1.0, &result));
+    TEST_ASSERT_TRUE(davar_fit_white_ready(&plan, 1.0, &result));
+    TEST_ASSERT_TRUE(isinf(result.coefficient[WHITE].high));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_white_noise_or_not_is_decided_as_in_doubles);
     RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
     RUN_TEST(test_a_ready_plan_gives_the_same_or_nothing);
+    RUN_TEST(test_a_window_without_a_difference_says_nothing);
     RUN_TEST(test_one_plan_serves_two_rates);
     RUN_TEST(test_a_deviation_of_nothing_has_no_limits_beyond_it);
     return UNITY_END();

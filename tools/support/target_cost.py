@@ -24,7 +24,7 @@ STRIDE = 60
 
 
 def prefix(target):
-    return "riscv64-unknown-elf-" if target == "rv32imac" else "arm-none-eabi-"
+    return "riscv64-unknown-elf-" if targets.MACHINES[target]["core"] == "rv32" else "arm-none-eabi-"
 
 
 def tool(target, name, *arguments):

@@ -1,20 +1,14 @@
 """The emulated microcontrollers: how to build for each and how to run an image on it. Standard library only."""
 
 import fcntl
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MACHINES = {
-    "cortex-m0": ("arm", ["qemu-system-arm", "-M", "microbit"]),
-    "cortex-m3": ("arm", ["qemu-system-arm", "-M", "mps2-an385"]),
-    "cortex-m4f": ("arm", ["qemu-system-arm", "-M", "mps2-an386"]),
-    "cortex-m7": ("arm", ["qemu-system-arm", "-M", "mps2-an500"]),
-    "cortex-m33": ("arm", ["qemu-system-arm", "-M", "mps2-an505"]),
-    "rv32imac": ("rv32imac", ["qemu-system-riscv32", "-M", "virt", "-bios", "none"]),
-}
+MACHINES = json.loads((ROOT / "port/bare_metal/boards.json").read_text(encoding="ascii"))  # a board is one entry there
 
 
 class TargetError(Exception):
@@ -27,7 +21,7 @@ def folder(target, kind="target"):
 
 def taus_max(target, kind):
     """Cluster sizes that a result carries: what is measured has eight; other images as many as the RAM allows."""
-    return 8 if kind == "target" or target == "cortex-m0" else 32
+    return 8 if kind == "target" or MACHINES[target]["small"] else 32
 
 
 def run(command, what, **settings):
@@ -41,7 +35,7 @@ def run(command, what, **settings):
 def build(target, kind="target", image=None):
     """Configures and builds the images of a target (or one of them): "target" to measure, "job" for davar-mcu, "suites" with
     Unity (needs DAVAR_UNITY_DIR), "portable" likewise without hand-written instructions. Returns the folder."""
-    toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target][0]}.cmake"
+    toolchain = ROOT / "port/bare_metal/targets" / f"{MACHINES[target]['core']}.cmake"
     where = folder(target, kind)
     where.mkdir(parents=True, exist_ok=True)
     with open(where / "lock", "w", encoding="ascii") as lock:
@@ -58,7 +52,7 @@ def build(target, kind="target", image=None):
 
 def counting_shift(target):
     """With this shift the board's clock counts instructions (board.h)."""
-    return 0 if target == "rv32imac" else 8
+    return 0 if MACHINES[target]["core"] == "rv32" else 8
 
 
 def command(target, image, arguments="", shift=None, serial="null"):
@@ -66,7 +60,7 @@ def command(target, image, arguments="", shift=None, serial="null"):
     serial: where the UART ends (null, pty, file:PATH)."""
     icount = ["-icount", f"shift={shift}"] if shift is not None else []
     semihosting = f"enable=on,target=native,arg={Path(image).stem}" + "".join(f",arg={word}" for word in arguments.split())
-    return [*MACHINES[target][1], "-display", "none", "-monitor", "none", "-serial", serial, *icount,
+    return [*MACHINES[target]["emulator"].split(), "-display", "none", "-monitor", "none", "-serial", serial, *icount,
             "-semihosting-config", semihosting, "-kernel", str(image)]
 
 
@@ -79,7 +73,10 @@ def execute(target, image, arguments="", shift=None, serial="null", timeout=1200
 
 
 def main(arguments):
-    """targets.py build TARGET | run TARGET JOB RESULTS: what tools/davar-mcu calls."""
+    """targets.py list | build TARGET | run TARGET JOB RESULTS: what tools/davar-mcu calls."""
+    if arguments == ["list"]:
+        print(*MACHINES)
+        return 0
     verb, target, *files = arguments
     try:
         if verb == "build":

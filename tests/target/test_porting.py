@@ -1,0 +1,41 @@
+"""Adding a board as docs/PORTING.md says, step by step, in a copy of the tree: nothing else must be touched."""
+
+import re
+import shutil
+import subprocess
+import tempfile
+import textwrap
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+TABLE = "port/bare_metal/boards.json"
+
+
+def steps():
+    """The blocks of the section, in order: (language, text)."""
+    section = (ROOT / "docs/PORTING.md").read_text(encoding="utf-8").split("## Add a board")[1].split("\n## ")[0]
+    return [(language, textwrap.dedent(text)) for language, text in re.findall(r"^ *```(\w+)\n(.*?)^ *```$", section, re.DOTALL | re.MULTILINE)]
+
+
+class Porting(unittest.TestCase):
+    def test_the_steps_of_the_page_add_a_board(self):
+        with tempfile.TemporaryDirectory() as folder:
+            tree = Path(folder) / "davar"
+            shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns("build", ".git", "__pycache__"))
+            self.assertEqual(["sh", "json", "sh"], [language for language, _ in steps()])
+            for language, text in steps():
+                if language == "json":
+                    table = (tree / TABLE).read_text()
+                    (tree / TABLE).write_text(f"{table.rstrip().removesuffix('}').rstrip()},\n{text}}}\n")
+                else:
+                    done = subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=tree, text=True, stdout=subprocess.PIPE,
+                                          stderr=subprocess.STDOUT, timeout=1200, check=False)
+                    self.assertEqual(0, done.returncode, f"{text}\n{done.stdout}")
+            self.assertGreater(len((tree / "device.csv").read_text().splitlines()), 50)
+            help_text = subprocess.run(["tools/davar-mcu", "--help"], cwd=tree, text=True, stdout=subprocess.PIPE, check=True).stdout
+            self.assertIn("my-board", help_text)
+
+
+if __name__ == "__main__":
+    unittest.main()
