@@ -53,8 +53,8 @@ def library() -> ctypes.CDLL:
 
 
 def named(text: str) -> str:
-    """A message of davar-sim with its options as arguments of Python: --window-max -> window_max."""
-    return re.sub(r"--([a-z][a-z-]*)", lambda option: option[1].replace("-", "_"), text)
+    """A message of davar-sim with its options as arguments of Python: --window-max -> window_max, --rate -> rate_hz."""
+    return re.sub(r"--([a-z][a-z-]*)", lambda option: "rate_hz" if option[1] == "rate" else option[1].replace("-", "_"), text)
 
 
 class Run:

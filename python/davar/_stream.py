@@ -12,6 +12,7 @@ from ._types import Array, Floats, Pair, Taus
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
 FLAGS = ("unstable", "alarm")
+SCALES = (1e-40, 1e20)  # of rates that the library takes
 BITS = 24  # of a count, unless bits says otherwise
 
 
@@ -152,7 +153,10 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, s
     if there.size < max(run.needed, 1):
         raise ValueError(f"x: too short: {there.size} samples, one epoch needs at least {run.needed}")
     taken = admitted(run, values, there, counted)
-    run.start(clock.rate_hz, taken.min(), taken.max())
+    low, high = float(taken.min()), float(taken.max())
+    if "lsb" not in given and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
+        raise ValueError(f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found {low:g} to {high:g}")
+    run.start(clock.rate_hz, low, high)
     feed = Feed(run, clock.rate_hz, int(given.get("stride", 1)))
     feed.push(taken, there, len(values))
     feed.finish()

@@ -47,7 +47,9 @@ class Arguments(unittest.TestCase):
                       {"cut_interval": -1}, {"block": -1}, {"window_max": -600}):
             self.refused(next(iter(named)), davar.dynamic, X, 1.0, **named)
         self.refused("policy glr", davar.dynamic, X, 1.0, policy="glr", block=2)
-        self.refused("x", davar.dynamic, X[:100], 1.0)
+        for x in (X[:100], X * 1e300, X * 1e20, X * 1e-300):
+            self.refused("x", davar.dynamic, x, 1.0)
+        self.refused("rate_hz", davar.dynamic, X, 1e60)
 
     def test_streams(self):
         self.refused("lsb or full_scale", davar.Stream, 1.0)

@@ -261,8 +261,7 @@ def package():
     maker = set_up("build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt", "package-python.log")
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
-    dist, python = BUILD / "dist", f"{folder.name}/python/bin/python"
-    shutil.rmtree(dist, ignore_errors=True)
+    dist, python = Path(folder.name, "dist"), f"{folder.name}/python/bin/python"
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check"]
     for log, command in {"make": [maker, "-m", "build", "--outdir", str(dist), "."], "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
                          "beside": [*pip, "--no-deps", "-r", "tools/requirements-bench.txt"]}.items():
