@@ -2,7 +2,7 @@
 """Simulated gyros of two batches, for docs/FLEET.md and the tests: noise that differs from unit to unit, and in batch B a coefficient of temperature so
 small that no recording of 30 minutes shows it beyond doubt.
 
-    tools/davarlab ...'s Python: build/venv-lab/bin/python data/make_fleet.py OUT/ [--units 500] [--effect 0.00035]
+    build/venv-lab/bin/python data/make_fleet.py OUT/ [--units 500] [--effect 0.0005]
 """
 
 import argparse

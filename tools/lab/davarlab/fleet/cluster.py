@@ -82,6 +82,6 @@ def results(found, work):
             done = future.result()
         else:
             why = future.exception()
-            done = {"rows": [{"failed": f"its worker died ({type(why).__name__})"}], "seconds": 0.0, "again": True}
+            done = {"rows": [{"failed": f"its worker died ({type(why).__name__})"}], "seconds": 0.0, "cpu_s": 0.0, "again": True}
         yield futures.pop(future), done
         future.release()

@@ -54,9 +54,9 @@ def undone(work, kept, version, progress):
 
 
 def advance(options, todo, kept, version, progress):
-    """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s}."""
+    """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s, cpu_s, workers}."""
     markers, begin, told = {job.address: marker for job, marker in todo}, time.monotonic(), time.monotonic()
-    count = {"recordings": 0, "failed": 0, "samples": 0, "wall_s": 0.0, "worker_s": 0.0, "workers": 0}
+    count = {"recordings": 0, "failed": 0, "samples": 0, "wall_s": 0.0, "worker_s": 0.0, "cpu_s": 0.0, "workers": 0}
     if not todo:
         return count
     with cluster.client(options.scheduler, min(options.workers, len(todo))) as client:
@@ -70,6 +70,7 @@ def advance(options, todo, kept, version, progress):
             count["recordings"], count["failed"] = count["recordings"] + 1, count["failed"] + bool(failed)
             count["samples"] += max(row.get("samples", 0) for row in done["rows"])
             count["worker_s"] += done["seconds"]
+            count["cpu_s"] += done["cpu_s"]
             count["wall_s"] = time.monotonic() - begin
             if failed:
                 progress(f"{job.address}: {failed[0]}")

@@ -40,8 +40,8 @@ def known_effects(paths):
 
 
 def measured(job):
-    """{"rows", "seconds", "again": is the failure one that may pass}. Raises nothing that a file could be the cause of."""
-    begin, again = time.perf_counter(), False
+    """{"rows", "seconds", "cpu_s" of this process, "again": is the failure one that may pass}. Raises nothing that a file could be the cause of."""
+    begin, spent, again = time.perf_counter(), time.process_time(), False
     try:
         known_effects(job.effects)
         with sources.fetched(job.address) as path:
@@ -57,7 +57,7 @@ def measured(job):
         rows, again = [{"failed": "not enough memory"}], True
     except Exception as why:  # one strange file must not end a night's work
         rows = [{"failed": f"internal error: {type(why).__name__}: {sources.said(why)}"}]
-    return {"rows": rows, "seconds": time.perf_counter() - begin, "again": again}
+    return {"rows": rows, "seconds": time.perf_counter() - begin, "cpu_s": time.process_time() - spent, "again": again}
 
 
 def rows_of(path, job):

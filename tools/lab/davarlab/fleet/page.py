@@ -128,12 +128,13 @@ def text(found, folder):
     out += [words.in_ascii(line) for line in hidden_sentences(found)]
     for one in (found["limits"] or {}).get("stated", []):
         out.append(f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of cases, the median unit in "
-                   + ("-" if one["median_unit"] is None else f"{100 * one['median_unit']:.2g} %") + f"; {one['caught_from']:.4g} fails in 95 %")
+                   + words.in_ascii(percent(one["median_unit"])) + f"; {one['caught_from']:.4g} fails in 95 %")
     out += [f"{one['coefficient']} goes with {one['against']}: {100 * one['slope']:+.3g} % a {'day' if one['against'] == 'date' else 'degree'}"
             for one in found["trends"] if one["found"]]
     now = found["done_now"]
     if now["recordings"]:
-        out.append(f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} workers: "
-                   f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} a second a worker, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} a second")
+        out.append(f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} worker{'s' * (now['workers'] != 1)}: "
+                   f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} a second a worker, {now['recordings'] / max(now['cpu_s'], 1e-9):.2g} a second of "
+                   f"processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} a second in all")
     out.append(f"{folder}/fleet.parquet, {folder}/fleet.html")
     return "\n".join(out)
