@@ -27,13 +27,13 @@ MAY_INCLUDE = {
     "firmware": ("lib/include", "port/include", "port/node", "port/job", "port/bare_metal"),
     "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
     "host_sim": ("lib/include", "port/include", "port/node", "port/job"),
+    "examples/": ("lib/include",),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
     "tests/tracking": ("lib/include", "lib/src", "port/bare_metal", "tests/support"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/lab": ("lib/include",),
-    "examples/": ("lib/include",),
 }
 LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
                       "string.h"}
