@@ -19,6 +19,7 @@ INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/lin
                 "tests/support")
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
+    "examples/": ("lib/include",),
     "lib/include": (),
     "lib/src": ("lib/include", "lib/src"),
     "port/include": ("lib/include",),
@@ -27,7 +28,6 @@ MAY_INCLUDE = {
     "firmware": ("lib/include", "port/include", "port/node", "port/job", "port/bare_metal"),
     "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
     "host_sim": ("lib/include", "port/include", "port/node", "port/job"),
-    "examples/": ("lib/include",),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
     "tests/tracking": ("lib/include", "lib/src", "port/bare_metal", "tests/support"),
     "tests/target": ("lib/include", "port/bare_metal"),
