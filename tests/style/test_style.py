@@ -19,6 +19,7 @@ INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/lin
                 "tests/support")
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
+    "examples/": ("lib/include",),
     "lib/include": (),
     "lib/src": ("lib/include", "lib/src"),
     "port/include": ("lib/include",),
@@ -34,7 +35,6 @@ MAY_INCLUDE = {
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/": ("lib/include",),
     "python": ("lib/include", "host_sim"),
-    "examples/": ("lib/include",),
 }
 LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
                       "string.h"}
