@@ -32,6 +32,7 @@ MAY_INCLUDE = {
     "tests/tracking": ("lib/include", "lib/src", "port/bare_metal", "tests/support"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
+    "tests/fuzz": ("lib/include", "gateway", "tests/support"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/": ("lib/include",),
     "python": ("lib/include", "host_sim"),

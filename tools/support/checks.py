@@ -307,6 +307,24 @@ def board():
     return [wire_python()], {"DAVAR_KERNEL": linux(), **simulator("release")[1]}
 
 
+# Target of tests/fuzz: runs, and the longest input. Runs and not seconds: what is tried does not depend on the machine.
+FUZZ = {"stream": (600, 400), "state": (4000, 64), "codec": (400_000, 128), "source": (20_000, 9000)}
+
+
+def fuzz(name):
+    """One target: its corpus, then a bounded number of runs from a seed. A failure leaves its input in build/log."""
+    runs, longest = FUZZ[name]
+    target, corpus = program(f"tests/fuzz/fuzz_{name}", "fuzz"), ROOT / f"tests/fuzz/corpus/{name}"
+    found = BUILD / f"fuzz/found-{name}"  # what the fuzzer keeps goes here, not into the tree
+    shutil.rmtree(found, ignore_errors=True)
+    found.mkdir()
+    crash = LOGS / f"fuzz-{name}-"
+    status, output = run([target, "-seed=1", f"-runs={runs}", f"-max_len={longest}", f"-artifact_prefix={crash}",
+                          "-timeout=0", str(found), str(corpus)], f"fuzz-{name}.log")
+    done = re.search(r"^Done (\d+) runs", output, re.MULTILINE)
+    return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
+
+
 PARTS = {
     "debug": ("unit, property and published tests, assertions on", [partial(ctest, "debug")]),
     "release": ("the same and the long ones, as shipped", [partial(ctest, "release")]),
@@ -326,6 +344,7 @@ PARTS = {
     "package": ("the Python package as pip installs it, outside of the checkout", suite("package", setting=package)),
     "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
+    "fuzz": ("libFuzzer targets of tests/fuzz, a bounded number of runs each", [partial(fuzz, name) for name in FUZZ]),
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
     "packages": ("every package of tools/release with the tool of its ecosystem", suite("packages", setting=packages)),
     "style": ("the house rules: includes, no heap, function length, one version", suite("style")),

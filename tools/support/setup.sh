@@ -44,6 +44,7 @@ have() {
     picolibc-riscv64-unknown-elf) riscv64-unknown-elf-gcc --specs=picolibc.specs -E -x c /dev/null >/dev/null 2>&1 ;;
     qemu-system-misc) command -v qemu-system-riscv32 >/dev/null ;;
     dpkg-dev) command -v dpkg-shlibdeps >/dev/null ;;
+    libclang-rt-14-dev) compgen -G "/usr/lib/llvm-14/lib/clang/14*/lib/linux/libclang_rt.fuzzer-*.a" >/dev/null ;;
     ca-certificates) [[ -e /etc/ssl/certs/ca-certificates.crt ]] ;;
     *) command -v "$1" >/dev/null ;;
     esac

@@ -1,0 +1,38 @@
+/* davar tests - what the fuzz targets share: bytes taken one after the other, and a check that stops the fuzzer. */
+#ifndef DAVAR_TESTS_FUZZING_H
+#define DAVAR_TESTS_FUZZING_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+/* Called by libFuzzer with every input. */
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+#define REQUIRE(condition)                                                                                             \
+    do {                                                                                                               \
+        if (!(condition)) {                                                                                            \
+            fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition);                                    \
+            abort();                                                                                                   \
+        }                                                                                                              \
+    } while (0)
+
+typedef struct {
+    const uint8_t *next;
+    const uint8_t *end;
+} bytes_t;
+
+/* The next byte; 0 behind the last. */
+static inline uint8_t byte(bytes_t *bytes)
+{
+    return (bytes->next < bytes->end) ? *bytes->next++ : 0U;
+}
+
+/* A number of low .. high (at most 256 apart) from the next byte. */
+static inline uint32_t between(bytes_t *bytes, uint32_t low, uint32_t high)
+{
+    return low + ((uint32_t)byte(bytes) % (high - low + 1U));
+}
+
+#endif
