@@ -1,6 +1,6 @@
 /* davar tests - the median time step of the simulator against sorting. */
-#include "recording/median.h"
 #include "random.h"
+#include "recording/median.h"
 #include "unity.h"
 
 #include <math.h>
