@@ -4,9 +4,9 @@
 #include "number/scaled.h"
 #include "track/glr.h"
 
-#define OF_ALARM 78643 /* 1.2, 16 digits: c of the thresholds (10.6) */
-#define OF_CUT 117965  /* 1.8 */
-#define OF_CLUSTERS 65536 /* 1; fitted with the degrees below */
+#define OF_ALARM 78643          /* 1.2, 16 digits: c of the thresholds (10.6) */
+#define OF_CUT 117965           /* 1.8 */
+#define OF_CLUSTERS 65536       /* 1; fitted with the degrees below */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
 #define MARGIN 65536            /* 1, 16 digits: a threshold stays so far above ln of the longest part */
 
