@@ -9,14 +9,14 @@
 #include <math.h>
 #include <stdio.h>
 
-#define RATE_HZ 100U
+#define RATE_HZ 100.0
 #define SIGMA 20.0
 #define TAUS 9U
-#define STRETCH (60U * RATE_HZ) /* samples between two steps */
+#define STRETCH UINT64_C(6000) /* samples between two steps */
 #define BINS 6U
 
 static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U};
-static const uint32_t until[BINS] = {50U, 100U, 200U, 500U, 1500U, STRETCH}; /* samples since the step */
+static const uint32_t until[BINS] = {50U, 100U, 200U, 500U, 1500U, 6000U}; /* samples since the step */
 
 /* Results at such a time since the step, whose window was cut behind it (within three blocks); for steps of x1, all. */
 typedef struct {
@@ -85,7 +85,7 @@ static double percent(uint32_t part, uint32_t all)
 static void run(double ratio, uint32_t steps, bin_t bins[BINS])
 {
     random_t random = random_seeded(11U);
-    for (uint64_t i = 0U; i < ((uint64_t)steps * STRETCH); i++) {
+    for (uint64_t i = 0U; i < (steps * STRETCH); i++) {
         const int16_t sample = (int16_t)lround(sigma_at(i, ratio) * random_gauss(&random));
         (void)davar_push_q15(&davar, &sample, 1U);
         if (davar_take(&davar, &result) && (result.epoch >= STRETCH)) {

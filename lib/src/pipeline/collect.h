@@ -206,10 +206,10 @@ static void evaluate_change(const davar_config_t *config, const readings_t *read
     change->older = (double)NAN;
     change->newer = (double)NAN;
     change->gain = (double)NAN;
-    if (readings->changed != 0U) {
+    if (DAVAR_TRACKING && (readings->changed != 0U)) {
         change->older = level_of(config, &readings->older, readings->changed, unit_per_count);
         change->newer = level_of(config, &readings->newer, readings->changed, unit_per_count);
-        change->gain = (double)readings->gain / (double)(1U << GAIN_DIGITS);
+        change->gain = davar_scale(davar_double_of_u64((uint32_t)readings->gain), 1.0 / (double)(1U << GAIN_DIGITS));
     }
 }
 
