@@ -11,7 +11,7 @@ import termios
 import unittest
 from pathlib import Path
 
-from sim_case import PROGRAM, SMALL_WINDOW, SimCase, as_text, noise_rows
+from sim_case import PROGRAM, SMALL_WINDOW, SimCase
 
 FAULTS = Path(__file__).parent / "faults.c"
 SANITIZED = b"__asan_init" in Path(PROGRAM).read_bytes()

@@ -1,6 +1,5 @@
 """Data-ready edges and the alarm on a simulated chip of a real kernel (gpio-sim)."""
 
-import os
 import signal
 import subprocess
 import time

@@ -9,7 +9,7 @@ import unittest
 import zipfile
 from pathlib import Path
 
-from package_case import RELEASE, ROOT, PackageCase, package, run
+from package_case import RELEASE, ROOT, PackageCase, run
 
 sys.path.insert(0, str(ROOT / "tools/support"))
 import release

@@ -1,4 +1,4 @@
-"""The picture of tools/demo: rate, window length, ARW with its interval and the truth, DAVAR surface."""
+"""The picture of tools/demo: rate, window length, ARW with its interval and the truth, what a control loop sees, DAVAR surface."""
 
 import matplotlib
 
@@ -45,19 +45,38 @@ def draw_window(axes, time, rows):
     axes.legend(loc="lower right", frameon=True)
 
 
+def draw_truth(axes, stop, truth):
+    if truth:
+        starts, values = zip(*truth)
+        axes.step([*starts, stop], [*values, values[-1]], where="post", color="black", linestyle="--", linewidth=1, label="truth (simulated)")
+
+
+def top_of(high, truth):
+    top = np.nanpercentile(high, 99.5) if np.isfinite(high).any() else 1
+    return 1.35 * max([top, *(value for _, value in truth)])
+
+
 def draw_arw(axes, time, rows, truth):
     low, high = column_of(rows, "arw_low_deg_per_sqrt_h"), column_of(rows, "arw_high_deg_per_sqrt_h")
     axes.fill_between(time, low, high, color="tab:blue", alpha=0.3, linewidth=0, label="95 % interval")
     axes.plot(time, column_of(rows, "arw_deg_per_sqrt_h"), color="tab:blue", linewidth=1, label="ARW")
-    top = np.nanpercentile(high, 99.5) if np.isfinite(high).any() else 1
-    if truth:
-        starts, values = zip(*truth)
-        axes.step([*starts, time[-1]], [*values, values[-1]], where="post", color="black", linestyle="--",
-                  linewidth=1, label="truth (simulated)")
-        top = max(top, *values)
-    axes.set_ylim(0, 1.35 * top)
+    draw_truth(axes, time[-1], truth)
+    axes.set_ylim(0, top_of(high, truth))
     axes.set_ylabel("ARW\n[deg/$\\sqrt{h}$]")
     axes.legend(loc="upper right", ncols=3, frameon=True)
+
+
+def draw_laws(axes, laws, truth):
+    """Trailing windows: each value of what was there by then. laws: the results of the paper's law and of the likelihood ratio."""
+    paper, glr = laws
+    for rows, name, colour in ((paper, "paper's law", "tab:gray"), (glr, "glr", "tab:orange")):
+        axes.plot(column_of(rows, "time_s"), column_of(rows, "arw_deg_per_sqrt_h"), color=colour, linewidth=1, label=name)
+    alarms = column_of(glr, "time_s")[column_of(glr, "alarm") > 0]
+    axes.plot(alarms, np.zeros(len(alarms)), "^", color="tab:red", clip_on=False, label="alarm of glr")
+    draw_truth(axes, column_of(glr, "time_s")[-1], truth)
+    axes.set_ylim(0, top_of(column_of(glr, "arw_deg_per_sqrt_h"), truth))
+    axes.set_ylabel("ARW, trailing\n[deg/$\\sqrt{h}$]")
+    axes.legend(loc="upper right", ncols=4, frameon=True)
 
 
 def edges(values):
@@ -83,21 +102,24 @@ def draw_surface(figure, axes, colour_axes, time, rows, period_s):
     bar.ax.minorticks_off()
 
 
-def draw(path, name, notes, points, column, rows, truth):
+def draw(path, name, notes, points, column, rows, truth, laws):
     time = column_of(rows, "time_s")
     epochs = column_of(rows, "epoch")
     period_s = np.median(np.diff(time) / np.diff(epochs)) if len(rows) > 1 else 1.0
-    figure, axes = plt.subplots(4, 2, figsize=(10, 10), sharex="col", constrained_layout=True,
-                                gridspec_kw={"width_ratios": [1, 0.02], "height_ratios": [1, 0.7, 1.3, 1.3]})
-    for spare in axes[:3, 1]:
+    heights = [1, 0.7, 1.3, *([1.3] if len(laws) == 2 and all(laws) else []), 1.3]
+    figure, axes = plt.subplots(len(heights), 2, figsize=(10, 1.9 * sum(heights)), sharex="col", constrained_layout=True,
+                                gridspec_kw={"width_ratios": [1, 0.02], "height_ratios": heights})
+    for spare in axes[:-1, 1]:
         spare.set_axis_off()
     left = axes[:, 0]
     draw_rate(left[0], points, column)
     draw_window(left[1], time, rows)
     draw_arw(left[2], time, rows, truth)
-    draw_surface(figure, left[3], axes[3, 1], time, rows, period_s)
-    left[3].set_xlabel("time [s]")
+    if len(heights) > 4:
+        draw_laws(left[3], laws, truth)
+    draw_surface(figure, left[-1], axes[-1, 1], time, rows, period_s)
+    left[-1].set_xlabel("time [s]")
     left[0].set_xlim(time[0], time[-1])
     simulated = "SIMULATED" in notes.get("description", "")
     left[0].set_title(f"{name}{' (simulated)' if simulated else ''}: dynamic Allan variance by davar")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=95)

@@ -92,14 +92,14 @@ def main():
     if sys.argv[1] == "stride":
         print(stride_for(sys.argv[2]))
         return
-    recording, results, picture = sys.argv[2:5]
+    recording, results, picture, *laws = sys.argv[2:]
     notes, rows = read_notes(recording), read_results(results)
     if not rows:
         sys.exit(f"demo: {recording}: too short for a result")
     print_digest(rows, notes, recording)
     import demo_picture  # heavy; not needed for the stride
     points, column = read_rate(recording, rows[0].get("channel", ""))
-    demo_picture.draw(picture, Path(recording).name, notes, points, column, rows, read_truth(notes))
+    demo_picture.draw(picture, Path(recording).name, notes, points, column, rows, read_truth(notes), [read_results(law) for law in laws])
     print(f"stream:  {results}\npicture: {picture}")
 
 
