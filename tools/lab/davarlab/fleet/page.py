@@ -26,19 +26,12 @@ def template():
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
     environment.globals.update(chance=words.chance, rows_max=ROWS_MAX)
-    environment.filters.update(breakable=pages.breakable, number=words.number, name=words.name, percent=percent, coefficient=coefficient)
+    environment.filters.update(breakable=pages.breakable, number=words.number, name=words.name, percent=percent, coefficient=pictures.coefficient)
     return environment.get_template("page.html")
 
 
 def percent(share, digits=2):
     return "–" if share is None else "below 0.0001 %" if 0 < share < LEAST_SHOWN else f"{100 * share:.{digits}g} %"
-
-
-def coefficient(name):
-    """kind.parameter as people read it: a size of a gyro's effect by its unit."""
-    kind, _, parameter = name.partition(".")
-    size = table.TABLE[kind].size if kind in table.TABLE else None
-    return f"{words.name(kind)} [{size.unit}]" if size and size.name == parameter else f"{words.name(kind)} {parameter.replace('_', ' ')}"
 
 
 def command_of(typed):
@@ -69,7 +62,7 @@ def verdict(found):
         said.append(f"{judged['pass']} of {found['rows']} pass the limits, {judged['fail']} fail"
                     + (f", {judged['no result']} without result." if judged["no result"] else "."))
     if found["failed"]:
-        said.append(f"{len(found['failed'])} recordings could not be used.")
+        said.append(f"{len(found['failed'])} recording{'s' if len(found['failed']) > 1 else ''} could not be used.")
     bad = judged and judged["fail"]
     return ("bad" if bad or found["failed"] else "missing" if said and any(one["named"] for one in found["hidden"]) else "good",
             " ".join(said) or "Nothing stands out beyond chance.")

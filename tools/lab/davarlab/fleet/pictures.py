@@ -4,7 +4,8 @@ from datetime import datetime, timezone
 
 import numpy as np
 
-from ..report import pictures
+from ..effects import table
+from ..report import pictures, words
 from ..report.plot import plt
 from . import population
 
@@ -13,9 +14,11 @@ BATCHES_MAX = len(COLOURS)
 KINDS_MAX = 12
 
 
-def label(coefficient):
-    """On two lines beside an axis."""
-    return coefficient.replace(".", "\n").replace("_", " ")
+def coefficient(name):
+    """kind.parameter as people read it: a size of a gyro's effect by its unit."""
+    kind, _, parameter = name.partition(".")
+    size = table.TABLE[kind].size if kind in table.TABLE else None
+    return f"{words.name(kind)} [{size.unit}]" if size and size.name == parameter else f"{words.name(kind)} {parameter.replace('_', ' ')}"
 
 
 def framed(rows, height):
@@ -49,7 +52,7 @@ def distributions(rows, names, limits):
                 one.hist(own, edges, histtype="step", color=colour, linewidth=1.2)
             for mark in marks:
                 one.axvline(mark, color="k", linestyle="--", linewidth=1)
-            one.set(xlabel=name.replace(".", ": ").replace("_", " "), ylabel="units")
+            one.set(xlabel=coefficient(name), ylabel="units")
             one.grid(axis="y", alpha=0.3)
         axes[0, 0].legend(fontsize="small")
         return pictures.svg(figure)
@@ -94,7 +97,7 @@ def over(rows, names, key):
                 have, values = population.estimates(part, name)
                 x = [datetime.fromtimestamp(row[key], timezone.utc) for row in have] if key == "start_s" else [row[key] for row in have]
                 one.plot(x, values[:, 0], ".", markersize=4, alpha=0.6, color=colour, label=batch)
-            one.set_ylabel(label(name), fontsize="small")
+            one.set_ylabel(coefficient(name).replace(" [", "\n["), fontsize="small")
             one.grid(alpha=0.3)
         axes[-1, 0].set_xlabel("date of the recording" if key == "start_s" else "mean temperature [degC]")
         axes[0, 0].legend(fontsize="small")
