@@ -90,14 +90,14 @@ typedef struct {
     double cut_interval_s;        /* glr: between windows cut in vain; default 300 */
     uint32_t block;               /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */
     uint32_t shock_blocks;        /* glr: blocks that a shock may last, which are left out as a gap, 0..2; default 2 */
-    uint32_t
-        long_cluster; /* glr: a second channel sees changes of clusters of so many samples: 4 block times 1, 2, 3 ..,
-                                     up to 512. Default 0: none, and no memory for it */
+    /* glr: a second channel sees changes of clusters of so many samples: 4 block times 1, 2, 3 .., up to 512. Default 0: none, and
+     * no memory for it. */
+    uint32_t long_cluster;
     const uint32_t *taus; /* cluster sizes m in samples, strictly ascending; tau = m / rate_hz */
     uint8_t tau_count;    /* 1..DAVAR_TAUS_MAX */
-    uint16_t
-        gaps_max; /* gaps a window can remember; one more restarts it (counted). glr: shocks too, for window_max samples;
-                                 one more is joined. Default 4 */
+    /* Gaps that a window can remember; one more restarts it (counted). glr: shocks too, for window_max samples; one more is joined.
+     * Default 4. */
+    uint16_t gaps_max;
     bool mirrored_end; /* keep what davar_flush needs; only a grid pays for it: window_max - 2 m_max samples */
 } davar_config_t;
 
@@ -161,9 +161,9 @@ typedef struct {
     uint32_t cut_age_samples; /* glr: at least so many samples of one noise; 0 for other policies */
     davar_change_t change;    /* glr: the newest one; m is 0 for other policies */
     bool unstable; /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
-    bool
-        young; /* glr: the window was cut less than nine blocks ago, or is to be: the estimate leans to what made the cut, or
-                      holds older noise still. Its intervals are wider, and hold less often (10.14) */
+    /* glr: the window was cut less than nine blocks ago, or is to be: the estimate leans to what made the cut, or holds older noise
+     * still. Its intervals are wider, and hold less often (10.14). */
+    bool young;
     bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
     double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
