@@ -77,7 +77,7 @@ static void write_rows(const davar_plan_t *plan)
             (void)printf("%s%" PRId32, (t > 0) ? ", " : "", plan->functional[k][t]);
         }
         (void)printf("},\n");
-        char name[16];
+        char name[24];
         (void)snprintf(name, sizeof name, "variance[%d]", k);
         write_floats(name, plan->variance[k], plan->count);
     }
