@@ -157,7 +157,7 @@ def tool(*command, log=None):
 
 
 def sources(*suffixes):
-    folders = ("lib", "port", "host_sim", "gateway", "python", "tests")
+    folders = ("lib", "port", "host_sim", "gateway", "examples", "python", "tests")
     return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*")
                   if path.suffix in suffixes)
 
@@ -346,6 +346,7 @@ PARTS = {
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "fuzz": ("libFuzzer targets of tests/fuzz, a bounded number of runs each", [partial(fuzz, name) for name in FUZZ]),
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
+    "examples": ("the examples that run on this machine", suite("examples")),
     "packages": ("every package of tools/release with the tool of its ecosystem", suite("packages", setting=packages)),
     "style": ("the house rules: includes, no heap, function length, one version", suite("style")),
     "format": ("clang-format", [partial(tool, "clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))]),

@@ -18,7 +18,7 @@ async function refresh() {
   now.all = await ask("all");
   live(now.all).catch(() => {});
   at("landing").hidden = Boolean(now.all.recording);
-  at("bench").hidden = !now.all.recording;
+  at("bench").hidden = !now.all.recording || !now.view; // nothing of a recording that was closed
   at("close").hidden = !now.all.recording;
   at("axis-label").hidden = !now.all.recording;
   if (!now.all.recording) for (const id of [...OF_A_STEP, "undo", "redo"]) at(id).disabled = true;
@@ -36,6 +36,7 @@ async function refresh() {
   const next = await ask("step", { number: now.all.current });
   if (turn !== now.turn) return;
   now.view = next;
+  at("bench").hidden = false;
   now.found = null;
   await show(turn);
 }
