@@ -37,7 +37,7 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: Taus = "octave", 
     lsb: unit of x per count.
 
     Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 or less of the largest distance from
-    their mean (records above 10^7 samples: as many bits as 128 of the sum leave). Raises ValueError that names the argument.
+    their mean (where N m^2 is above 2^64 for the largest size m, 10^7 samples with "octave": to as many bits as 128 of the sum leave). Raises ValueError that names the argument.
     """
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
@@ -46,8 +46,12 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: Taus = "octave", 
         raise ValueError(f"x: {SHORTEST} to {LONGEST} samples expected, found {there.size}")
     sizes = cluster_sizes(taus, there.size)
     values = there.of(values)
-    centre, unit = (float(values.mean()), 1.0) if lsb is None else (0.0, _samples.positive("lsb", lsb))
+    with np.errstate(over="ignore"):
+        mean = float(values.mean())
+    centre, unit = (mean, 1.0) if lsb is None else (0.0, _samples.positive("lsb", lsb))
     largest, most = max(values.max() - centre, centre - values.min()), room(there.size, int(sizes[-1]))
+    if not np.isfinite(largest) or 0 < largest < 1e-290:
+        raise ValueError("x: too large or too small for a double's range; take another unit")
     step = finest(largest, min(2.0 ** (COUNT_BITS - 1), most)) if lsb is None else 1.0 if counted else unit
     if largest / step > most:
         raise ValueError("x: counts too large for exact sums; make x float and leave lsb out")
@@ -72,7 +76,7 @@ def cluster_sizes(taus: Taus, count: int) -> npt.NDArray[np.uint32]:
     if isinstance(taus, str):
         word, _, number = taus.partition(":")
         wanted = {"octave": "0", "geometric": number or "12"}.get(word, "")
-        if not wanted.isdigit() or int(wanted) > TAUS_MAX or (word == "octave" and number) or (word == "geometric" and int(wanted) < 1):
+        if not (wanted.isascii() and wanted.isdigit()) or int(wanted) > TAUS_MAX or (word == "octave" and number) or (word == "geometric" and int(wanted) < 1):
             raise ValueError(f"taus: 'octave', 'geometric:K' with K from 1 to {TAUS_MAX}, or cluster sizes expected, found {taus!r}")
         return taus_of(count, int(wanted))
     found = [_samples.whole("taus", one) for one in np.atleast_1d(np.asarray(taus)).ravel().tolist()]

@@ -1,5 +1,6 @@
 """davarlab fleet from outside: the table against fit and diagnose, a second run, a killed one, HTTP and S3, limits, and what a population shows."""
 
+import contextlib
 import json
 import os
 import re
@@ -147,13 +148,20 @@ class Population(Made):
         self.assertEqual(json.loads((self.out / "fleet.json").read_text())["rows"], UNITS)
 
 
+def ended(group):
+    """Nothing of a run is left."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, signal.SIGKILL)
+
+
 class Interrupted(Made):
     def setUp(self):
         self.addCleanup(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler))  # whoever started the tests may ignore it
 
     def start(self, folder, out):
-        started = subprocess.Popen(command(folder / "*", "-m", self.model, "-o", out, "--chance", 0), env=ENVIRONMENT, stdout=subprocess.DEVNULL,
+        started = subprocess.Popen(command(folder / "*", "-m", self.model, "-o", out, "--chance", 0, "--workers", 1), env=ENVIRONMENT, stdout=subprocess.DEVNULL,
                                    stderr=subprocess.PIPE, text=True, start_new_session=True)
+        self.addCleanup(ended, started.pid)
         while len(list((out / "units").glob("*.json") if out.exists() else [])) < 2:
             self.assertIsNone(started.poll(), "it ended by itself")
             time.sleep(0.01)

@@ -35,9 +35,15 @@ class Arguments(unittest.TestCase):
                 self.refused("time_s", call, X, time_s=stamps)
             self.refused("gap", call, X, time_s=time_s, gap=1)
 
+    def test_numbers_at_the_ends_of_a_double(self):
+        for scale in (5e307, 1e-300, 5e-324):
+            self.refused("x", davar.adev, X * scale, 1.0)
+        for scale in (1e-200, 1e200):
+            self.assertAlmostEqual(davar.adev(X * scale, 1.0).adev[0] / scale / davar.adev(X, 1.0).adev[0], 1, delta=1e-6)
+
     def test_cluster_sizes(self):
         for call in (davar.adev, davar.dynamic):
-            for taus in ([], [0, 1], [2, 1], [1, 1], [0.5], list(range(1, 34)), [1, 1001], "all", "geometric:0", "geometric:99", "octave:3", [-1]):
+            for taus in ([], [0, 1], [2, 1], [1, 1], [0.5], list(range(1, 34)), [1, 1001], "all", "geometric:0", "geometric:99", "octave:3", "geometric:\u00b2", [-1]):
                 self.refused("taus", call, X, 1.0, taus=taus)
 
     def test_options_of_the_window(self):

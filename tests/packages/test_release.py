@@ -8,6 +8,7 @@ import tarfile
 import unittest
 import zipfile
 from pathlib import Path
+from unittest import mock
 
 from package_case import RELEASE, ROOT, PackageCase, run
 
@@ -79,7 +80,18 @@ class Release(PackageCase):
         for line in (self.work / "again/SHA256SUMS").read_text().splitlines():
             self.assertEqual(wanted[line.split()[1]], line.split()[0], line.split()[1])
 
+    def test_a_tree_that_lies_in_another_repository_is_read_whole(self):
+        run("git", "init", "-q", self.work)
+        inner = self.work.resolve() / "davar"
+        inner.mkdir()
+        (inner / "a.c").write_text("int a;\n")
+        (self.work / ".gitignore").write_text("davar\n")
+        with mock.patch.object(release, "ROOT", inner):
+            self.assertEqual(release.tree(), ["a.c"])
+
     def test_what_is_refused(self):
+        for seconds in ("soon", "-1", "1"):
+            self.assertIn("SOURCE_DATE_EPOCH: ", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work / "new", status=2, SOURCE_DATE_EPOCH=seconds))
         self.assertIn("it is there already", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2))
         release.check_changes("# Changes\n\n## 1.2.3\n", "1.2.3", False)
         release.check_changes("# Changes\n\n## Unreleased (1.2)\n", "1.2.3", True)

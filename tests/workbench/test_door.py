@@ -9,7 +9,7 @@ import struct
 import unittest
 
 from playwright.sync_api import expect
-from visiting import Visiting, run
+from visiting import FIRST, Visiting, run
 
 
 def log(path, names, rows=2000):
@@ -90,6 +90,10 @@ class Logs(Visiting):
         self.assertEqual((len(seen["steps"]), seen["gyros"]), (1, ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"]))
         words = shlex.split(next(line for line in seen["commands"] if " import " in line))
         self.assertEqual(words[words.index("--sensor") + 1], "IMU:1")
+        (self.folder / "model.toml").write_text(FIRST.format(rate=200.0, column="gyro_y_dps"))
+        given = self.open("flight.bin", "-m", "model.toml")  # the model is looked at when the sensor is chosen
+        self.assertEqual(given.act("sensor", name="IMU:0")[1]["column"], "gyro_y_dps")
+        self.assertEqual(given.ask("all")[1]["steps"][0]["did"], "the model as given")
         refused = run("open", "--no-browser", self.folder / "flight.bin", "--sensor", "IMU:7")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("IMU:7", refused.stderr)

@@ -19,6 +19,7 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+FIRST_DAY = 315532800  # 1980-01-01, the first that a zip file can tell
 SOURCES = {"include": "lib/include", "src": "lib/src"}
 # Folder (or file) of the package -> of the tree. The manifests of packaging/NAME come on top, with licence and README.
 LAYOUTS = {
@@ -48,12 +49,17 @@ def check_changes(changes, number, draft):
         raise Refused(f"CHANGELOG.md: no section '## {number}'" + (f" and no '## {wanted[1]}'" if draft else " (--draft: 'Unreleased' will do)"))
 
 
+def git(*words):
+    """What git says. Raises OSError without git, CalledProcessError outside of a repository."""
+    return subprocess.run(["git", *words], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+
+
 def tree():
     """The files of the tree that are, or would be, committed; names relative to the root."""
     try:
-        done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True, text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        names = done.stdout.splitlines()
+        if Path(git("rev-parse", "--show-toplevel").strip()) != ROOT:
+            raise FileNotFoundError  # somebody else's repository
+        names = git("ls-files", "-z", "--cached", "--others", "--exclude-standard").split("\0")
     except (OSError, subprocess.CalledProcessError):  # an unpacked archive
         below = (path.relative_to(ROOT) for path in ROOT.rglob("*"))
         names = [str(path) for path in below if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts]
@@ -63,10 +69,14 @@ def tree():
 def moment():
     """Seconds since 1970 that stand in the archives: of the newest commit, so that the same commit gives the same bytes."""
     said = os.environ.get("SOURCE_DATE_EPOCH")
-    if not said:
-        done = subprocess.run(["git", "log", "-1", "--format=%ct"], cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        said = done.stdout.strip()
-    return int(said or 315532800)  # the first day that a zip file can tell
+    if said:
+        if not (said.isascii() and said.isdigit() and int(said) >= FIRST_DAY):
+            raise Refused(f"SOURCE_DATE_EPOCH: seconds from {FIRST_DAY} on expected, found {said!r}")
+        return int(said)
+    try:
+        return max(int(git("log", "-1", "--format=%ct")), FIRST_DAY)
+    except (OSError, subprocess.CalledProcessError):
+        return FIRST_DAY
 
 
 def fill(text, values):

@@ -81,7 +81,7 @@ class Log:
         self.rows[name] = message, places
 
     def read(self, name):
-        message, places = self.rows[name]
+        message, places = self.rows.pop(name)  # read once: 80 MB of places in a log of ten million messages
         sensor = next(sensor for sensor in self.sensors if sensor.name == name)
         clocks = [(field, unit) for field, unit in CLOCKS if field in message.form.columns]
         if not clocks:
@@ -89,6 +89,7 @@ class Log:
         field, unit = clocks[0]
         wanted = [field for quantity in FIELDS if quantity in sensor.gives for field in FIELDS[quantity]]
         found = message.columns(places, [field] + wanted)
+        del places
         stamps = found.pop(field).astype(np.int64) * unit
         columns = {}
         for quantity in FIELDS:

@@ -26,6 +26,7 @@ class Waiting:
     shown: dict
     guesses: list = field(default_factory=list)
     sensor: str | None = None
+    model: str | None = None  # a model file to look at, once the sensor is known
 
 
 class Visit:
@@ -76,7 +77,7 @@ class Visit:
         if steps.log is None and not sensor:
             gyros = desks.gyros_in(path)
             if gyros:
-                return self.ask_about(Waiting(Path(path), {"path": str(path), "sensors": [{"name": one.name, "said": one.said} for one in gyros]}))
+                return self.ask_about(Waiting(Path(path), {"path": str(path), "sensors": [{"name": one.name, "said": one.said} for one in gyros]}, model=model))
         if steps.log is None and not model:
             guesses, shown = desks.preview(path, sensor)
             if any(one.column != one.name or one.factor != 1 for one in guesses) or not {"gyro", "time"} <= {one.quantity for one in guesses}:
@@ -96,7 +97,7 @@ class Visit:
 
     def sensor(self, name):
         """One of the sensors of the log that waits."""
-        return self.open(str(self.waits().path), sensor=str(name))
+        return self.open(str(self.waits().path), self.log.model, str(name))
 
     def begin(self, path, steps, model=None):
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
