@@ -37,7 +37,8 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: Taus = "octave", 
     lsb: unit of x per count.
 
     Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 or less of the largest distance from
-    their mean (where N m^2 is above 2^64 for the largest size m, 10^7 samples with "octave": to as many bits as 128 of the sum leave). Raises ValueError that names the argument.
+    their mean (where N m^2 is above 2^64 for the largest size m, as from 10^7 samples on with "octave", to as many bits as 128 of the sum
+    leave). Raises ValueError that names the argument.
     """
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
@@ -76,7 +77,8 @@ def cluster_sizes(taus: Taus, count: int) -> npt.NDArray[np.uint32]:
     if isinstance(taus, str):
         word, _, number = taus.partition(":")
         wanted = {"octave": "0", "geometric": number or "12"}.get(word, "")
-        if not (wanted.isascii() and wanted.isdigit()) or int(wanted) > TAUS_MAX or (word == "octave" and number) or (word == "geometric" and int(wanted) < 1):
+        is_number = wanted.isascii() and wanted.isdigit()
+        if not is_number or int(wanted) > TAUS_MAX or (word == "octave" and number) or (word == "geometric" and int(wanted) < 1):
             raise ValueError(f"taus: 'octave', 'geometric:K' with K from 1 to {TAUS_MAX}, or cluster sizes expected, found {taus!r}")
         return taus_of(count, int(wanted))
     found = [_samples.whole("taus", one) for one in np.atleast_1d(np.asarray(taus)).ravel().tolist()]
