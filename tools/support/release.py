@@ -213,7 +213,11 @@ def main():
             raise Refused(f"--out {out}: it is there already")
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
-        packages = make(out.resolve(), number, not options.no_deb)
+        try:
+            packages = make(out.resolve(), number, not options.no_deb)
+        except BaseException:
+            shutil.rmtree(out, ignore_errors=True)  # half a release is none
+            raise
     except (Refused, OSError) as why:
         print(f"tools/release: {why}", file=sys.stderr)
         return 2
