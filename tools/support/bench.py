@@ -106,6 +106,13 @@ def show(figures):
     print(f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} million samples per second")
 
 
+def show_all(figures, python, targets):
+    show(figures)
+    if python:
+        show_python(python)
+    print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.table(targets, target_cost.COLUMNS))
+
+
 def main():
     parser = argparse.ArgumentParser(prog="tools/davar-bench")
     parser.add_argument("--json", action="store_true")
@@ -119,10 +126,7 @@ def main():
     if options.json:
         print(json.dumps({"host": figures, "python": python, "targets": targets}, indent=2))
     else:
-        show(figures)
-        if python:
-            show_python(python)
-        print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.table(targets))
+        show_all(figures, python, targets)
     return 0
 
 
