@@ -61,6 +61,7 @@ static void set_steps(davar_config_t *config, const options_t *options)
     config->grow = either(&options->grow, trailing ? 1U : config->grow);
     config->shrink = either(&options->shrink, config->shrink);
     config->stride = either(&options->stride, config->stride);
+    config->engine = options->engine;
 }
 
 static void set_bounds(davar_config_t *config, const options_t *options)
@@ -157,6 +158,7 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_STEP] = "--grow or --shrink",
         [DAVAR_ERR_SHRINK] = "--shrink",
         [DAVAR_ERR_STRIDE] = "--stride",
+        [DAVAR_ERR_ENGINE] = "--engine",
         [DAVAR_ERR_TRACKING] = "--policy glr",
         [DAVAR_ERR_TAU_COUNT] = "--taus",
         [DAVAR_ERR_TAU_ORDER] = "--taus",

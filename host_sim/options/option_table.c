@@ -148,6 +148,15 @@ static bool apply_stride(options_t *options, const char *text, sim_error_t *erro
     return apply_count("stride", text, &options->stride, error);
 }
 
+static bool apply_engine(options_t *options, const char *text, sim_error_t *error)
+{
+    static const char *const WORDS[] = {"grid", "edges"};
+    size_t choice = 0;
+    const bool good = value_choice("engine", text, WORDS, 2, &choice, error);
+    options->engine = (davar_engine_t)choice;
+    return good;
+}
+
 static bool apply_shock_blocks(options_t *options, const char *text, sim_error_t *error)
 {
     return apply_count("shock-blocks", text, &options->shock_blocks, error);
@@ -313,6 +322,7 @@ const option_entry_t OPTION_TABLE[] = {
     {"shrink", apply_shrink},
     {"taus", apply_taus},
     {"stride", apply_stride},
+    {"engine", apply_engine},
     {"out", apply_out},
     {"can-base", apply_can_base},
     {"can-content", apply_can_content},

@@ -68,6 +68,7 @@ typedef struct {
     optional_u32_t grow;
     optional_u32_t shrink;
     optional_u32_t stride;
+    davar_engine_t engine;
     optional_range_t kurtosis;
     optional_range_t contribution;
     taus_kind_t taus_kind;

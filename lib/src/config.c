@@ -115,6 +115,10 @@ static davar_status_t check_motion(const davar_config_t *config)
     if (!step_valid(config, config->grow) || !step_valid(config, config->shrink)) {
         return DAVAR_ERR_STEP;
     }
+    if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
+        (has_tracker(config) && (config->stride > 1U) && !has_grid(config))) {
+        return DAVAR_ERR_ENGINE;
+    }
     const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
     return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
 }
@@ -167,7 +171,8 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 
 static bool is_built(const davar_config_t *config)
 {
-    return (DAVAR_GRID || (config->stride <= 1U)) && (DAVAR_CENTRED || !centred(config)) &&
+    return (DAVAR_GRID || (config->stride <= 1U) || (config->engine == DAVAR_ENGINE_EDGES)) &&
+           (DAVAR_CENTRED || !centred(config)) &&
            (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U))) &&
            (DAVAR_TRACKING || (config->policy != DAVAR_POLICY_GLR));
 }

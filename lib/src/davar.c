@@ -206,7 +206,7 @@ bool davar_take(davar_t *davar, davar_result_t *result)
 DAVAR_RARE bool davar_flush(davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
-    const bool kept = (config->stride == 1U) || config->mirrored_end;
+    const bool kept = !has_grid(config) || config->mirrored_end;
     const davar_window_t *const window = &davar->window; /* `received` wraps long after `at_start` has become false */
     const bool begun = window->finished || !window->at_start || (window->received >= (config->window_max / 2U));
     if (!has_tracker(config) && (!is_centred(config) || !kept || !begun)) {

@@ -92,6 +92,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
                                config->grow,
                                config->shrink,
                                config->stride,
+                               (uint32_t)config->engine,
                                config->block,
                                config->shock_blocks,
                                config->long_cluster,

@@ -45,7 +45,7 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
                                  config->gaps_max,
                                  config->mirrored_end ? 1U : 0U,
                                  config->tau_count,
-                                 0U,
+                                 (uint64_t)config->engine,
                                  0U};
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
@@ -76,6 +76,7 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
                                    .grow = (uint32_t)words[16],
                                    .shrink = (uint32_t)words[17],
                                    .stride = (uint32_t)words[18],
+                                   .engine = (davar_engine_t)words[22],
                                    .gaps_max = (uint16_t)words[19],
                                    .mirrored_end = words[20] != 0U,
                                    .tau_count = (uint8_t)words[21],

@@ -52,6 +52,7 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
     config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
+    config.engine = (davar_engine_t)(DAVAR_ENGINE_EDGES + 1), refused(DAVAR_ERR_ENGINE);
     config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
     config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
     config.taus = unsorted, config.tau_count = 2U, refused(DAVAR_ERR_TAU_ORDER);
@@ -138,6 +139,24 @@ static size_t larger_of(size_t a, size_t b)
     return (a > b) ? a : b;
 }
 
+/* By edges a stride needs what every sample does, and its own samples. */
+static void test_the_memory_macros_hold_a_stride_by_edges(void)
+{
+    const uint32_t last = 1U << (TAUS - 1U);
+    config.engine = DAVAR_ENGINE_EDGES;
+    for (uint32_t stride = 2U; stride < 400U; stride++) {
+        config.stride = stride;
+        config.mode = ((stride % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        const uint32_t samples = config.window_max + stride - 1U;
+        const size_t q15 = DAVAR_MEMORY_Q15(samples, last, TAUS, config.gaps_max);
+        const size_t q31 = DAVAR_MEMORY_Q31(samples, last, TAUS, config.gaps_max);
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q15(&config), q15);
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q31(&config), q31);
+        TEST_ASSERT_LESS_OR_EQUAL_size_t(davar_memory_size_q15(&config) + 16U, q15);
+        TEST_ASSERT_LESS_OR_EQUAL_size_t(davar_memory_size_q31(&config) + 16U, q31);
+    }
+}
+
 /* Any residues of both windows and the segment, both modes, with and without an adaptive window. */
 static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
 {
@@ -190,8 +209,9 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
 
 static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
 {
-    for (uint32_t stride = 1U; stride < 12U; stride++) {
-        config.stride = stride;
+    for (uint32_t stride = 1U; stride < 24U; stride++) {
+        config.stride = (stride % 12U) + 1U;
+        config.engine = (davar_engine_t)(stride / 12U);
         config.mirrored_end = true;
         const size_t bytes = davar_memory_size_q15(&config);
         memset(memory, 0xA5, sizeof memory);
@@ -212,6 +232,7 @@ int main(void)
     RUN_TEST(test_memory_never_shrinks_as_windows_grow);
     RUN_TEST(test_every_status_has_its_own_words);
     RUN_TEST(test_the_memory_macros_hold_what_init_asks_for);
+    RUN_TEST(test_the_memory_macros_hold_a_stride_by_edges);
     RUN_TEST(test_the_memory_macros_of_a_grid_hold_what_init_asks_for);
     RUN_TEST(test_the_memory_macro_of_a_grid_is_no_more_than_that);
     RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);

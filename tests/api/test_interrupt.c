@@ -111,7 +111,7 @@ static void interrupt_with_gaps(int signal_number)
 static void test_gaps_in_an_interrupt_tear_no_result(void)
 {
     static uint32_t many[3] = {1U, 2U, 8U};
-    static const uint32_t strides[2] = {1U, 5U};
+    static const uint32_t strides[3] = {1U, 5U, 5U};
     static davar_config_t config; /* the instance keeps it for the test behind this one */
     config = davar_default_config;
     config.rate_hz = 1000.0;
@@ -127,8 +127,9 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
     memset(&action, 0, sizeof action);
     action.sa_handler = interrupt_with_gaps;
     TEST_ASSERT_EQUAL(0, sigaction(SIGALRM, &action, NULL));
-    for (unsigned i = 0U; i < 2U; i++) {
+    for (unsigned i = 0U; i < 3U; i++) {
         config.stride = strides[i];
+        config.engine = (i == 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
         start_timer(50);
         for (uint32_t results = 0U; results < RESULTS;) {

@@ -56,6 +56,10 @@ static void test_a_restored_grid_goes_on_bit_for_bit(void)
     survives_anywhere();
     config.stride = 90U; /* beyond the window: gaps between windows */
     survives_anywhere();
+    config.engine = DAVAR_ENGINE_EDGES;
+    survives_anywhere();
+    config.stride = 7U;
+    survives_anywhere();
 }
 
 /* A waiting result of a grid lies in its records: it can be taken from the restored instance. */
@@ -137,6 +141,7 @@ static void test_an_image_of_another_configuration_is_foreign(void)
     memcpy(cells, image, sizeof cells), config.taus = other_taus, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.unit_per_count = 0.02, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.stride = 2U, foreign(Q15);
+    memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_EDGES, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.kurtosis_high = 3.4, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.mirrored_end = true, foreign(Q15);
     memcpy(cells, &image[SLOT], SLOT), memcpy(&cells[SLOT], image, SLOT), config.grow = 0U, foreign(Q15);

@@ -10,6 +10,7 @@ REFUSED = {
     "--window-min": ["0", "602", "401", "x", "18446744073709551617"],
     "--segment": ["0", "400", "500", "-1", "1.5"],
     "--stride": ["0", "16777217", "-1", "x", "4294967296"],
+    "--engine": ["", "grids", "0"],
     "--grow": ["1", "3", "600", "x"],
     "--shrink": ["1", "3", "600", "x"],
     "--kurtosis": ["3.3:2.5", "2.5", "2.5:", ":3.3", "-1:3", "nan:3", "2:inf", "a:b", "2.5:3.3:4", "2.5,3.3"],
@@ -64,6 +65,9 @@ class BadOption(SimCase):
         rows = self.results(path, "--window-max", "100", "--stride", "300")
         self.assertEqual(["299", "599"], [row["epoch"] for row in rows])
         self.assert_refused(self.sim(path, "--window-max", "100", "--stride", "701"), "at least 701")
+
+    def test_a_stride_of_policy_glr_is_not_served_by_edges(self):
+        self.assert_refused(self.sim(self.recording(count=700), "--policy", "glr", "--stride", "10", "--engine", "edges"), "--engine")
 
     def test_unknown_options(self):
         path = self.recording()

@@ -78,6 +78,13 @@ class Csv(SimCase):
         self.assertEqual(305, len(every))
         self.assertEqual(every[19::20], self.results(path, *options, "--stride", "20"))
 
+    def test_both_engines_of_a_stride_give_the_same_bytes(self):
+        path = self.recording(count=3000)
+        for options in ((), ("--mode", "trailing"), ("--policy", "fixed", "--out", "jsonl"), ("--arith", "float", "--full-scale", "2000")):
+            grid = self.sim(path, *LSB, *SMALL_WINDOW, *options, "--stride", "20")
+            edges = self.sim(path, *LSB, *SMALL_WINDOW, *options, "--stride", "20", "--engine", "edges")
+            self.assertEqual((0, grid.stdout), (edges.returncode, edges.stdout))
+
     def test_a_trailing_window_is_what_has_arrived_until_it_is_full(self):
         rows = self.results(self.recording(), *LSB, *SMALL_WINDOW, "--policy", "fixed", "--mode", "trailing")
         self.assertEqual(("39", "40"), (rows[0]["epoch"], rows[0]["window_samples"]))

@@ -83,8 +83,10 @@ int main(void)
 {
     static const char types[] = {'q', 'w', 'f'};
     davar_plan_init(&plan, taus, 4);
-    for (int all = 0; all < 30; all++) {
-        const int way = all % 10;
+    for (int all = 0; all < 42; all++) {
+        const int number = all % 14;
+        const bool by_edges = number >= 10;
+        const int way = by_edges ? (number - 6) : number; /* 4 to 7 once more */
         const bool tracked = way >= 8;
         davar_config_t config = davar_default_config;
         config.rate_hz = 100.0;
@@ -101,15 +103,18 @@ int main(void)
         }
         config.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         config.stride = ((way & 4) != 0) || (way == 9) ? 20 : 1;
+        config.engine = by_edges ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+        config.mirrored_end = true;
         config.taus = taus;
         config.tau_count = 4;
-        const char type = types[all / 10];
+        const char type = types[all / 14];
         const davar_status_t status = start(type, &config);
         sum = 0;
         if (status == DAVAR_OK) {
             push(type, &config);
         }
-        printf("%c%d %s %016llx\n", type, way, davar_status_text(status), (unsigned long long)sum);
+        printf("%c%d%s %s %016llx\n", type, way, by_edges ? "e" : "", davar_status_text(status),
+               (unsigned long long)sum);
     }
     return 0;
 }

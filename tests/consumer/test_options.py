@@ -8,8 +8,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
 FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
-# What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, grid 4; 8 and 9 are policy glr, 9 on a grid.
-NEEDS = {"ADAPTIVE": lambda way: int(way[1]) & 9, "TRACKING": lambda way: int(way[1]) & 8, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: int(way[1]) & 4 or way[1] == "9",
+# What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, stride 4; 8 and 9 are policy glr, 9 with a stride; e: by edges.
+NEEDS = {"ADAPTIVE": lambda way: int(way[1]) & 9, "TRACKING": lambda way: int(way[1]) & 8, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: (int(way[1]) & 4 or way[1] == "9") and not way.endswith("e"),
          "Q15": lambda way: way[0] == "q", "Q31": lambda way: way[0] in "wf"}
 LEAN = ("GRID", "ADAPTIVE", "CENTRED", "Q31")
 
@@ -36,6 +36,8 @@ class Options(unittest.TestCase):
         whole = ways()
         self.assertEqual({status for status, _ in whole.values()}, {"ok"})
         self.assertGreater(len({total for _, total in whole.values()}), 15)
+        for way in [way for way in whole if way.endswith("e")]:
+            self.assertEqual(whole[way[:-1]], whole[way], "edges and grid differ")
         for left_out in (("GRID",), ("ADAPTIVE",), ("TRACKING",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
             found = ways(*(f"-DDAVAR_{name}=0" for name in left_out))
             for way, (status, total) in found.items():

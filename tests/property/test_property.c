@@ -80,7 +80,9 @@ static void choose_config(random_t *random, trial_t *trial)
     config->kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
     config->stride = (random_next(random) % 2U) ? 1U : between(random, 1U, 20U);
     config->stride = ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
-    config->gaps_max = (uint16_t)((2U * config->window_max) + 2U); /* those of two windows, all there can be */
+    config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_EDGES;
+    /* Those of two windows, and of what lies between them: all there can be. */
+    config->gaps_max = (uint16_t)((2U * config->window_max) + config->stride + 2U);
     config->mirrored_end = true;
     trial->number = (number_t)(random_next(random) % NUMBER_COUNT);
     config->sample_bits = ((trial->number == NUMBER_Q31) && (random_next(random) % 2U)) ? 32U : 0U;
@@ -138,11 +140,12 @@ static const char *context(const trial_t *trial, const reference_epoch_t *epoch,
 {
     const davar_config_t *const c = &trial->config;
     snprintf(message, sizeof message,
-             "%s: seed %" PRIu64 " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K %u N %lld epoch %lld "
+             "%s: seed %" PRIu64
+             " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K %u engine %d N %lld epoch %lld "
              "[%lld, %lld)",
              what, trial->seed, (int)trial->number, (int)c->mode, (int)c->policy, c->window_min, c->window_max,
-             c->segment, c->grow, c->shrink, c->stride, (long long)trial->count, (long long)epoch->epoch,
-             (long long)epoch->tail, (long long)epoch->head);
+             c->segment, c->grow, c->shrink, c->stride, (int)c->engine, (long long)trial->count,
+             (long long)epoch->epoch, (long long)epoch->tail, (long long)epoch->head);
     return message;
 }
 

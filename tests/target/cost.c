@@ -14,7 +14,7 @@
 
 static const uint32_t octaves[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
 static int16_t samples[STRIDE * 16U];
-static uint64_t memory[1000];
+static uint64_t memory[1030]; /* a grid of 10 */
 static uint32_t glr_block = 10U;
 static davar_plan_t plan;
 static davar_config_t config;
@@ -36,6 +36,8 @@ static void make_samples(void)
     }
 }
 
+static davar_engine_t engine;
+
 static void start(davar_policy_t policy, uint32_t stride)
 {
     config = davar_default_config;
@@ -47,6 +49,7 @@ static void start(davar_policy_t policy, uint32_t stride)
     config.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;
     config.block = glr_block;
     config.stride = stride;
+    config.engine = engine;
     config.mode = DAVAR_MODE_TRAILING;
     config.taus = octaves;
     config.tau_count = TAUS;
@@ -184,6 +187,30 @@ static void measure_blocks(void)
         board_figure((glr_block == 10U) ? "glr_x100" : "glr_of_25_x100", (100U * spent) / (64U * STRIDE));
     }
     glr_block = 10U;
+}
+
+/* A result every few samples, fixed window: what serves it, pushed sample by sample and in blocks of a stride. */
+static void measure_engine(davar_engine_t by, uint32_t stride, const char *const names[4])
+{
+    engine = by;
+    start(DAVAR_POLICY_FIXED, stride);
+    feed(2U * WINDOW);
+    measure_single(names[0], names[1]);
+    board_figure(names[2], (100U * push_blocks(stride, 60U)) / (60U * stride));
+    board_figure(names[3], (uint32_t)(davar_memory_size_q15(&config) + sizeof davar));
+    engine = DAVAR_ENGINE_GRID;
+}
+
+static void measure_engines(void)
+{
+    static const char *const grid_of_10[] = {"grid10_x100", "grid10_worst", "grid10_blocks_x100", "grid10_ram"};
+    static const char *const edges_of_10[] = {"edges10_x100", "edges10_worst", "edges10_blocks_x100", "edges10_ram"};
+    static const char *const grid_of_60[] = {"grid60_x100", "grid60_worst", "grid60_blocks_x100", "grid60_ram"};
+    static const char *const edges_of_60[] = {"edges60_x100", "edges60_worst", "edges60_blocks_x100", "edges60_ram"};
+    measure_engine(DAVAR_ENGINE_GRID, 10U, grid_of_10);
+    measure_engine(DAVAR_ENGINE_EDGES, 10U, edges_of_10);
+    measure_engine(DAVAR_ENGINE_GRID, STRIDE, grid_of_60);
+    measure_engine(DAVAR_ENGINE_EDGES, STRIDE, edges_of_60);
 }
 
 /* --- the default: adaptive window, steps of the noise, gaps -------------------------------------------------------------- */
@@ -372,6 +399,7 @@ int main(void)
     measure_every_sample();
     measure_grid();
     measure_blocks();
+    measure_engines();
     measure_default();
     measure_white();
     measure_fir();

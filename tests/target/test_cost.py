@@ -26,7 +26,7 @@ class Cost(unittest.TestCase):
                     self.assertLessEqual(value, WORSE * self.recorded[target][name])
 
     def test_readme_and_docs_show_the_recorded_tables(self):
-        for page, columns in ((target_cost.README, target_cost.SHORT), (target_cost.COSTS, target_cost.COLUMNS)):
+        for page, _, columns in target_cost.TABLES:
             self.assertIn(target_cost.table(self.recorded, columns), page.read_text(encoding="utf-8"))
 
     def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):

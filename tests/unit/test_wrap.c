@@ -149,6 +149,12 @@ static void test_positions_wrap_unnoticed_on_a_grid(void)
     wrapped(90U);
 }
 
+static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
+{
+    config.engine = DAVAR_ENGINE_EDGES;
+    test_positions_wrap_unnoticed_on_a_grid();
+}
+
 static void test_positions_wrap_unnoticed_behind_the_detector(void)
 {
     config.mode = DAVAR_MODE_TRAILING;
@@ -170,6 +176,8 @@ static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
         wrapped(1000U - behind);
         config.mirrored_end = true;
         config.stride = 7U;
+        wrapped(1000U - behind);
+        config.engine = DAVAR_ENGINE_EDGES;
         wrapped(1000U - behind);
     }
 }
@@ -217,6 +225,10 @@ static void test_an_old_gap_is_forgotten(void)
         forgotten(later[i]);
         config.mode = DAVAR_MODE_CENTRED;
         forgotten(later[i]);
+        config.engine = DAVAR_ENGINE_EDGES;
+        forgotten(later[i]);
+        config.mode = DAVAR_MODE_TRAILING;
+        forgotten(later[i]);
     }
 }
 
@@ -225,6 +237,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
+    RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
     RUN_TEST(test_positions_wrap_unnoticed_behind_the_detector);
     RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);

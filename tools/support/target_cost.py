@@ -18,6 +18,7 @@ RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
 MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
 COSTS = targets.ROOT / "docs/COST.md"
+ENGINE_MARKS = ("<!-- table of the engines: made likewise -->", "<!-- end of the table of the engines -->")
 LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")
 LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "everything": (3, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
 STRIDE = 60
@@ -115,6 +116,10 @@ def measure(target):
         "plan_bytes": raw["plan_bytes"], "result_bytes": raw["result_bytes"],
         "stack_bytes": raw["stack_push_bytes"], "stack_take_bytes": raw["stack_take_bytes"],
     }
+    for engine in ("grid10", "edges10", "grid60", "edges60"):
+        figures |= {f"{engine}_instructions_per_sample": raw[f"{engine}_x100"] / 100,
+                    f"{engine}_blocks_instructions_per_sample": raw[f"{engine}_blocks_x100"] / 100,
+                    f"{engine}_worst_push_instructions": raw[f"{engine}_worst"], f"{engine}_ram_bytes": raw[f"{engine}_ram"]}
     figures.update(flash(target, where) | linked(target, where))
     figures["flash_bytes"] = figures["flash_push_bytes"] + figures["flash_take_bytes"]
     return figures
@@ -196,6 +201,12 @@ COLUMNS = (
     ("stack take and fit", "stack_take_bytes"))
 
 
+ENGINES = tuple((f"{name} of {stride}{what}", f"{name}{stride}_{key}") for stride in (10, 60) for name in ("grid", "edges") for what, key in (
+    ("", "instructions_per_sample"), (", in blocks", "blocks_instructions_per_sample"), (", worst push", "worst_push_instructions"),
+    (", RAM", "ram_bytes")))
+TABLES = ((README, MARKS, SHORT), (COSTS, MARKS, COLUMNS), (COSTS, ENGINE_MARKS, ENGINES))
+
+
 def table(figures, columns):
     rows = ["| target | " + " | ".join(title for title, _ in columns) + " |", "|---" * (len(columns) + 1) + "|"]
     for target, values in figures.items():
@@ -206,10 +217,10 @@ def table(figures, columns):
 
 def write(figures):
     RECORD.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    for page, columns in ((README, SHORT), (COSTS, COLUMNS)):
-        before, rest = page.read_text(encoding="utf-8").split(MARKS[0])
-        after = rest.split(MARKS[1])[1]
-        page.write_text(f"{before}{MARKS[0]}\n{table(figures, columns)}\n{MARKS[1]}{after}", encoding="utf-8")
+    for page, marks, columns in TABLES:
+        before, rest = page.read_text(encoding="utf-8").split(marks[0])
+        after = rest.split(marks[1])[1]
+        page.write_text(f"{before}{marks[0]}\n{table(figures, columns)}\n{marks[1]}{after}", encoding="utf-8")
 
 
 def main():
@@ -224,7 +235,7 @@ def main():
         return 2
     if options.write:
         write(figures)
-    print(json.dumps(figures, indent=1) if options.json else table(figures, SHORT) + "\n\n" + table(figures, COLUMNS))
+    print(json.dumps(figures, indent=1) if options.json else "\n\n".join(table(figures, columns) for _, _, columns in TABLES))
     return 0
 
 

@@ -18,7 +18,7 @@
 #define DAVAR_Q31 1
 #endif
 
-/* stride above 1. */
+/* Engine grid, for a stride above 1. */
 #ifndef DAVAR_GRID
 #define DAVAR_GRID 1
 #endif

@@ -40,6 +40,7 @@ typedef enum {
     DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
     DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
+    DAVAR_ERR_ENGINE,       /* engine not in davar_engine_t; or EDGES for policy glr with a stride above 1 */
     DAVAR_ERR_TRACKING, /* policy glr: not trailing; block outside 5..64; shock_blocks above 2; long_cluster no multiple of four
                                 blocks, or above 512; window_max below 8 or above 768 blocks, or no whole strides of it from
                                 window_min on; a rate or interval outside 1e-9 .. 1e9 */
@@ -68,6 +69,13 @@ typedef enum {
     DAVAR_MODE_TRAILING     /* epoch is the newest sample, no latency */
 } davar_mode_t;
 
+/* How a stride above 1 is served: the same results, bit for bit, at another price (docs/COST.md). DESIGN (2.7), (2.9). */
+typedef enum {
+    DAVAR_ENGINE_GRID =
+        0,             /* running sums, recorded where an edge can be: the least work; memory falls with the stride */
+    DAVAR_ENGINE_EDGES /* sums that follow both edges, as at stride 1, when a result is due: the least memory for a short stride */
+} davar_engine_t;
+
 /* Settings. Must outlive the instance (it may live in flash). Start from davar_default_config. */
 typedef struct {
     double rate_hz;        /* samples per second, 1e-50 .. 1e50; no default */
@@ -85,7 +93,8 @@ typedef struct {
     double contribution_high;     /* S2; default 0.07 */
     uint32_t grow;                /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
     uint32_t shrink;              /* samples the window shrinks per sample when unstable; default 2 */
-    uint32_t stride;              /* K: 1 = a value at every sample, K = a result every K samples (grid); default 1 */
+    uint32_t stride;              /* K: 1 = a value at every sample, K = a result every K samples; default 1 */
+    davar_engine_t engine;        /* what serves a stride above 1; default grid */
     double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (10.6) */
     double cut_interval_s;        /* glr: between windows cut in vain; default 300 */
     uint32_t block;               /* glr: K, samples of a block, 5..64; default 10. Longer: cheaper, later */

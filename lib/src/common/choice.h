@@ -32,9 +32,10 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_ADAPTIVE && (config->segment != 0U);
 }
 
+/* Results come from records on a grid (2.7). */
 static inline bool has_grid(const davar_config_t *config)
 {
-    return DAVAR_GRID && (config->stride > 1U);
+    return DAVAR_GRID && (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
 }
 
 /* Samples pass the door of floats (2.3). */

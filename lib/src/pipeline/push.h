@@ -20,8 +20,6 @@ static void window_move(stages_t *stages, davar_t *davar)
     if (on_grid(stages)) {
         window->lag = lag;
         window->length = window->next_length;
-    } else if (is_warming(&stages->allan)) {
-        sliding_end_warm(stages, davar);
     } else {
         sliding_move(stages, davar, lag, window->next_length);
     }
@@ -80,7 +78,7 @@ static steady_t steadiness(const stages_t *stages, const davar_t *davar)
     if (on_grid(stages)) {
         return allan_leads_freely(&stages->allan) ? STEADY_GRID : STEADY_NOT;
     }
-    if (is_warming(&stages->allan) || !sliding_glides(&stages->allan, window)) {
+    if ((davar->config->stride > 1U) || is_warming(&stages->allan) || !sliding_glides(&stages->allan, window)) {
         return STEADY_NOT;
     }
     return (has_moments(davar->config) || is_adaptive(davar->config) || at_start(window)) ? STEADY_GLIDING
@@ -245,7 +243,7 @@ DAVAR_RARE static void pipeline_restart(davar_t *davar)
 static bool between_windows(const davar_t *davar)
 {
     const davar_window_t *const window = &davar->window;
-    return (davar->config->stride > 1U) && (window->wait >= davar->config->window_max);
+    return on_grid(davar->stages) && (window->wait >= davar->config->window_max);
 }
 
 /* A boundary in front of the sample that comes next. False: no room to remember it, nothing changed. */

@@ -15,14 +15,16 @@ static uint32_t ring_block(const davar_config_t *config)
     return has_grid(config) ? GRID_BLOCK : 1U;
 }
 
-/* A shrunk centred window lags behind the newest sample, and its longest span may reach further back than itself. */
+/* A shrunk centred window lags behind the newest sample, and its longest span may reach further back than itself. Edges that
+ * are followed have a stride to catch up when a result is due. */
 static uint32_t ring_capacity(const davar_config_t *config)
 {
     const uint32_t span_max = 2U * config->taus[config->tau_count - 1U];
-    const bool whole_window = (config->stride == 1U) || config->mirrored_end;
-    const uint32_t lag = (config->stride == 1U) ? head_reach(config) : 0U;
-    const uint32_t span = lag + span_max;
-    return ((whole_window && (config->window_max > span)) ? config->window_max : span) + ring_block(config);
+    const bool follows = !has_grid(config);
+    const bool whole_window = follows || config->mirrored_end;
+    const uint32_t span = (follows ? head_reach(config) : 0U) + span_max;
+    const uint32_t reach = (whole_window && (config->window_max > span)) ? config->window_max : span;
+    return reach + (follows ? config->stride : ring_block(config));
 }
 
 DAVAR_RARE static size_t carve(stages_t *stages, davar_t *davar, const davar_config_t *config, void *memory)
@@ -87,7 +89,7 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     allan->starting = true;
     allan->mirrored = centred;
     allan->run_doubles = centred;
-    allan->warming = centred && (config->stride == 1U);
+    allan->warming = centred && !has_grid(config);
     allan->octaves = are_octaves(config);
     memset(allan->tau, 0, allan->count * sizeof *allan->tau);
 }

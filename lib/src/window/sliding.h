@@ -174,17 +174,44 @@ static void sliding_trail(stages_t *stages, davar_t *davar)
     }
 }
 
-/* Can the window glide from here on, sample by sample? Only a careful step, a gap or the law can change the answer. */
+/* May both edges move by one, with nothing near them? Only a careful step or a gap can change the answer. */
+static bool sliding_is_free(const allan_t *allan, const davar_window_t *window)
+{
+    return allan_leads_freely(allan) && (allan->room == DAVAR_NO_GAP) && (window->length >= allan_span_max(allan));
+}
+
+/* Can the window glide from here on, sample by sample, as far as the law goes? */
 static bool sliding_glides(const allan_t *allan, const davar_window_t *window)
 {
-    return allan_leads_freely(allan) && (allan->room == DAVAR_NO_GAP) && (window->length >= allan_span_max(allan)) &&
-           (window->next_length == window->length);
+    return sliding_is_free(allan, window) && (window->next_length == window->length);
+}
+
+/* Both edges, as far as both have to go and nothing is near them. */
+DAVAR_APART static void sliding_follow(stages_t *stages, davar_t *davar, uint32_t lag, uint32_t length)
+{
+    davar_window_t *const window = &davar->window;
+    const uint32_t tail_steps = (window->lag + window->length) - (lag + length);
+    for (uint32_t both = smaller(window->lag - lag, tail_steps); both > 0U; both--) {
+        if (!sliding_is_free(&stages->allan, window)) {
+            return;
+        }
+        const sample_t *const head = sliding_head(stages, window);
+        const sample_t *const tail = sliding_tail(stages, window);
+        window->lag--;
+        if (has_moments(davar->config)) {
+            sliding_glide_moments(stages, davar, *head, *tail);
+        }
+        slide(&stages->allan, head, tail);
+    }
 }
 
 /* Moves the edges to where the law wants them, the leading one first so that no window gets shorter than the last. */
 static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_t length)
 {
     const davar_window_t *const window = &davar->window;
+    if (davar->config->stride > 1U) {
+        sliding_follow(stages, davar, lag, length);
+    }
     while (window->lag != lag) {
         sliding_lead(stages, davar);
     }
@@ -214,6 +241,18 @@ DAVAR_RARE static void sliding_warm_moments(moments_t *moments, const davar_conf
     }
 }
 
+/* The window is full: the trailing edge's differences are the mirror images of the leading edge's. */
+DAVAR_RARE static void sliding_end_warm(stages_t *stages, davar_t *davar)
+{
+    allan_t *const allan = &stages->allan;
+    for (uint32_t t = 0U; t < allan->count; t++) {
+        allan->tau[t].tail = -allan->tau[t].head;
+    }
+    allan->warming = false;
+    allan->run_doubles = false;
+    allan->room = davar_gaps_after(&davar->gaps, &davar->window, window_tail(&davar->window));
+}
+
 /* Centred start: the window grows on both sides of the first sample at once, [-n - 1, n + 1), until it is full. The
  * mirror image is written into the ring for the trailing edge to find; its differences are those of the right half with
  * the sign turned, so their squares are counted twice (2.6). */
@@ -230,18 +269,9 @@ DAVAR_RARE static void sliding_warm(stages_t *stages, davar_t *davar)
     sliding_lead_taus(&stages->allan, head, window, true);
     sliding_warm_moments(&stages->moments, davar->config, *head, position);
     allan_end_start(&stages->allan, window_head(window));
-}
-
-/* The window is full: the trailing edge's differences are the mirror images of the leading edge's. */
-DAVAR_RARE static void sliding_end_warm(stages_t *stages, davar_t *davar)
-{
-    allan_t *const allan = &stages->allan;
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        allan->tau[t].tail = -allan->tau[t].head;
+    if (window->length == davar->config->window_max) {
+        sliding_end_warm(stages, davar);
     }
-    allan->warming = false;
-    allan->run_doubles = false;
-    allan->room = davar_gaps_after(&davar->gaps, &davar->window, window_tail(&davar->window));
 }
 
 #endif
