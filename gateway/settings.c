@@ -32,6 +32,7 @@ static const char HELP[] =
     "  --policy or|glr   who decides the window's length: the paper's law (default), or a likelihood ratio that says\n"
     "                    when the noise has changed (docs/FIRMWARE.md)\n"
     "  --false-alarms-per-hour X    --cut-interval S    glr: what you accept while nothing changes (0.01, 300)\n"
+    "  --long-cluster N  glr: slow changes too, of N samples: 40, 80, .. 480\n"
     "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, 100, 100; glr: "
     "6000,\n"
     "                    20, 0, 100)\n"
@@ -77,6 +78,7 @@ static const entry_t TABLE[] = {
     {"policy", POLICY, AT(config.policy)},
     {"false-alarms-per-hour", REAL, AT(config.false_alarms_per_hour)},
     {"cut-interval", REAL, AT(config.cut_interval_s)},
+    {"long-cluster", WHOLE, AT(config.long_cluster)},
     {"window-max", WHOLE, AT(config.window_max)},
     {"window-min", WHOLE, AT(config.window_min)},
     {"segment", WHOLE, AT(config.segment)},

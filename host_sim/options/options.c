@@ -130,10 +130,6 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
         (void)sim_fail(error, "--pace: not with --device, which has a clock of its own");
         status = OPTIONS_BAD;
     }
-    if ((status == OPTIONS_RUN) && (options->policy == DAVAR_POLICY_GLR) && (options->device != NULL)) {
-        (void)sim_fail(error, "--policy glr: not with --device");
-        status = OPTIONS_BAD;
-    }
     if ((status == OPTIONS_RUN) && options->raw && (options->device != NULL)) {
         (void)sim_fail(error, "--raw: not with --device, which takes all samples before the first result");
         status = OPTIONS_BAD;

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x31424F4A52564144) /* "DAVRJOB1" */
+#define MAGIC UINT64_C(0x32424F4A52564144) /* "DAVRJOB2" */
 #define HEALTH UINT64_MAX                  /* in the place of a channel */
 
 static uint64_t bits_of(double value)
@@ -23,33 +23,37 @@ static double double_of(uint64_t bits)
 void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
                       uint64_t words[DAVAR_JOB_WORDS])
 {
-    const uint64_t fields[24] = {MAGIC,
-                                 (uint64_t)number,
-                                 channels,
-                                 bits_of(config->rate_hz),
-                                 bits_of(config->unit_per_count),
-                                 bits_of(config->full_scale),
-                                 config->sample_bits,
-                                 (uint64_t)config->mode,
-                                 (uint64_t)config->policy,
-                                 config->window_max,
-                                 config->window_min,
-                                 config->segment,
-                                 bits_of(config->kurtosis_low),
-                                 bits_of(config->kurtosis_high),
-                                 bits_of(config->contribution_low),
-                                 bits_of(config->contribution_high),
-                                 config->grow,
-                                 config->shrink,
-                                 config->stride,
-                                 config->gaps_max,
-                                 config->mirrored_end ? 1U : 0U,
-                                 config->tau_count,
-                                 (uint64_t)config->engine,
-                                 0U};
+    const uint64_t fields[DAVAR_JOB_SETTINGS] = {MAGIC,
+                                                 (uint64_t)number,
+                                                 channels,
+                                                 bits_of(config->rate_hz),
+                                                 bits_of(config->unit_per_count),
+                                                 bits_of(config->full_scale),
+                                                 config->sample_bits,
+                                                 (uint64_t)config->mode,
+                                                 (uint64_t)config->policy,
+                                                 config->window_max,
+                                                 config->window_min,
+                                                 config->segment,
+                                                 bits_of(config->kurtosis_low),
+                                                 bits_of(config->kurtosis_high),
+                                                 bits_of(config->contribution_low),
+                                                 bits_of(config->contribution_high),
+                                                 config->grow,
+                                                 config->shrink,
+                                                 config->stride,
+                                                 config->gaps_max,
+                                                 config->mirrored_end ? 1U : 0U,
+                                                 config->tau_count,
+                                                 (uint64_t)config->engine,
+                                                 bits_of(config->false_alarms_per_hour),
+                                                 bits_of(config->cut_interval_s),
+                                                 config->block,
+                                                 config->shock_blocks,
+                                                 config->long_cluster};
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
-        words[24U + t] = (t < config->tau_count) ? config->taus[t] : 0U;
+        words[DAVAR_JOB_SETTINGS + t] = (t < config->tau_count) ? config->taus[t] : 0U;
     }
 }
 
@@ -77,13 +81,18 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
                                    .shrink = (uint32_t)words[17],
                                    .stride = (uint32_t)words[18],
                                    .engine = (davar_engine_t)words[22],
+                                   .false_alarms_per_hour = double_of(words[23]),
+                                   .cut_interval_s = double_of(words[24]),
+                                   .block = (uint32_t)words[25],
+                                   .shock_blocks = (uint32_t)words[26],
+                                   .long_cluster = (uint32_t)words[27],
                                    .gaps_max = (uint16_t)words[19],
                                    .mirrored_end = words[20] != 0U,
                                    .tau_count = (uint8_t)words[21],
                                    .taus = job->taus};
     job->config = config;
     for (uint32_t t = 0U; t < job->config.tau_count; t++) {
-        job->taus[t] = (uint32_t)words[24U + t];
+        job->taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
     }
     return true;
 }
@@ -98,7 +107,15 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uin
                                            result->unstable ? 1U : 0U,
                                            bits_of(result->kurtosis),
                                            bits_of(result->contribution),
-                                           result->tau_count};
+                                           result->tau_count,
+                                           result->alarm ? 1U : 0U,
+                                           result->young ? 1U : 0U,
+                                           result->cut_age_samples,
+                                           bits_of(result->dispersion),
+                                           result->change.m,
+                                           bits_of(result->change.older),
+                                           bits_of(result->change.newer),
+                                           bits_of(result->change.gain)};
     memcpy(words, head, sizeof head);
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
@@ -117,9 +134,9 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uin
 
 void davar_job_encode_health(size_t channel, const davar_health_t *health, uint64_t head[DAVAR_JOB_HEAD])
 {
-    const uint64_t fields[DAVAR_JOB_HEAD] = {HEALTH,           channel,           health->gaps,
-                                             health->missing,  health->saturated, health->not_finite,
-                                             health->restarts, health->missed,    0U};
+    const uint64_t fields[DAVAR_JOB_HEAD] = {
+        HEALTH,           channel,        health->gaps, health->missing, health->saturated, health->not_finite,
+        health->restarts, health->missed, health->cuts, health->alarms,  health->shocks};
     memcpy(head, fields, sizeof fields);
 }
 
@@ -131,7 +148,10 @@ bool davar_job_decode_health(size_t *channel, davar_health_t *health, const uint
                                .saturated = (uint32_t)head[4],
                                .not_finite = (uint32_t)head[5],
                                .restarts = (uint32_t)head[6],
-                               .missed = (uint32_t)head[7]};
+                               .missed = (uint32_t)head[7],
+                               .cuts = (uint32_t)head[8],
+                               .alarms = (uint32_t)head[9],
+                               .shocks = (uint32_t)head[10]};
     return head[0] == HEALTH;
 }
 
@@ -153,6 +173,12 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint
     result->kurtosis = double_of(words[6]);
     result->contribution = double_of(words[7]);
     result->tau_count = (uint8_t)words[8];
+    result->alarm = words[9] != 0U;
+    result->young = words[10] != 0U;
+    result->cut_age_samples = (uint32_t)words[11];
+    result->dispersion = double_of(words[12]);
+    result->change =
+        (davar_change_t){(uint32_t)words[13], double_of(words[14]), double_of(words[15]), double_of(words[16])};
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t tau = {(uint32_t)word[0],  (uint32_t)word[1],  double_of(word[2]),

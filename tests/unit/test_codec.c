@@ -191,7 +191,7 @@ static void test_what_is_not_a_frame_of_ours_is_named(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.length = 7U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-    frame.identifier = 0x5DAU;
+    frame.identifier = 0x5DBU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.identifier = 0x5CFU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
@@ -282,6 +282,58 @@ static void test_health_and_setup_tell_the_session(void)
         told += tells ? 1U : 0U;
     }
     TEST_ASSERT_EQUAL(2, told);
+}
+
+static void next_change(davar_change_item_t item)
+{
+    TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    TEST_ASSERT_EQUAL_HEX16(DAVAR_WIRE_BASE + 10U, frame.identifier);
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL_UINT8(item, wire.index);
+    TEST_ASSERT_TRUE(wire.alarm && !wire.young);
+    TEST_ASSERT_EQUAL_UINT32(512U, wire.change_m);
+}
+
+static void test_a_change_of_the_noise_is_told(void)
+{
+    config.policy = DAVAR_POLICY_GLR;
+    result.alarm = true;
+    result.cut_age_samples = 0xFFFFEU;
+    result.dispersion = 1.254;
+    result.change = (davar_change_t){.m = 512U, .older = 0.25, .newer = 0.75, .gain = 17.5};
+    TEST_ASSERT_EQUAL(12, count_frames(DAVAR_SEND_ADEV, 3U));
+    TEST_ASSERT_EQUAL(6, count_frames(0U, 3U));
+    TEST_ASSERT_EQUAL(7, count_frames(DAVAR_SEND_FD, 3U));
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_FD));
+    davar_encoder_begin(&encoder, &result, &health);
+    TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    next_change(DAVAR_CHANGE_CUT);
+    TEST_ASSERT_EQUAL_UINT32(0xFFFFEU, wire.cut_age_samples);
+    TEST_ASSERT_EQUAL_FLOAT(1.25F, wire.dispersion);
+    next_change(DAVAR_CHANGE_OLDER);
+    TEST_ASSERT_EQUAL_FLOAT(0.25F, wire.value);
+    next_change(DAVAR_CHANGE_NEWER);
+    TEST_ASSERT_EQUAL_FLOAT(0.75F, wire.value);
+    next_change(DAVAR_CHANGE_GAIN);
+    TEST_ASSERT_EQUAL_FLOAT(17.5F, wire.value);
+    result.cut_age_samples = UINT32_MAX;
+    result.alarm = false;
+    result.young = true;
+    result.change.gain = -1.0; /* no sender means it */
+    davar_encoder_begin(&encoder, &result, &health);
+    for (uint32_t i = 0U; i < 2U; i++) {
+        TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    }
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL_UINT32(0xFFFFFU, wire.cut_age_samples);
+    TEST_ASSERT_TRUE(!wire.alarm && wire.young);
+    for (uint32_t i = 0U; i < 3U; i++) {
+        TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    }
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    davar_encoder_finish(&encoder, &health); /* says nothing of changes */
+    TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
+    TEST_ASSERT_EQUAL_HEX16(DAVAR_WIRE_BASE + 5U, frame.identifier);
 }
 
 static bool slcan(const char *text)
@@ -409,6 +461,7 @@ int main(void)
     RUN_TEST(test_health_and_setup_tell_the_session);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
+    RUN_TEST(test_a_change_of_the_noise_is_told);
     RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);
     RUN_TEST(test_raw_rates_are_float32_and_what_cannot_be_is_refused);
     RUN_TEST(test_the_setup_tells_the_size_of_a_count_when_counts_are_sent);

@@ -49,8 +49,8 @@ def results(seed, count, content, channel=0):
             values, frames = {"R": word[1:], "T": [], "C": [], "H": []}, []
         elif word[0] == "F":
             frames.append((int(word[1], 16), bytes.fromhex(word[2]), word[3] if len(word) > 3 else None))
-        elif word[0] == "M":
-            values["M"] = [float(number) for number in word[1:]]
+        elif word[0] in "MG":
+            values[word[0]] = [float(number) for number in word[1:]]
         elif word[0] == "H":
             values["H"].append(int(word[2]))
         else:
@@ -102,6 +102,16 @@ class Codec(unittest.TestCase):
     def check_stationarity(self, values, signals):
         self.assert_scaled(float(values["R"][3]), signals["Kurtosis"], 1e-3, 24)
         self.assert_scaled(float(values["R"][4]), signals["Contribution"], 1e-5, 24)
+
+    def check_change(self, values, signals):
+        alarm, young, m, age, dispersion, *told = values["G"]
+        self.assertEqual((alarm, young, m), tuple(signals[name] for name in ("Alarm", "Young", "ChangeClusterSamples")))
+        if signals["ChangeItem"] == 0:
+            self.assertEqual(min(age, 2 ** 20 - 1), signals["CutAge"])
+            self.assert_scaled(dispersion, signals["Dispersion"], 0.01, 12)
+        else:
+            name = ("ChangeOlderDps", "ChangeNewerDps", "ChangeGain")[signals["ChangeItem"] - 1]
+            self.assert_float(told[signals["ChangeItem"] - 1], signals[name])
 
     def check_adev(self, values, signals):
         tau = values["T"][signals["TauIndex"]]
@@ -178,7 +188,12 @@ class Codec(unittest.TestCase):
 
     def test_the_default_content(self):
         self.check(3, 3, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup"],
-                   channel=34)
+                   channel=5)
+
+    def test_policy_glr_says_what_it_has_found(self):
+        self.check(9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup"], channel=8)
+        self.check(10, 3, ["State", "Stationarity", "Arw"] + ["Change"] * 4 + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup"], channel=34)
+        self.check(11, 8, ["ResultFd"] + ["Change"] * 4 + ["Adev"] * 4 + ["Health", "Setup"], channel=9)
 
     def test_the_monitor_adds_a_frame_per_tau_and_one_for_health(self):
         self.check(7, 16, ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup"], channel=1)
@@ -221,10 +236,10 @@ class Codec(unittest.TestCase):
         self.assertGreater(decoded, 1000)
 
     def check_decoded(self, message, signals, word):
-        scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12}
+        scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12, "Dispersion": 34}
         whole = {"Epoch": 7, "Stride": 7, "ClusterSamples": 7, "WindowSamples": 8, "Unstable": 9, "TauIndex": 5,
                  "Kind": 5, "HealthIndex": 5, "Item": 5, "MonitorIndex": 5, "WorstTau": 26, "Session": 27, "Form": 5, "Index": 7,
-                 "Count": 28, "Count0": 28, "Count1": 29}
+                 "Count": 28, "Count0": 28, "Count1": 29, "ChangeItem": 5, "Alarm": 30, "Young": 31, "ChangeClusterSamples": 32, "CutAge": 33}
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
         # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
         for name, value in signals.items():
@@ -248,7 +263,7 @@ class Codec(unittest.TestCase):
         identifier, data, _ = next(results(6, 1, 0))[1][0]
         good = f"{identifier:03X}#{data.hex()}"
         damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"
-        lines = [good, damaged, f"5CF#{data.hex()}", f"5DA#{data.hex()}", f"5D1#{data[:7].hex()}"]
+        lines = [good, damaged, f"5CF#{data.hex()}", f"5DB#{data.hex()}", f"5D1#{data[:7].hex()}"]
         unknown = bytes([0, 99, 0, 0, 0, 0, 0])  # HealthIndex 99, with the right Crc
         lines.append(f"5D5#{crc8(bytes([0xD5, 5]) + unknown):02x}{unknown.hex()}")
         unknown = bytes([0, 33, 0, 0, 0, 0, 0])  # MonitorIndex 33

@@ -187,7 +187,7 @@ class Faults(unittest.TestCase):
 
     def test_frames_of_others_are_no_fault(self):
         receiver = wire.Receiver()
-        for identifier in (0x123, 0x5CF, 0x5DA, 0x5DF):
+        for identifier in (0x123, 0x5CF, 0x5DB, 0x5DF):
             receiver.push(identifier, bytes(8))
         self.assertEqual((4, 0), (receiver.faults.foreign, receiver.faults.total()))
 

@@ -14,7 +14,8 @@
 #define SESSION 165U
 
 static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
-static const davar_config_t config = {.rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
+/* Channels from 8 on have policy glr. */
+static davar_config_t config = {.rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
 
 /* Any magnitude that a sensor could show, now and then absent, zero or beyond every range. */
 static double any(random_t *random)
@@ -43,6 +44,12 @@ static void make(random_t *random, davar_result_t *result, davar_wire_health_t *
         result->coefficient[k] =
             (davar_coefficient_t){.value = value, .low = 0.8 * value, .high = (value + any(random)) * 1.1};
     }
+    result->alarm = (random_next(random) & 1U) != 0U;
+    result->young = (random_next(random) & 1U) != 0U;
+    result->cut_age_samples = (uint32_t)(random_next(random) >> (32U + (random_next(random) % 20U)));
+    result->dispersion = ((random_next(random) % 8U) == 0U) ? (double)NAN : (50.0 * random_uniform(random));
+    result->change = (davar_change_t){
+        .m = (uint32_t)(random_next(random) % 513U), .older = any(random), .newer = any(random), .gain = any(random)};
     health->count[random_next(random) % DAVAR_HEALTH_COUNT] = (uint32_t)random_next(random);
 }
 
@@ -65,6 +72,9 @@ static void print_result(const davar_result_t *result, const davar_wire_health_t
         const davar_coefficient_t *one = &result->coefficient[k];
         (void)printf("C %zu %.17g %.17g %.17g\n", k, one->value, one->low, one->high);
     }
+    (void)printf("G %d %d %u %u %.17g %.17g %.17g %.17g\n", (int)result->alarm, (int)result->young, result->change.m,
+                 result->cut_age_samples, result->dispersion, result->change.older, result->change.newer,
+                 result->change.gain);
     for (size_t h = 0; h < DAVAR_HEALTH_COUNT; h++) {
         (void)printf("H %zu %u\n", h, health->count[h]);
     }
@@ -101,6 +111,7 @@ static int encode(char **argv)
     davar_wire_health_t health = {{0}};
     davar_misfit_t misfit;
     davar_frame_t frame;
+    config.policy = (strtoul(argv[5], NULL, 10) >= 8U) ? DAVAR_POLICY_GLR : DAVAR_POLICY_FIXED;
     if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
                             (uint8_t)strtoul(argv[4], NULL, 10))) {
         return 2;
@@ -204,7 +215,8 @@ static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
     for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
         (void)printf(" %.9g", (double)wire->adev[t]);
     }
-    (void)printf(" %u %u %d %d", wire->worst, wire->session, wire->count[0], wire->count[1]);
+    (void)printf(" %u %u %d %d %d %d %u %u %.9g", wire->worst, wire->session, wire->count[0], wire->count[1],
+                 (int)wire->alarm, (int)wire->young, wire->change_m, wire->cut_age_samples, (double)wire->dispersion);
     (void)putchar('\n');
 }
 

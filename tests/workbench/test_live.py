@@ -60,6 +60,28 @@ class Live(Visiting):
         expect(page.locator("#live")).to_be_hidden()
         self.assert_quiet()
 
+    def test_a_change_of_the_noise_is_told(self):
+        told = [row for row in csv.DictReader(io.StringIO(subprocess.run(
+            (*SIMULATED, "--policy", "glr"), text=True, capture_output=True, check=True).stdout)) if row["alarm"] == "1"]
+        self.assertGreater(len(told), 1)
+        _, source = self.sender("--policy", "glr")
+        bench = self.open()
+        page = self.page(bench)
+        page.fill("#source", source)
+        page.click("#listen")
+        expect(page.locator("#live-state")).to_contain_text("ended")
+        expect(page.locator("#live-changed")).to_contain_text(f"noise changed at epoch {told[-1]['epoch']}")
+        self.shot(page, "live-changed")
+        shown = [row for row in bench.ask("live")[1]["rows"] if row["alarm"]]
+        self.assertEqual([row["epoch"] for row in shown], [int(row["epoch"]) for row in told])
+        for row, wanted in zip(shown, told):
+            self.assertEqual((row["change_m"], row["cut_age_samples"], row["young"]),
+                             tuple(int(wanted[name]) for name in ("change_m", "cut_age_samples", "young")))
+            for name in ("change_older", "change_newer", "change_gain"):
+                self.assertAlmostEqual(row[name] / float(wanted[name]), 1, delta=1e-5, msg=(name, row["epoch"]))
+            self.assertAlmostEqual(row["dispersion"], float(wanted["dispersion"]), delta=0.006)
+        self.assertEqual(len(page.evaluate("document.getElementById('live-chart').data[3].x")), len(told))
+
     def test_a_sender_that_goes_on_is_frozen_and_stopped_and_a_wrong_source_is_refused(self):
         bench = self.open()
         for wrong, words in (("can:nosuch0", "can:nosuch0: "), ("elsewhere", "can:IFACE or slcan:PATH"), ("slcan:/etc/passwd", "slcan:/etc/passwd: ")):

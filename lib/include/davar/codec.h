@@ -34,7 +34,8 @@ typedef enum {
     DAVAR_MESSAGE_MONITOR = 7,
     DAVAR_MESSAGE_RESULT_FD = 8,
     DAVAR_MESSAGE_RAW = 9,
-    DAVAR_MESSAGE_COUNT = 10
+    DAVAR_MESSAGE_CHANGE = 10,
+    DAVAR_MESSAGE_COUNT = 11
 } davar_message_t;
 
 /* Everything that can be lost has a counter here; DAVAR_Health carries them one by one. */
@@ -80,6 +81,16 @@ typedef enum {
     DAVAR_RAW_COUNT = 1, /* a count of 32 bits */
     DAVAR_RAW_RATE = 2   /* a float32, deg/s */
 } davar_raw_form_t;
+
+/* Item of DAVAR_Change (policy glr): age of the cut and dispersion, with every result; with content DAVAR_SEND_ADEV or
+ * DAVAR_SEND_FD also the levels of the newest change and its gain. All of them say whether there is an alarm. */
+typedef enum {
+    DAVAR_CHANGE_CUT = 0,
+    DAVAR_CHANGE_OLDER, /* deg/s, as in davar_change_t */
+    DAVAR_CHANGE_NEWER,
+    DAVAR_CHANGE_GAIN,
+    DAVAR_CHANGE_COUNT
+} davar_change_item_t;
 
 /* Item of DAVAR_Monitor: the deviation of tau i as i, then the health number. */
 #define DAVAR_MONITOR_HEALTH 32U
@@ -171,8 +182,9 @@ typedef struct {
     uint8_t counter; /* Counter, 0..15 */
     uint8_t result;  /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
     uint8_t session; /* DAVAR_Health, DAVAR_Setup: davar_encoder_session */
-    uint8_t index; /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form */
-    float value;   /* the float32 of the message; in DAVAR_ResultFd ARW */
+    uint8_t
+        index; /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form; ChangeItem */
+    float value;      /* the float32 of the message; in DAVAR_ResultFd ARW */
     uint32_t number;  /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits) */
     int32_t count[2]; /* DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
     uint32_t window_samples;
@@ -181,6 +193,11 @@ typedef struct {
     uint8_t worst; /* DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
     float kurtosis;
     float contribution;
+    bool alarm; /* DAVAR_Change: as in davar_result_t, */
+    bool young;
+    uint32_t change_m;
+    uint32_t cut_age_samples;                   /* item DAVAR_CHANGE_CUT only: 2^20 - 1: that or more */
+    float dispersion;                           /* likewise */
     float adev[DAVAR_FD_TAUS];                  /* DAVAR_ResultFd */
     float coefficient[DAVAR_COEFFICIENT_COUNT]; /* DAVAR_ResultFd */
 } davar_wire_t;

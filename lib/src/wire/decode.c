@@ -105,6 +105,21 @@ static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t c
     return wire->index < count;
 }
 
+/* False: a level or a gain that cannot be. */
+static bool read_change(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    wire->index = (uint8_t)get(frame, signal_change_item);
+    wire->alarm = (get(frame, signal_alarm) != 0U);
+    wire->young = (get(frame, signal_young) != 0U);
+    wire->change_m = get(frame, signal_change_m);
+    if (wire->index == (uint8_t)DAVAR_CHANGE_CUT) {
+        wire->cut_age_samples = get(frame, signal_cut_age);
+        wire->dispersion = get_scaled(frame, &scaled_dispersion);
+        return true;
+    }
+    return is_magnitude(wire->value);
+}
+
 /* False: a form that no sender means, or an impossible rate. */
 static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
 {
@@ -159,6 +174,9 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
         break;
     case DAVAR_MESSAGE_RAW:
         good = read_raw(frame, wire);
+        break;
+    case DAVAR_MESSAGE_CHANGE:
+        good = read_change(frame, wire);
         break;
     case DAVAR_MESSAGE_RESULT_FD:
     case DAVAR_MESSAGE_COUNT:

@@ -8,6 +8,7 @@
 
 #define COUNTER_MASK 15U
 #define STATE_WINDOW_MAX 0x7FFFFU
+#define CUT_AGE_MAX 0xFFFFFU
 
 uint8_t davar_frame_crc(const davar_frame_t *frame)
 {
@@ -89,6 +90,22 @@ static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t ind
     (void)index;
     put_float(frame, signal_value, encoder->result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
     put_scaled(frame, &scaled_arw_uncertainty, arw_uncertainty(encoder->result));
+}
+
+static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    const davar_result_t *const result = encoder->result;
+    const double told[DAVAR_CHANGE_COUNT] = {0.0, result->change.older, result->change.newer, result->change.gain};
+    put(frame, signal_change_item, index);
+    put(frame, signal_alarm, result->alarm ? 1U : 0U);
+    put(frame, signal_young, result->young ? 1U : 0U);
+    put(frame, signal_change_m, result->change.m);
+    if (index == (uint8_t)DAVAR_CHANGE_CUT) {
+        put(frame, signal_cut_age, (result->cut_age_samples < CUT_AGE_MAX) ? result->cut_age_samples : CUT_AGE_MAX);
+        put_scaled(frame, &scaled_dispersion, result->dispersion);
+    } else {
+        put_float(frame, signal_value, told[index]);
+    }
 }
 
 static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
@@ -223,6 +240,14 @@ static uint8_t count_fd(const davar_encoder_t *encoder)
     return sends(encoder, DAVAR_SEND_FD) ? 1U : 0U;
 }
 
+static uint8_t count_change(const davar_encoder_t *encoder)
+{
+    if ((encoder->result == NULL) || (encoder->config->policy != DAVAR_POLICY_GLR)) {
+        return 0U;
+    }
+    return sends(encoder, DAVAR_SEND_ADEV | DAVAR_SEND_FD) ? (uint8_t)DAVAR_CHANGE_COUNT : 1U;
+}
+
 static uint8_t count_adev(const davar_encoder_t *encoder)
 {
     if (sends(encoder, DAVAR_SEND_FD)) {
@@ -267,6 +292,7 @@ static const stage_t stages[] = {
     {DAVAR_MESSAGE_STATIONARITY, count_part, fill_stationarity},
     {DAVAR_MESSAGE_ARW, count_part, fill_arw},
     {DAVAR_MESSAGE_RESULT_FD, count_fd, fill_fd},
+    {DAVAR_MESSAGE_CHANGE, count_change, fill_change},
     {DAVAR_MESSAGE_ADEV, count_adev, fill_adev},
     {DAVAR_MESSAGE_COEFFICIENT, count_coefficients, fill_coefficient},
     {DAVAR_MESSAGE_MONITOR, count_monitor, fill_monitor},

@@ -40,6 +40,14 @@ static const davar_signal_t signal_form = {12, 2};
 static const davar_signal_t signal_index = {14, 18};
 static const davar_signal_t signal_pair[2] = {{32, 16}, {48, 16}};
 
+/* DAVAR_Change. */
+static const davar_signal_t signal_change_item = {16, 2};
+static const davar_signal_t signal_alarm = {18, 1};
+static const davar_signal_t signal_young = {19, 1};
+static const davar_signal_t signal_change_m = {20, 12};
+static const davar_signal_t signal_cut_age = {32, 20};
+static const davar_scaled_t scaled_dispersion = {{52, 12}, 1e2F, 1e-2F};
+
 /* DAVAR_ResultFd. */
 static const davar_signal_t fd_window = {12, 19};
 static const davar_signal_t fd_unstable = {31, 1};
@@ -56,7 +64,7 @@ static inline uint8_t message_length(uint32_t message)
     if (message == (uint32_t)DAVAR_MESSAGE_RESULT_FD) {
         return 64U;
     }
-    return (message <= (uint32_t)DAVAR_MESSAGE_RAW) ? 8U : 0U;
+    return (message < (uint32_t)DAVAR_MESSAGE_COUNT) ? 8U : 0U;
 }
 
 #endif

@@ -167,6 +167,8 @@ COLUMNS = {
     "QuantizationDeg": "qn_deg", "BiasInstabilityDegPerH": "bi_deg_per_h",
     "RateRandomWalkDegPerHPerSqrtH": "rrw_deg_per_h_per_sqrt_h", "RateRampDegPerH2": "rr_deg_per_h2",
     "ModelHealth": "model_health",
+    "Alarm": "alarm", "Young": "young", "CutAge": "cut_age_samples", "Dispersion": "dispersion", "ChangeClusterSamples": "change_m",
+    "ChangeOlderDps": "change_older", "ChangeNewerDps": "change_newer", "ChangeGain": "change_gain",
     "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h", "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
@@ -182,6 +184,8 @@ def number(value):
 def parts(signals):
     """The values of a frame: [((field of Result, key), number)]."""
     found = [(("values", COLUMNS[name]), number(value)) for name, value in signals.items() if name in COLUMNS]
+    if signals.get("ChangeClusterSamples") == 0:  # no change was told yet
+        found.remove((("values", "change_m"), 0))
     if "AdevDps" in signals:
         found.append((("adev", signals["TauIndex"]), signals["AdevDps"]))
     if "ModelDeviation" in signals:

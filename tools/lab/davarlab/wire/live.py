@@ -16,6 +16,15 @@ def say(text):
     print(f"davarlab live: {text}", file=sys.stderr, flush=True)
 
 
+def alarm(values):
+    """What policy glr has to say, in words."""
+    if not values.get("alarm"):
+        return ""
+    older, newer, m = (values.get(name) for name in ("change_older", "change_newer", "change_m"))
+    levels = "" if older is None or newer is None else f": {older:.4g} -> {newer:.4g} deg/s at {m} sample{'s' if m > 1 else ''}"
+    return f"  ALARM, the noise has changed{levels}"
+
+
 def line(values):
     """One result for people."""
     arw, doubt = values.get("arw_deg_per_sqrt_h"), values.get("arw_relative_uncertainty")
@@ -23,7 +32,7 @@ def line(values):
     window = f"window {values.get('window_samples', '?')}"
     return f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}" + \
         ("" if values.get("model_health") is None else f"  model health {values['model_health']:.2f}") + \
-        ("  UNSTABLE" if values.get("unstable") else "")
+        ("  UNSTABLE" if values.get("unstable") and "alarm" not in values else "") + alarm(values)
 
 
 def summary(receiver):

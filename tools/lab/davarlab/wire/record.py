@@ -15,6 +15,7 @@ from ..errors import BadInput
 FIELDS = ["channel", "stretch", "epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
           "arw_low_deg_per_sqrt_h", "arw_high_deg_per_sqrt_h", "arw_relative_uncertainty", "bi_deg_per_h",
           "rrw_deg_per_h_per_sqrt_h", "rr_deg_per_h2", "qn_deg"]
+TRACKED = ["alarm", "cut_age_samples", "dispersion", "change_m", "change_older", "change_newer", "change_gain", "young"]  # policy glr
 WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 35
 ROW_BYTES_MAX = 1 << 16
 
@@ -24,7 +25,7 @@ def row(result, channel):
     values = {"channel": result.channel, "stretch": result.stretch, "epoch": result.epoch}
     if "rate_hz" in channel.setup:
         values["time_s"] = result.epoch / channel.setup["rate_hz"]
-    values.update({name: value for name, value in result.values.items() if name in FIELDS})
+    values.update({name: value for name, value in result.values.items() if name in FIELDS or name in TRACKED})
     for index, value in sorted(result.adev.items()):
         values[f"adev_{channel.clusters.get(index, f'tau{index}')}"] = value
     values.update({name: value for name, value in result.values.items() if name == "model_health"})
@@ -143,7 +144,8 @@ class Recorder:
     def _begin(self, rows):
         """The file whose columns hold these rows, with its header."""
         adevs = {name for one in rows for name in one if name.startswith("adev_")}
-        columns = FIELDS + sorted(adevs, key=cluster_order) + self._monitor(rows)
+        tracked = TRACKED if any("alarm" in one for one in rows) else []
+        columns = FIELDS + tracked + sorted(adevs, key=cluster_order) + self._monitor(rows)
         for number in itertools.count(2):
             found, self.before = self.output.earlier()
             if found is None:

@@ -171,17 +171,17 @@ export function spectrogram(one) {
   }], layout(axis(one.column), axis("frequency, Hz", { type: "log" })));
 }
 
-// Results as they come: by the time, or by the epoch where the rate is not known yet. Crosses: unstable windows.
+// Results as they come: by the time, or by the epoch where the rate is not known yet. Crosses: unstable windows; policy glr: alarms.
 const when = (rows) => (rows.every((row) => row.time_s !== undefined) ? ["time, s", rows.map((row) => row.time_s)] : ["epoch", rows.map((row) => row.epoch)]);
 
 export function rolling(id, rows) {
-  const [title, x] = when(rows), of = (name) => rows.map((row) => row[name] ?? null), unstable = rows.map((row, i) => (row.unstable ? i : -1)).filter((i) => i >= 0);
+  const [title, x] = when(rows), of = (name) => rows.map((row) => row[name] ?? null), marked = rows.map((row, i) => ((row.alarm ?? row.unstable) ? i : -1)).filter((i) => i >= 0);
   const arw = of("arw_deg_per_sqrt_h");
   return draw(id, [
     { ...line(x, of("arw_low_deg_per_sqrt_h"), ""), line: { width: 0 }, showlegend: false, hoverinfo: "skip" },
     { ...line(x, of("arw_high_deg_per_sqrt_h"), "95 % interval"), line: { width: 0 }, fill: "tonexty", fillcolor: band(), hoverinfo: "skip" },
     line(x, arw, "angle random walk", { color: colour("blue"), width: 2 }),
-    { x: unstable.map((i) => x[i]), y: unstable.map((i) => arw[i]), name: "unstable", mode: "markers", marker: { symbol: "x", color: colour("orange"), size: 7 } },
+    { x: marked.map((i) => x[i]), y: marked.map((i) => arw[i]), name: rows.some((row) => row.alarm !== undefined) ? "alarm" : "unstable", mode: "markers", marker: { symbol: "x", color: colour("orange"), size: 7 } },
     { ...line(x, of("window_samples"), "window, samples", { color: colour("faint"), width: 1, dash: "dot" }), yaxis: "y2" },
   ], layout(axis(title), axis("deg/√h", { rangemode: "tozero" }), { yaxis2: { ...axis("window, samples", { rangemode: "tozero" }), overlaying: "y", side: "right",
     showgrid: false }, margin: { l: 64, r: 64, t: 26, b: 42 } }));

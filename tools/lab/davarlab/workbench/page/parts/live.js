@@ -50,11 +50,14 @@ const draw = newest(async () => {
   fill("live-channel", ...[...rows.keys()].sort((a, b) => a - b).map((one) => element("option", { value: one, selected: one === chosen }, one)));
   const last = (rows.get(chosen) || []).at(-1), shown = (rows.get(chosen) || []).filter((row) => row.stretch === last.stretch); // of this run of the sender
   if (last) {
+    const changed = shown.findLast((row) => row.alarm); // policy glr
     const arw = last.arw_deg_per_sqrt_h, health = counts(standing.health[chosen] || {});
     fill("live-said", element("b", { id: "live-arw" }, arw === undefined || arw === null ? "ARW absent" : `ARW ${number(arw, 4)}`),
       ` deg/√h${last.arw_low_deg_per_sqrt_h ? `, 95 %: ${number(last.arw_low_deg_per_sqrt_h)} to ${number(last.arw_high_deg_per_sqrt_h)}` : ""}`,
       `, epoch `, element("span", { id: "live-epoch" }, String(last.epoch)), `, window ${last.window_samples ?? "?"} samples`,
-      last.unstable ? element("strong", { class: "alarm" }, " UNSTABLE") : "",
+      last.unstable && last.alarm === undefined ? element("strong", { class: "alarm" }, " UNSTABLE") : "",
+      changed ? element("strong", { class: "alarm", id: "live-changed" }, ` noise changed at epoch ${changed.epoch}${changed.change_older && changed.change_newer
+        ? `, ${number(changed.change_older)} → ${number(changed.change_newer)} deg/s` : ""}`) : "",
       element("div", {}, `received: ${counts(standing.faults) || "nothing"}; the device reports: ${health || "nothing lost"}`));
     await charts.rolling("live-chart", shown);
     await charts.surface("live-surface", shown);
