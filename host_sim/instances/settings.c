@@ -178,12 +178,12 @@ bool settings_fail(davar_status_t status, const options_t *options, sim_error_t 
     return sim_fail(error, "%s: %s", option_of(status, options), davar_status_text(status));
 }
 
-/* Centred: the mirrored ends let half a window make the first epoch; trailing: the shortest window. Either way the first
+/* Centred: the mirrored ends let half a window make the first epoch; trailing, and policy glr: the shortest window. Either way the first
  * epoch is the last sample of a stride. */
 uint64_t settings_samples_needed(const davar_config_t *config)
 {
     const uint64_t stride = config->stride;
-    if (config->mode == DAVAR_MODE_TRAILING) {
+    if ((config->mode == DAVAR_MODE_TRAILING) || (config->policy == DAVAR_POLICY_GLR)) {
         return (config->window_min + stride - 1U) / stride * stride;
     }
     const uint64_t half = config->window_max / 2U;

@@ -27,7 +27,7 @@ static const char TEXT[] =
     "\n"
     "Window, in samples\n"
     "  --policy fixed|kurtosis|or|and|glr   who decides its length (default or: kurtosis OR contribution;\n"
-    "                          glr: the window begins where the noise changed; trailing)\n"
+    "                          glr: the window begins where the noise changed)\n"
     "  --mode centred|trailing          where the epoch sits in it (default centred)\n"
     "  --false-alarms-per-hour X, --cut-interval S   glr: accepted while nothing changes (0.01; 300)\n"
     "  --block N, --shock-blocks N      glr: samples of a block (10), blocks of a shock (2)\n"

@@ -48,7 +48,7 @@ DAVAR_APART static bool bounds_valid(double low, double high)
 
 static bool centred(const davar_config_t *config)
 {
-    return config->mode == DAVAR_MODE_CENTRED;
+    return (config->mode == DAVAR_MODE_CENTRED) && (config->policy != DAVAR_POLICY_GLR);
 }
 
 static uint32_t sample_bits(const davar_config_t *config, const davar_number_t *number)
@@ -116,7 +116,8 @@ static davar_status_t check_motion(const davar_config_t *config)
         return DAVAR_ERR_STEP;
     }
     if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
-        (has_tracker(config) && (config->stride > 1U) && !has_grid(config))) {
+        (has_tracker(config) && (config->engine == DAVAR_ENGINE_EDGES) &&
+         ((config->stride > 1U) || looks_back(config)))) {
         return DAVAR_ERR_ENGINE;
     }
     const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
@@ -137,7 +138,9 @@ static davar_status_t check_tracking(const davar_config_t *config)
                         ((config->window_max - (config->window_max % config->stride)) >= config->window_min);
     const bool clusters =
         (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
-    return (rates && clusters && window && !centred(config)) ? DAVAR_OK : DAVAR_ERR_TRACKING;
+    const uint32_t half = blocks ? (glr_half(config->block) * config->block) : 1U;
+    const bool about = !looks_back(config) || (((half % config->stride) == 0U) && ((config->window_max / 2U) >= half));
+    return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
@@ -171,8 +174,9 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 
 static bool is_built(const davar_config_t *config)
 {
-    return (DAVAR_GRID || (config->stride <= 1U) || (config->engine == DAVAR_ENGINE_EDGES)) &&
-           (DAVAR_CENTRED || !centred(config)) &&
+    const bool about = (config->mode == DAVAR_MODE_CENTRED) && (config->policy == DAVAR_POLICY_GLR);
+    const bool gridless = ((config->stride <= 1U) && !about) || (config->engine == DAVAR_ENGINE_EDGES);
+    return (DAVAR_GRID || gridless) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
            (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U))) &&
            (DAVAR_TRACKING || (config->policy != DAVAR_POLICY_GLR));
 }

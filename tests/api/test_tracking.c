@@ -13,6 +13,7 @@
 #define STEP 5000U
 #define TAUS 5U
 #define NO_TIME UINT32_MAX
+#define HALF 300U /* of a centred window */
 
 typedef enum { Q15, Q31, F32 } type_t;
 
@@ -138,11 +139,28 @@ static double adev_of(uint64_t epoch, uint32_t length, uint32_t m, uint32_t *dif
     return 0.25 * sqrt((double)sum / (2.0 * m * m * *differences));
 }
 
+static bool is_lost(uint32_t i)
+{
+    return (i < SAMPLES) && lost[i];
+}
+
+/* One past the last sample of the window; centred ones end in front of the newest. Right behind what brought the result. */
+static uint32_t window_end(void)
+{
+    uint32_t end = (uint32_t)(davar.window.origin + davar.window.received);
+    for (uint32_t left = davar.window.lag; (left > 0U) || is_lost(end - 1U); end--) {
+        TEST_ASSERT_GREATER_THAN_UINT32(0U, end);
+        left -= is_lost(end - 1U) ? 0U : 1U;
+    }
+    return end;
+}
+
 static void check_window(void)
 {
+    const uint64_t end = (config.mode == DAVAR_MODE_CENTRED) ? (window_end() - 1U) : result.epoch;
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
-        const double expected = adev_of(result.epoch, result.window_samples, taus[t], &differences);
+        const double expected = adev_of(end, result.window_samples, taus[t], &differences);
         TEST_ASSERT_EQUAL_UINT32(differences, result.tau[t].differences);
         if (differences > 0U) {
             TEST_ASSERT_DOUBLE_WITHIN(1e-14 * expected, expected, result.tau[t].adev);
@@ -259,6 +277,11 @@ static void test_how_samples_come_changes_nothing(void)
 }
 
 /* A shock of three samples: its block is left out, no alarm, and the epochs go on as the samples came. */
+static uint32_t latency(void)
+{
+    return (config.mode == DAVAR_MODE_CENTRED) ? HALF : 0U;
+}
+
 static void check_shock(type_t type, uint32_t stride)
 {
     nothing_lost();
@@ -273,7 +296,7 @@ static void check_shock(type_t type, uint32_t stride)
     TEST_ASSERT_EQUAL_UINT32(0U, story.alarms);
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).shocks);
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).gaps);
-    TEST_ASSERT_GREATER_THAN_UINT64(5900U, result.epoch);
+    TEST_ASSERT_GREATER_THAN_UINT64(5900U - latency(), result.epoch);
 }
 
 static void test_a_shock_is_left_out(void)
@@ -347,7 +370,7 @@ static void check_gaps(uint32_t stride)
     davar_gap(&davar, 1U);
     lose(3007U, 3010U);
     const story_t story = run(Q15, 3010U, 5000U, 1U, (stride == 1U) ? 17U : 1U);
-    TEST_ASSERT_GREATER_THAN_UINT64(4960U, story.last);
+    TEST_ASSERT_GREATER_THAN_UINT64(4960U - latency(), story.last);
     TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&davar).gaps);
 }
 
@@ -402,6 +425,78 @@ static void test_reset_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT32(first.results, second.results);
     TEST_ASSERT_EQUAL_UINT32(first.alarm_at, second.alarm_at);
     TEST_ASSERT_EQUAL_MEMORY(expected.tau, result.tau, sizeof expected.tau[0] * TAUS);
+}
+
+/* --- centred ------------------------------------------------------------------------------------------------------ */
+
+/* Every result's window is that of its ADEV and holds its epoch; the step parts those in front of it from those behind it. */
+static void check_centred(type_t type, uint32_t stride, uint32_t block)
+{
+    nothing_lost();
+    config.mode = DAVAR_MODE_CENTRED;
+    config.stride = stride;
+    init(type, 0U);
+    uint32_t due = stride - 1U;
+    uint32_t alarms = 0U;
+    bool flushed = false;
+    for (uint32_t n = 0U; !flushed;) {
+        if (n < SAMPLES) {
+            n += (uint32_t)push(type, n, ((SAMPLES - n) < block) ? (SAMPLES - n) : block);
+        } else {
+            flushed = !davar_flush(&davar);
+        }
+        if (!davar_take(&davar, &result)) {
+            continue;
+        }
+        const uint32_t end = window_end();
+        const uint32_t begin = end - result.window_samples;
+        TEST_ASSERT_EQUAL_UINT64(due, result.epoch);
+        TEST_ASSERT_TRUE((begin <= due) && (due < end));
+        TEST_ASSERT_TRUE((end <= SAMPLES) && (end <= (due + 1U + HALF)));
+        if ((due > (STEP - 150U)) && (due < (STEP - stride - 20U))) {
+            TEST_ASSERT_LESS_OR_EQUAL_UINT32(STEP + 20U, end);
+        }
+        if ((due > (STEP + stride + 20U)) && (due < (STEP + 1200U))) {
+            TEST_ASSERT_GREATER_OR_EQUAL_UINT32(STEP - 20U, begin);
+        }
+        if ((n < SAMPLES) && ((due % 7U) == 2U)) {
+            check_window();
+        }
+        alarms += result.alarm ? 1U : 0U;
+        due += stride;
+    }
+    TEST_ASSERT_EQUAL_UINT32(((SAMPLES / stride) * stride) + stride - 1U, due);
+    TEST_ASSERT_EQUAL_UINT32(1U, alarms);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+}
+
+static void test_a_centred_window_ends_at_the_step(void)
+{
+    check_centred(Q15, 10U, 1U);
+    check_centred(Q15, 10U, 64U);
+    check_centred(Q31, 30U, 7U);
+    check_centred(F32, 60U, 64U);
+    check_centred(Q15, 100U, 64U);
+    config.window_min = 100U; /* about the step the window takes what there is */
+    check_centred(Q15, 20U, 64U);
+}
+
+static void test_centred_windows_beside_shocks_and_gaps(void)
+{
+    config.mode = DAVAR_MODE_CENTRED;
+    check_shock(Q15, 10U);
+    check_gaps(10U);
+    config.gaps_max = 1U;
+    config.stride = 10U;
+    nothing_lost();
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 3000U, 1U, 1000000U);
+    davar_gap(&davar, 1U);
+    (void)run(Q15, 3000U, 3100U, 1U, 1000000U);
+    davar_gap(&davar, 1U);
+    (void)run(Q15, 3100U, 6000U, 1U, 1000000U);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).restarts);
+    TEST_ASSERT_EQUAL_UINT64(5999U - HALF, result.epoch);
 }
 
 /* An alarm that nobody took is in the next result that is taken. */
@@ -520,7 +615,12 @@ static void refused(void)
 
 static void test_what_init_refuses(void)
 {
-    config.mode = DAVAR_MODE_CENTRED, config.shrink = 2U, config.grow = 2U, refused();
+    config.mode = DAVAR_MODE_CENTRED, config.stride = 7U, refused(); /* no whole strides to the middle */
+    config.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window_max = 590U, refused();
+    config.mode = DAVAR_MODE_CENTRED, config.block = 65U, refused();
+    config.mode = DAVAR_MODE_CENTRED, config.engine = DAVAR_ENGINE_EDGES;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    setUp();
     config.block = 4U, refused();
     config.block = 65U, refused();
     config.shock_blocks = 3U, refused();
@@ -548,6 +648,8 @@ int main(void)
     RUN_TEST(test_a_gap_beside_a_shock);
     RUN_TEST(test_a_restart);
     RUN_TEST(test_reset_begins_anew);
+    RUN_TEST(test_a_centred_window_ends_at_the_step);
+    RUN_TEST(test_centred_windows_beside_shocks_and_gaps);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
     RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
     RUN_TEST(test_kurtosis_is_kept_beside_it_when_asked_for);

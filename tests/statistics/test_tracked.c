@@ -1,5 +1,6 @@
 /* davar tests - how often the 95 % interval of the angle random walk holds what it is at the epoch, while policy glr cuts the window:
- * steps of the noise, a result every ten samples, by the time since the step, in windows cut since. Prints the table of DESIGN (10.14). */
+ * steps of the noise, a result every ten samples, by the time since the step, in windows cut since. Prints the tables of DESIGN
+ * (10.14), and (10.15) for centred windows by the time to the nearest step. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 
@@ -134,11 +135,64 @@ static void test_a_small_step(void)
     check(1.25, 50.0);
 }
 
+/* --- centred ------------------------------------------------------------------------------------------------------ */
+
+#define FARTHEST 5U
+
+static const uint32_t within[FARTHEST] = {50U, 200U, 300U, 500U, 3001U}; /* samples to the nearest step */
+
+/* Farther from a step than half a window the interval holds as it says; nearer it holds, or most results say that they are young. */
+static void check_centred(double ratio)
+{
+    bin_t bins[FARTHEST] = {{0U, 0U, 0U, 0U}};
+    random_t random = random_seeded(12U);
+    config.mode = DAVAR_MODE_CENTRED;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+    for (uint64_t i = 0U; i < (300U * STRETCH); i++) {
+        const int16_t sample = (int16_t)lround(sigma_at(i, ratio) * random_gauss(&random));
+        (void)davar_push_q15(&davar, &sample, 1U);
+        if (!davar_take(&davar, &result) || (result.epoch < STRETCH)) {
+            continue;
+        }
+        const uint32_t since = (uint32_t)(result.epoch % STRETCH);
+        const uint32_t away = (since < (STRETCH / 2U)) ? since : ((uint32_t)STRETCH - since);
+        const double truth = 60.0 * sqrt((pow(sigma_at(result.epoch, ratio), 2.0) + (1.0 / 12.0)) / RATE_HZ);
+        uint32_t b = 0U;
+        while (away >= within[b]) {
+            b++;
+        }
+        (void)davar_fit_white(&plan, RATE_HZ, &result);
+        const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+        bins[b].all++;
+        bins[b].cut += result.young ? 1U : 0U;
+        bins[b].offered += arw->present ? 1U : 0U;
+        bins[b].held += (arw->present && (arw->low <= truth) && (truth <= arw->high)) ? 1U : 0U;
+    }
+    printf("| x%g |", ratio);
+    for (uint32_t b = 0U; b < FARTHEST; b++) {
+        const double held = percent(bins[b].held, bins[b].offered);
+        const double young = percent(bins[b].cut, bins[b].all);
+        printf(" %.1f (%.0f) |", held, young);
+        TEST_ASSERT_TRUE((held >= 93.0) || ((b < 3U) && (young >= 50.0)));
+        TEST_ASSERT_TRUE(held <= 98.0);
+    }
+    printf("\n");
+}
+
+static void test_centred_windows(void)
+{
+    static const double ratios[] = {1.0, 1.25, 1.5, 2.0, 3.0};
+    for (uint32_t i = 0U; i < 5U; i++) {
+        check_centred(ratios[i]);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_noise_that_does_not_change);
     RUN_TEST(test_a_small_step);
     RUN_TEST(test_steps);
+    RUN_TEST(test_centred_windows);
     return UNITY_END();
 }

@@ -44,7 +44,7 @@ static uint32_t block_cost(what_t what, uint32_t gain)
         davar_glr_trailing(&state, &config, &window);
     }
     if (what == CENTRED) {
-        (void)davar_glr_centred(&state, &config, &window);
+        (void)davar_glr_centred(&state, &config, config.half, &window);
     }
     return board_instructions_since(mark);
 }

@@ -16,7 +16,7 @@ static void print(const davar_glr_event_t *event)
     davar_glr_window_t trailing;
     davar_glr_window_t centred;
     davar_glr_trailing(&state, &config, &trailing);
-    const bool is_there = davar_glr_centred(&state, &config, &centred);
+    const bool is_there = davar_glr_centred(&state, &config, config.half, &centred);
     printf("%" PRIu32 " %" PRIu32 " %d %d %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRId32, event->resolved,
            event->dropped, event->is_cut ? 1 : 0, event->is_alarm ? 1 : 0, state.now.at, state.cut.at, state.alarm.at,
            davar_glr_dispersion(&state), event->gain);

@@ -664,18 +664,18 @@ static void test_a_centred_window_is_cut_by_a_step_on_either_side(void)
     davar_glr_window_t window;
     config.cut = config.alarm; /* no false cuts */
     push_quiet(20U);
-    TEST_ASSERT_FALSE(davar_glr_centred(&state, &config, &window));
+    TEST_ASSERT_FALSE(davar_glr_centred(&state, &config, config.half, &window));
     push_quiet(10U);
-    TEST_ASSERT_TRUE(davar_glr_centred(&state, &config, &window));
+    TEST_ASSERT_TRUE(davar_glr_centred(&state, &config, config.half, &window));
     TEST_ASSERT_EQUAL_UINT32(0U, window.begin);
     TEST_ASSERT_EQUAL_UINT32(30U, window.end);
     push_quiet(470U);
-    (void)davar_glr_centred(&state, &config, &window);
+    (void)davar_glr_centred(&state, &config, config.half, &window);
     TEST_ASSERT_EQUAL_UINT32(500U, window.end);
     TEST_ASSERT_LESS_THAN_UINT32(400U, window.begin);
     for (uint32_t n = 501U; n <= 600U; n++) {
         push_noise(80.0);
-        (void)davar_glr_centred(&state, &config, &window);
+        (void)davar_glr_centred(&state, &config, config.half, &window);
         if ((n >= 520U) && (n < 529U)) { /* the centre before the step, the step in the window */
             TEST_ASSERT_UINT32_WITHIN(1U, 500U, window.end);
         }
@@ -693,7 +693,7 @@ static void test_a_cut_in_a_ramp_does_not_count_but_bars_growth(void)
     for (uint32_t n = 0U; n < 300U; n++) {
         push_noise(20.0 * exp((double)n * 0.008));
         davar_glr_window_t window;
-        (void)davar_glr_centred(&state, &config, &window);
+        (void)davar_glr_centred(&state, &config, config.half, &window);
         if ((n > 100U) && ((window.end - window.begin) == 60U)) {
             whole++;
         }
@@ -708,13 +708,13 @@ static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
     davar_glr_window_t window;
     for (uint32_t n = 0U; n < 150U; n++) {
         push_noise((((n / 10U) % 2U) == 0U) ? 20.0 : 200.0);
-        (void)davar_glr_centred(&state, &config, &window);
+        (void)davar_glr_centred(&state, &config, config.half, &window);
         TEST_ASSERT_LESS_OR_EQUAL_UINT32(60U, window.end - window.begin);
     }
     TEST_ASSERT_EQUAL(GLR_CUTS, state.cuts);
     config.cut = config.alarm;
     push_quiet(1500U);
-    (void)davar_glr_centred(&state, &config, &window);
+    (void)davar_glr_centred(&state, &config, config.half, &window);
     TEST_ASSERT_EQUAL(0, state.cuts);
     TEST_ASSERT_GREATER_THAN_UINT32(200U, window.end - window.begin);
     skip(70U);

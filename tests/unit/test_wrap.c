@@ -168,6 +168,18 @@ static void test_positions_wrap_unnoticed_behind_the_detector(void)
     wrapped(333U);
 }
 
+static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(void)
+{
+    config.policy = DAVAR_POLICY_GLR;
+    config.window_min = 20U;
+    config.block = 10U;
+    config.window_max = 660U;
+    config.stride = 20U;
+    wrapped(90U);
+    wrapped(333U);
+    wrapped(700U);
+}
+
 /* The record ends right at the wrap and anywhere in the half window behind it: the last half window is not lost. */
 static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
 {
@@ -239,6 +251,7 @@ int main(void)
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
     RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
     RUN_TEST(test_positions_wrap_unnoticed_behind_the_detector);
+    RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
     RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
     return UNITY_END();

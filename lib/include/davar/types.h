@@ -41,9 +41,9 @@ typedef enum {
     DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
     DAVAR_ERR_ENGINE,       /* engine not in davar_engine_t; or EDGES for policy glr with a stride above 1 */
-    DAVAR_ERR_TRACKING, /* policy glr: not trailing; block outside 5..64; shock_blocks above 2; long_cluster no multiple of four
-                                blocks, or above 512; window_max below 8 or above 768 blocks, or no whole strides of it from
-                                window_min on; a rate or interval outside 1e-9 .. 1e9 */
+    DAVAR_ERR_TRACKING, /* policy glr: block outside 5..64; shock_blocks above 2; long_cluster no multiple of four blocks, or above 512;
+                                window_max below 8 or above 768 blocks, or no whole strides of it from window_min on; a rate or
+                                interval outside 1e-9 .. 1e9; centred: half a window no whole strides, or two above window_max */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
@@ -60,13 +60,14 @@ typedef enum {
     DAVAR_POLICY_KURTOSIS,  /* kurtosis alone ("DAVAR-K") */
     DAVAR_POLICY_OR,        /* kurtosis OR sliding contribution: A-DAVAR, the paper's */
     DAVAR_POLICY_AND,       /* kurtosis AND sliding contribution */
-    DAVAR_POLICY_GLR        /* a likelihood ratio: the window begins where the noise last changed (10); trailing */
+    DAVAR_POLICY_GLR        /* a likelihood ratio: the window begins where the noise last changed (10) */
 } davar_policy_t;
 
 /* Where the epoch sits in its window. DESIGN (4.2). */
 typedef enum {
-    DAVAR_MODE_CENTRED = 0, /* epoch in the middle, ends mirrored, latency window_max / 2 */
-    DAVAR_MODE_TRAILING     /* epoch is the newest sample, no latency */
+    DAVAR_MODE_CENTRED =
+        0, /* epoch in the middle, ends mirrored, latency window_max / 2; glr: 30 blocks, at most 300 samples */
+    DAVAR_MODE_TRAILING /* epoch is the newest sample, no latency */
 } davar_mode_t;
 
 /* How a stride above 1 is served: the same results, bit for bit, at another price (docs/COST.md). DESIGN (2.7), (2.9). */
@@ -166,12 +167,13 @@ typedef struct {
     uint32_t window_samples; /* L */
     uint32_t
         mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
-    uint32_t gaps_in_window;  /* gaps inside this window */
-    uint32_t cut_age_samples; /* glr: at least so many samples of one noise; 0 for other policies */
-    davar_change_t change;    /* glr: the newest one; m is 0 for other policies */
-    bool unstable; /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
-    /* glr: the window was cut less than nine blocks ago, or is to be: the estimate leans to what made the cut, or holds older noise
-     * still. Its intervals are wider, and hold less often (10.14). */
+    uint32_t gaps_in_window; /* gaps inside this window */
+    uint32_t
+        cut_age_samples;   /* glr: at least so many samples of one noise, up to the newest one; 0 for other policies */
+    davar_change_t change; /* glr: the newest one; m is 0 for other policies */
+    bool unstable;         /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
+    /* glr: the window was cut less than nine blocks ago, or is to be (centred: a change is beside it): the estimate leans to what made the
+     * cut, or holds older noise still. Its intervals are wider, and hold less often (10.14). */
     bool young;
     bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;

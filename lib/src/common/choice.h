@@ -5,9 +5,16 @@
 
 #include "davar/instance.h"
 
-static inline bool is_centred(const davar_config_t *config)
+/* Windows about the epoch, of whatever policy. */
+static inline bool looks_back(const davar_config_t *config)
 {
     return DAVAR_CENTRED && (config->mode == DAVAR_MODE_CENTRED);
+}
+
+/* ... with mirrored ends: not those of policy glr, which end where the record does (10.15). */
+static inline bool is_centred(const davar_config_t *config)
+{
+    return looks_back(config) && (!DAVAR_TRACKING || (config->policy != DAVAR_POLICY_GLR));
 }
 
 static inline bool is_adaptive(const davar_config_t *config)
@@ -32,10 +39,17 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_ADAPTIVE && (config->segment != 0U);
 }
 
+/* ... about epochs that lie back (10.15): any edge may be needed once more, so they are on a grid at every stride. */
+static inline bool tracks_about(const davar_config_t *config)
+{
+    return has_tracker(config) && looks_back(config);
+}
+
 /* Results come from records on a grid (2.7). */
 static inline bool has_grid(const davar_config_t *config)
 {
-    return DAVAR_GRID && (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
+    const bool wanted = (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
+    return DAVAR_GRID && (wanted || tracks_about(config));
 }
 
 /* Samples pass the door of floats (2.3). */

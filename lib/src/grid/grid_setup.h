@@ -4,6 +4,7 @@
 
 #include "common/arena.h"
 #include "grid/grid.h"
+#include "track/glr.h"
 
 /* Edge positions are K apart; window_max and window_min (and the start, while a trailing window fills) may put them on
  * different residues modulo K. Signed: a centred window starts in the mirrored past. Within 32 bits: windows and strides are at
@@ -86,6 +87,9 @@ static uint32_t slots_for(uint32_t reach, uint32_t stride)
 static uint32_t head_reach(const davar_config_t *config)
 {
     const bool lags = is_centred(config) && is_adaptive(config);
+    if (tracks_about(config)) {
+        return glr_half(config->block) * config->block;
+    }
     return lags ? ((config->window_max - config->window_min) / 2U) : 0U;
 }
 

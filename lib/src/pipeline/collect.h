@@ -68,12 +68,20 @@ static uint32_t samples_mirrored(const davar_window_t *window)
     return in_front + (((int32_t)behind > 0) ? behind : 0U);
 }
 
+static uint64_t epoch_of(const davar_config_t *config, const davar_window_t *window)
+{
+    if (tracks_about(config)) { /* so far behind the newest sample when it was complete */
+        const uint32_t since = config->stride - window->wait;
+        return window_now(window) - since - (glr_half(config->block) * config->block) - 1U;
+    }
+    return window_now(window) - window->lag - (is_centred(config) ? (window->length / 2U) : 1U);
+}
+
 static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, const davar_window_t *window,
                         davar_result_t *result)
 {
-    const bool centred = is_centred(config);
     result->tau_count = config->tau_count;
-    result->epoch = window_now(window) - window->lag - (centred ? (window->length / 2U) : 1U);
+    result->epoch = epoch_of(config, window);
     result->window_samples = window->length;
     result->mirrored_samples = samples_mirrored(window);
     result->gaps_in_window = davar_gaps_inside(gaps, window);

@@ -39,6 +39,23 @@ DAVAR_RARE void NUMBER(resume)(davar_t *davar)
 
 /* --- the end of a record ----------------------------------------------------------------------------------------- */
 
+/* The last epochs of centred windows: time goes on, and no sample comes. */
+DAVAR_RARE static bool flush_about(stages_t *stages, davar_t *davar)
+{
+    tracker_t *const tracker = stages->tracker;
+    davar_window_t *const window = &davar->window;
+    while ((tracker->behind + window->wait) <= tracker->half) {
+        tracker->behind += window->wait;
+        window_receive(window, window->wait);
+        window->wait = 0U;
+        if (step_end(stages, davar)) {
+            davar_produce(davar);
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Hands on what waits, until an epoch is complete. False: nothing is left. */
 DAVAR_RARE static bool flush_tracked(stages_t *stages, davar_t *davar)
 {
@@ -48,7 +65,7 @@ DAVAR_RARE static bool flush_tracked(stages_t *stages, davar_t *davar)
     while ((stages->tracker->accepted > 0U) && !complete) {
         complete = pass_on(stages, davar, UINT32_MAX);
     }
-    return complete;
+    return complete || (tracks_about(davar->config) && flush_about(stages, davar));
 }
 
 DAVAR_RARE static void finish(stages_t *stages, davar_t *davar)

@@ -13,10 +13,13 @@
 static void window_move(stages_t *stages, davar_t *davar)
 {
     davar_window_t *const window = &davar->window;
-    if (is_tracked(stages) && on_grid(stages)) { /* by what has been heard up to now */
+    uint32_t lag = davar_law_lag(davar->config, window->next_length);
+    if (tracks_about(davar->config)) { /* by what has been heard up to now */
+        tracker_about(stages->tracker, davar->config, window);
+        lag = window->lag;
+    } else if (is_tracked(stages) && on_grid(stages)) {
         window->next_length = tracker_next(stages->tracker, davar->config, window, true);
     }
-    const uint32_t lag = davar_law_lag(davar->config, window->next_length);
     if (on_grid(stages)) {
         window->lag = lag;
         window->length = window->next_length;
@@ -65,7 +68,9 @@ DAVAR_APART static bool window_complete(stages_t *stages, davar_t *davar)
     window_move(stages, davar);
     davar_gaps_forget(&davar->gaps, window, reach_of_gaps(davar));
     window->wait = davar->config->stride;
-    const bool reported = (window->length >= davar->config->window_min);
+    const bool early =
+        tracks_about(davar->config) && !stages->tracker->full && (window->received <= stages->tracker->half);
+    const bool reported = !early && (window->length >= davar->config->window_min);
     if (reported && on_grid(stages)) {
         grid_place(stages, davar);
     }

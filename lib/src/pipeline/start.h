@@ -128,6 +128,7 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     start_window(&davar->window, config, origin, skip);
     if (is_tracked(stages)) {
         stages->tracker->tail = 0U;
+        stages->tracker->end = 0U;
         stages->tracker->cut = 0U;
         stages->tracker->news = false;
         stages->tracker->full = false;

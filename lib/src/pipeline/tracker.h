@@ -43,6 +43,8 @@ typedef struct tracker {
     uint32_t cut;         /* position of the newest change */
     uint32_t end;         /* position of the end of what was accepted when a block was last heard */
     uint32_t longest;     /* whole strides of a window */
+    uint32_t half;        /* samples from the epoch of a centred window to its end; 0: trailing */
+    uint32_t behind;      /* samples of time that have gone by behind the end of the record */
     clusters_t *clusters; /* null: none */
     davar_spread_t older; /* in front of the newest change that was told */
     int32_t gain;         /* which told it from what is behind, GAIN_DIGITS */
@@ -84,7 +86,8 @@ DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *c
                              .cut_interval_s = config->cut_interval_s,
                              .longest = config->window_max,
                              .block = config->block,
-                             .shock = config->shock_blocks};
+                             .shock = config->shock_blocks,
+                             .is_centred = looks_back(config)};
     davar_glr_start(&tracker->config, &wish);
     davar_glr_reset(&tracker->detector);
     if (config->long_cluster != 0U) {
@@ -93,6 +96,7 @@ DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *c
         davar_glr_reset(&tracker->clusters->detector);
     }
     tracker->longest = (config->window_max / config->stride) * config->stride;
+    tracker->half = tracker->config.half * config->block;
 }
 
 static uint32_t tracker_index(const tracker_t *tracker, uint32_t ahead)
@@ -273,6 +277,57 @@ static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, c
     }
     const uint32_t shorter = (window->length > config->shrink) ? (window->length - config->shrink) : 1U;
     return (shorter > most) ? shorter : most;
+}
+
+/* Blocks that have been accepted since the place `half` samples back, the one that holds it too. More may have been heard than
+ * has come on, and at the end of a record less. */
+static uint32_t tracker_back(const tracker_t *tracker, const davar_window_t *window)
+{
+    const int32_t block = (int32_t)tracker->config.block;
+    int32_t ahead = (int32_t)(tracker->end - window->received);
+    uint32_t blocks = tracker->config.half + 1U;
+    for (; ahead >= block; ahead -= block) {
+        blocks++;
+    }
+    for (; (ahead < 0) && (blocks > 1U); ahead += block) {
+        blocks--;
+    }
+    return blocks;
+}
+
+/* Up to whole strides. */
+static uint32_t up_to_strides(uint32_t samples, uint32_t stride)
+{
+    uint32_t rest = samples;
+    const uint32_t whole = whole_strides(&rest, stride) * stride;
+    return (rest > 0U) ? (whole + stride) : whole;
+}
+
+/* The window about the epoch that is due, on the grid (10.15): inside of what the detector wants, as far as window_min allows. */
+static void tracker_about(tracker_t *tracker, const davar_config_t *config, davar_window_t *window)
+{
+    const uint32_t stride = config->stride;
+    const uint32_t age = davar_glr_age_of(&tracker->detector, tracker_back(tracker, window));
+    davar_glr_window_t wanted;
+    uint32_t back = 2U * tracker->half; /* of its edges, from now */
+    uint32_t lag = tracker->behind;
+    if (davar_glr_centred(&tracker->detector, &tracker->config, age, &wanted)) {
+        const uint32_t end = tracker->end - (wanted.after * config->block);
+        const uint32_t since = window->received - end;
+        back = since + (wanted.blocks * config->block);
+        lag = ((int32_t)since > (int32_t)lag) ? since : lag;
+    }
+    tracker->full = tracker->full || (window->received >= config->window_max);
+    lag = smaller(up_to_strides(lag, stride), tracker->half);
+    back = ((int32_t)back < (int32_t)(tracker->half + stride)) ? (tracker->half + stride) : back;
+    uint32_t rest = smaller(back, tracker->full ? tracker->longest : window->received);
+    back = whole_strides(&rest, stride) * stride;
+    const uint32_t least = up_to_strides(config->window_min, stride);
+    if ((back - lag) < least) {
+        lag -= smaller(least - (back - lag), lag - smaller(lag, up_to_strides(tracker->behind, stride)));
+    }
+    window->lag = lag;
+    window->next_length = back - lag;
 }
 
 #endif

@@ -43,6 +43,13 @@ typedef struct {
     uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not remembered */
 } davar_glr_config_t;
 
+/* Blocks of half a centred window: 300 samples, as far as blocks are remembered. */
+static inline uint32_t glr_half(uint32_t block)
+{
+    const uint32_t half = (block < 300U) ? (300U / block) : 1U;
+    return (half < GLR_HALF_MAX) ? half : GLR_HALF_MAX;
+}
+
 /* A place in the stream and the running sum there. */
 typedef struct {
     davar_spread_t sum;

@@ -58,10 +58,9 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->step = davar_divided((nu * nu) << 14U, nu + 1U);
     config->step_of_8 = nu << 17U;
     config->bias = davar_divided(UINT32_C(1) << 16U, 3U * nu);
-    const uint32_t half = blocks_of(300U, wish->block);
     config->near = blocks_of(150U, wish->block);
     config->far = blocks_of(600U, wish->block);
-    config->half = wish->is_centred ? ((half < GLR_HALF_MAX) ? half : GLR_HALF_MAX) : 0U;
+    config->half = wish->is_centred ? glr_half(wish->block) : 0U;
 }
 
 /* Neighbours share three quarters of their samples: 0.38 degrees of freedom each, and 16 of them at least are a part. Sums of so many

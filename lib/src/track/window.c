@@ -72,6 +72,7 @@ void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *conf
     window->begin = begin.at;
     window->end = state->now.at;
     window->blocks = state->now.sum.blocks - begin.sum.blocks;
+    window->after = 0U;
 }
 
 /* ---- the cuts of the past ---- */
@@ -242,13 +243,13 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
 
 /* The neighbours of the centre among the cuts that count: `begin` and `end` move to them; `bound`: the newest cut before the end,
  * whether it counts or not. */
-static void clip(const davar_glr_t *state, uint32_t half, davar_glr_place_t *begin, davar_glr_place_t *end,
+static void clip(const davar_glr_t *state, uint32_t centre, davar_glr_place_t *begin, davar_glr_place_t *end,
                  davar_glr_place_t *bound)
 {
     for (uint32_t i = state->cuts; i > 0U; i--) { /* the newest first */
         const davar_glr_place_t *const cut = &state->past[i - 1U];
         const bool is_step = has_bit(state->counts, i - 1U);
-        if (is_step && (glr_age(state, cut) < half)) {
+        if (is_step && (glr_age(state, cut) < centre)) {
             glr_place_copy(end, cut);
         }
     }
@@ -256,7 +257,7 @@ static void clip(const davar_glr_t *state, uint32_t half, davar_glr_place_t *beg
         const davar_glr_place_t *const cut = &state->past[i];
         const bool is_step = has_bit(state->counts, i);
         const uint32_t age = glr_age(state, cut);
-        if (is_step && (age >= half) && (age <= glr_age(state, begin))) {
+        if (is_step && (age >= centre) && (age <= glr_age(state, begin))) {
             glr_place_copy(begin, cut);
         }
         if (age > glr_age(state, end)) {
@@ -265,33 +266,60 @@ static void clip(const davar_glr_t *state, uint32_t half, davar_glr_place_t *beg
     }
 }
 
-bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window)
+uint32_t davar_glr_age_of(const davar_glr_t *state, uint32_t accepted)
+{
+    uint32_t age = 0U;
+    for (uint32_t left = accepted; (left > 0U) && (age < GLR_RECENT); age++) {
+        left -= (state->recent[(state->now.at - 1U - age) % GLR_RECENT] != 0U) ? 1U : 0U;
+    }
+    return age;
+}
+
+/* Of the newest blocks, GLR_RECENT at most. */
+static uint32_t accepted_of(const davar_glr_t *state, uint32_t age)
+{
+    uint32_t accepted = 0U;
+    for (uint32_t i = 1U; i <= smaller(age, GLR_RECENT); i++) {
+        accepted += (state->recent[(state->now.at - i) % GLR_RECENT] != 0U) ? 1U : 0U;
+    }
+    return accepted;
+}
+
+bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t age,
+                       davar_glr_window_t *window)
 {
     window->begin = state->now.at - state->seen;
     window->end = state->now.at;
-    if (state->seen < config->half) {
+    window->blocks = state->now.sum.blocks;
+    window->after = 0U;
+    if (state->seen < smaller(age, GLR_HALF_MAX)) {
         return false;
     }
-    const uint32_t widest = 2U * config->half;
+    const uint32_t widest = age + config->half;
     davar_glr_place_t end;
     davar_glr_place_t begin;
     glr_place_copy(&end, &state->now);
     glr_place_copy(&begin, &state->now);
     begin.at -= widest;
+    begin.sum.blocks -= accepted_of(state, widest);
     davar_glr_place_t bound;
     oldest_record(state, config->longest, &bound); /* while there is none, the beginning is a cut */
     if (state->cuts == GLR_CUTS) {
         glr_place_copy(&bound, &state->past[0]); /* beyond it cuts may be forgotten */
     }
-    clip(state, config->half, &begin, &end, &bound);
+    clip(state, age, &begin, &end, &bound);
     if (glr_age(state, &bound) > widest) {
         davar_glr_place_t grown;
         recorded(state, widest, &bound, &grown);
         const uint32_t from = grown.at;
         grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
-        begin.at = (grown.at != from) ? grown.at : begin.at;
+        if (grown.at != from) {
+            glr_place_copy(&begin, &grown);
+        }
     }
     window->begin = begin.at;
     window->end = end.at;
+    window->blocks = end.sum.blocks - begin.sum.blocks;
+    window->after = state->now.sum.blocks - end.sum.blocks;
     return true;
 }

@@ -9,13 +9,18 @@ typedef struct {
     uint32_t begin;
     uint32_t end;
     uint32_t blocks; /* of them that were accepted */
+    uint32_t after;  /* accepted behind the end */
 } davar_glr_window_t;
 
 /* The window that ends with the newest accepted block. At most ten tests, six with 600 blocks; nearly always no logarithm. */
 void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window);
 
-/* The window about the block `half` before that. False, and the blocks there are, while none was there. */
-bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window);
+/* The window about the place `age` blocks before that. False, and the blocks there are, while none was there. O(GLR_RECENT). */
+bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t age,
+                       davar_glr_window_t *window);
+
+/* How many blocks ago so many accepted ones began, GLR_RECENT at most. */
+uint32_t davar_glr_age_of(const davar_glr_t *state, uint32_t accepted);
 
 /* For glr.c: no cut but the beginning; the next block, before now counts it; after each block, is there a new cut, and the turn
  * of one cut to be judged. */
