@@ -117,6 +117,12 @@ static void test_moments_can_be_switched_off_with_the_fixed_window(void)
         TEST_ASSERT_TRUE(isnan(result.kurtosis) && isnan(result.contribution) && !result.unstable);
         TEST_ASSERT_TRUE(result.tau[0].adev > 0.0);
     }
+    const double by_grid = result.tau[0].adev;
+    config.engine = DAVAR_ENGINE_EDGES;
+    start_q15();
+    (void)feed(0U, 70U);
+    TEST_ASSERT_TRUE(isnan(result.kurtosis));
+    TEST_ASSERT_EQUAL_DOUBLE(by_grid, result.tau[0].adev);
 }
 
 static void test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation(void)

@@ -158,7 +158,7 @@ static uint32_t window_end(void)
 static void check_window(void)
 {
     const uint64_t end = (config.mode == DAVAR_MODE_CENTRED) ? (window_end() - 1U) : result.epoch;
-    for (uint32_t t = 0U; t < TAUS; t++) {
+    for (uint32_t t = 0U; t < config.tau_count; t++) {
         uint32_t differences = 0U;
         const double expected = adev_of(end, result.window_samples, taus[t], &differences);
         TEST_ASSERT_EQUAL_UINT32(differences, result.tau[t].differences);
@@ -481,6 +481,47 @@ static void test_a_centred_window_ends_at_the_step(void)
     check_centred(Q15, 20U, 64U);
 }
 
+static uint32_t flush_all(void)
+{
+    uint32_t results = 0U;
+    for (; davar_flush(&davar); results++) {
+        TEST_ASSERT_TRUE(davar_take(&davar, &result));
+    }
+    return results;
+}
+
+/* Blocks that waited come on at once; a record that ends within a block; one shorter than half a window; a value at every sample. */
+static void test_centred_windows_where_little_or_much_has_come(void)
+{
+    nothing_lost();
+    config.mode = DAVAR_MODE_CENTRED;
+    make_stream(5U, STEP, 8.0);
+    config.stride = 10U;
+    init(Q15, 0U);
+    TEST_ASSERT_EQUAL_UINT32(1U, run(Q15, 0U, SAMPLES, 1U, 7U).alarms);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).shocks);
+    config.stride = 5U;
+    init(Q15, 0U);
+    (void)run(Q15, 0U, 4009U, 64U, 100000U);
+    (void)flush_all();
+    TEST_ASSERT_EQUAL_UINT64(4004U, result.epoch);
+    config.stride = 10U;
+    init(Q15, 0U);
+    TEST_ASSERT_EQUAL_UINT32(0U, run(Q15, 0U, 95U, 64U, 1U).results);
+    TEST_ASSERT_EQUAL_UINT32(9U, flush_all());
+    TEST_ASSERT_EQUAL_UINT64(89U, result.epoch);
+    TEST_ASSERT_EQUAL_UINT32(90U, result.window_samples);
+    config.block = 5U; /* half a window is 150 samples then */
+    config.window_max = 300U;
+    config.tau_count = 1U;
+    config.stride = 1U;
+    init(Q15, 0U);
+    const uint32_t results = run(Q15, 0U, 1000U, 64U, 7U).results;
+    TEST_ASSERT_UINT32_WITHIN(4U, 1000U - 150U, results); /* of a block that goes on sample by sample */
+    TEST_ASSERT_EQUAL_UINT32(1000U, results + flush_all());
+    TEST_ASSERT_EQUAL_UINT64(999U, result.epoch);
+}
+
 static void test_centred_windows_beside_shocks_and_gaps(void)
 {
     config.mode = DAVAR_MODE_CENTRED;
@@ -629,6 +670,9 @@ static void test_what_init_refuses(void)
     config.stride = 10U, config.engine = DAVAR_ENGINE_EDGES;
     TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
+    config.engine = DAVAR_ENGINE_EDGES; /* says nothing at stride 1 */
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    setUp();
     config.stride = 7U, config.window_min = 1200U, refused();
     config.window_max = 7690U, refused();
     config.false_alarms_per_hour = 0.0, refused();
@@ -649,6 +693,7 @@ int main(void)
     RUN_TEST(test_a_restart);
     RUN_TEST(test_reset_begins_anew);
     RUN_TEST(test_a_centred_window_ends_at_the_step);
+    RUN_TEST(test_centred_windows_where_little_or_much_has_come);
     RUN_TEST(test_centred_windows_beside_shocks_and_gaps);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
     RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);

@@ -46,7 +46,7 @@ typedef struct {
 /* Blocks of half a centred window: 300 samples, as far as blocks are remembered. */
 static inline uint32_t glr_half(uint32_t block)
 {
-    const uint32_t half = (block < 300U) ? (300U / block) : 1U;
+    const uint32_t half = 300U / block;
     return (half < GLR_HALF_MAX) ? half : GLR_HALF_MAX;
 }
 
