@@ -172,11 +172,15 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
-static bool is_built(const davar_config_t *config)
+static bool needs_grid(const davar_config_t *config)
 {
     const bool about = (config->mode == DAVAR_MODE_CENTRED) && (config->policy == DAVAR_POLICY_GLR);
-    const bool gridless = ((config->stride <= 1U) && !about) || (config->engine == DAVAR_ENGINE_EDGES);
-    return (DAVAR_GRID || gridless) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
+    return (config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || about);
+}
+
+static bool is_built(const davar_config_t *config)
+{
+    return (DAVAR_GRID || !needs_grid(config)) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
            (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U))) &&
            (DAVAR_TRACKING || (config->policy != DAVAR_POLICY_GLR));
 }
