@@ -23,7 +23,7 @@ PROOFS = {
     "slcan": Proof(("wire/slcan.c",)),
     "number": Proof(("number/real.c", "number/logarithm.c")),
     "slide": Proof((), 5000),
-    "restore": Proof((*STREAM, "state.c"), 1100),
+    "restore": Proof((*STREAM, "state.c"), 1100, ("-eva-split-return-function", "init_wide:0")),
     "push": Proof(STREAM),
 }
 OPTIONS = ("-c11", "-eva", "-main", "prove", "-machdep", "gcc_x86_64", "-warn-invalid-pointer", "-warn-special-float", "none",
