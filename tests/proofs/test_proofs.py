@@ -19,8 +19,8 @@ PLANTS = {
               ("window/number_q15.h", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
     "restore": [("state.c", "(left < sizeof part) ? left : sizeof part", "left", ("-DWIDE=0",)),
                 ("state.c", "& 15U]", "& 31U]", ("-DWIDE=0",))],
-    "push": [("window/ring.h", "(end == ring->capacity) ? 0U : end", "(end > ring->capacity) ? 0U : end", ("-DPUSHES=12U",)),
-             ("window/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U",))],
+    "push": [("window/ring.h", "(end == ring->capacity) ? 0U : end", "(end > ring->capacity) ? 0U : end", ("-DPUSHES=12U", "-DGAPS=2U")),
+             ("window/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
 }
 
 
@@ -52,6 +52,9 @@ class Proofs(unittest.TestCase):
 
     def test_slide(self):
         self.holds("slide")
+
+    def test_push(self):
+        self.holds("push")
 
     def test_restore_q15(self):
         self.holds("restore", "-DWIDE=0")
