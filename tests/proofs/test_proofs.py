@@ -19,7 +19,7 @@ PLANTS = {
               ("window/number_q15.h", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
     "restore": [("state.c", "(left < sizeof part) ? left : sizeof part", "left", ("-DWIDE=0",)),
                 ("state.c", "& 15U]", "& 31U]", ("-DWIDE=0",))],
-    "push": [("window/ring.h", "(end == ring->capacity) ? 0U : end", "(end > ring->capacity) ? 0U : end", ("-DPUSHES=12U", "-DGAPS=2U")),
+    "push": [("window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", ("-DPUSHES=12U", "-DGAPS=2U")),
              ("window/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
 }
 
