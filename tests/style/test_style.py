@@ -30,6 +30,7 @@ MAY_INCLUDE = {
     "host_sim": ("lib/include", "port/include", "port/node", "port/job", "host_sim"),
     "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "host_sim", "tests/support"),
     "tests/tracking": ("lib/include", "lib/src", "port/bare_metal", "tests/support"),
+    "tests/proofs": ("lib/include", "lib/src"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
     "tests/fuzz": ("lib/include", "gateway", "tests/support"),

@@ -22,6 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import coverage_report
+import mcdc_report
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
@@ -30,7 +31,7 @@ JOBS = str(os.cpu_count() or 2)
 HANG_S = "1800"  # real seconds after which a guest is thought to hang, however busy the machine is
 # ctest labels that a kind of build leaves out: these tests measure statistics or count to 10^7, and their answer cannot
 # depend on the kind of build.
-LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "long"}
+LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "long", "mcdc": "long"}
 
 
 class Tally:
@@ -114,14 +115,14 @@ def unity_tally(name, output, status):
     return Tally(tests - failures - ignored, failures, ignored, lines)
 
 
-def ctest(preset):
+def ctest(preset, variables=None):
     build(preset)
     report = LOGS / f"ctest-{preset}.xml"
     command = ["ctest", "--preset", preset, "--parallel", JOBS, "--output-junit", str(report),
                "--test-output-size-passed", "1000000", "--test-output-size-failed", "1000000"]
     if preset in LEFT_OUT:
         command += ["--label-exclude", LEFT_OUT[preset]]
-    status, output = run(command, f"ctest-{preset}.log")
+    status, output = run(command, f"ctest-{preset}.log", {**os.environ, **(variables or {})})
     if not report.exists():
         raise Broken(output)
     tally = Tally()
@@ -143,6 +144,25 @@ def coverage():
     if status:
         raise Broken(output)
     summary, missing = coverage_report.missing(report, ROOT / "tests/coverage_exceptions.txt")
+    tally.add(Tally(failed=1, lines=missing) if missing else Tally(passed=1))
+    tally.lines.append(summary)
+    return tally
+
+
+def mcdc():
+    """Each condition of a decision of lib/ must have turned it alone, but for the named exceptions."""
+    profiles = BUILD / "mcdc/profiles"
+    shutil.rmtree(profiles, ignore_errors=True)
+    tally = ctest("mcdc", {"LLVM_PROFILE_FILE": str(profiles / "%p.profraw")})
+    profile = BUILD / "mcdc/profile"
+    programs = [path for path in sorted((BUILD / "mcdc/tests").glob("test_*"))
+                if path.is_file() and os.access(path, os.X_OK) and path.name != "test_assert"]
+    tool("llvm-profdata-19", "merge", "-o", str(profile), *map(str, sorted(profiles.iterdir())), log="mcdc-merge.log").must()
+    report = subprocess.run(["llvm-cov-19", "export", "-instr-profile", str(profile), *(f"-object={path}" for path in programs)],
+                            cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    if report.returncode:
+        raise Broken("llvm-cov-19 export failed")
+    summary, missing = mcdc_report.missing(report.stdout, ROOT, ROOT / "tests/mcdc_exceptions.txt")
     tally.add(Tally(failed=1, lines=missing) if missing else Tally(passed=1))
     tally.lines.append(summary)
     return tally
@@ -331,6 +351,8 @@ PARTS = {
     "sanitize": ("the same under address and undefined-behaviour sanitizers", [partial(ctest, "sanitize")]),
     "m32": ("the same as a 32-bit program", [partial(ctest, "m32")]),
     "coverage": ("the same; every line and branch of lib/ must have run", [coverage]),
+    "mcdc": ("the same, quick ones; every condition of lib/ must have turned its decision alone (MC/DC)", [mcdc]),
+    "proofs": ("statements of tests/proofs, proved by Eva of Frama-C for all inputs", suite("proofs")),
     "cli": ("davar-sim through its command line",
             [*suite("cli", setting=partial(simulator, "release")),
              partial(python_module, "cli", "tests/tracking", "test_recordings.py", partial(simulator, "release"))]),

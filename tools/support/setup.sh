@@ -45,6 +45,9 @@ have() {
     qemu-system-misc) command -v qemu-system-riscv32 >/dev/null ;;
     dpkg-dev) command -v dpkg-shlibdeps >/dev/null ;;
     libclang-rt-14-dev) compgen -G "/usr/lib/llvm-14/lib/clang/14*/lib/linux/libclang_rt.fuzzer-*.a" >/dev/null ;;
+    libclang-rt-19-dev) compgen -G "/usr/lib/llvm-19/lib/clang/19*/lib/linux/libclang_rt.profile-*.a" >/dev/null ;;
+    llvm-19) command -v llvm-cov-19 >/dev/null ;;
+    frama-c-base) command -v frama-c >/dev/null ;;
     ca-certificates) [[ -e /etc/ssl/certs/ca-certificates.crt ]] ;;
     *) command -v "$1" >/dev/null ;;
     esac

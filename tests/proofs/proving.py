@@ -1,0 +1,79 @@
+"""Runs one proof of this folder with Eva, the abstract interpreter of Frama-C, and reads what it says. Standard library only.
+
+By hand: proving.py NAME [-DBOUND=NUMBER ...], from anywhere; prints the alarms, exit status 1 when one is not in alarms.txt.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+# The pipelines: what a stream needs.
+STREAM = ("config.c", "davar.c", "status.c", "common/absent.c", "change/rough.c", "change/stationarity.c", "window/gaps.c",
+          "track/dispersion.c", "track/glr.c", "track/likelihood.c", "track/scan.c", "track/start.c", "track/window.c",
+          "number/logarithm.c", "number/real.c", "pipeline/q15.c", "pipeline/q31.c")
+# sources: of lib/src, beside prove_NAME.c; unroll: the most turns of a loop that are followed one by one; more: options.
+Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
+PROOFS = {
+    "decode": Proof(("wire/decode.c", "wire/encode.c"), more=("-eva-split-return-function", "davar_decode:0")),
+    "slcan": Proof(("wire/slcan.c",)),
+    "number": Proof(("number/real.c", "number/logarithm.c")),
+    "slide": Proof((), 5000),
+    "restore": Proof((*STREAM, "state.c"), 1100, ("-eva-split-return-function", "init_wide:0")),
+    "push": Proof(STREAM),
+}
+OPTIONS = ("-c11", "-eva", "-main", "prove", "-machdep", "gcc_x86_64", "-warn-invalid-pointer", "-warn-special-float", "none",
+           "-eva-slevel", "50", "-eva-split-return", "auto", "-eva-msg-key=-final-states,-initial-state", "-kernel-warn-key",
+           "typing:implicit-conv-void-ptr=inactive")
+# Without code and without a contract: Eva takes it to change nothing, and so it is.
+WITHOUT_CODE = {"atomic_thread_fence"}
+
+
+def alarms_of(output):
+    """(file, what Eva says) of every alarm in its output; the line numbers are left out."""
+    found = re.findall(r"^\[eva:alarm\] (\S+?):\d+: Warning: *\n((?:  .*\n)+)", output, re.MULTILINE)
+    return {(name, " ".join(text.split())) for name, text in found}
+
+
+def listed(name):
+    """The alarms of alarms.txt for one proof."""
+    rows = [line.split(" | ") for line in (HERE / "alarms.txt").read_text().splitlines() if line and not line.startswith("#")]
+    assert all(len(row) == 4 and all(row) for row in rows), "alarms.txt: proof | file | what Eva says | reason"
+    return {(file, text) for proof, file, text, _ in rows if proof == name}
+
+
+def prove(name, bounds=(), root=ROOT):
+    """Runs prove_NAME.c over the sources below `root`. Returns (alarms, Eva's output); RuntimeError: nothing was proved at all."""
+    proof = PROOFS[name]
+    # Eva knows no 128-bit integer: the compiler's is hidden, and davar takes its products by parts.
+    flags = " ".join(("-Ilib/include", "-Ilib/src", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds))
+    done = subprocess.run(["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll), f"-cpp-extra-args={flags}",
+                           str(HERE / f"prove_{name}.c"), *(f"lib/src/{source}" for source in proof.sources)],
+                          cwd=root, env={**os.environ, "PWD": str(root)}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    without = set(re.findall(r"Neither code nor specification for function (\w+)", done.stdout)) - WITHOUT_CODE
+    alarms = alarms_of(done.stdout)
+    if done.returncode or without or "[eva:summary]" not in done.stdout:
+        raise RuntimeError(f"{name}: no proof; without code: {sorted(without)}\n{done.stdout[-3000:]}")
+    if not alarms and "Frama_C_show_each_proved" not in done.stdout:
+        raise RuntimeError(f"{name}: the end of the proof is not reached\n{done.stdout[-3000:]}")
+    return alarms, done.stdout
+
+
+def main():
+    if len(sys.argv) < 2 or sys.argv[1] not in PROOFS:
+        print(f"usage: proving.py {'|'.join(PROOFS)} [-DBOUND=NUMBER ...]", file=sys.stderr)
+        return 2
+    alarms, _ = prove(sys.argv[1], sys.argv[2:])
+    new = alarms - listed(sys.argv[1])
+    for file, text in sorted(alarms):
+        print(f"{'new' if (file, text) in new else 'listed'}: {file}: {text}")
+    print(f"{sys.argv[1]}: {len(new)} new alarms, {len(alarms) - len(new)} listed")
+    return 1 if new else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

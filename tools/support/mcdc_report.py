@@ -1,0 +1,56 @@
+"""Which conditions of lib/ never turned their decision alone (MC/DC), from llvm-cov's JSON, less the named exceptions."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+
+def decisions(report, root):
+    """{(file below root, first line, column, last line, column): [condition covered?, ...]} of lib/. A header's decision is
+    covered where any of the sources that include it covers it."""
+    found = {}
+    for entry in json.loads(report)["data"][0]["files"]:
+        name = Path(entry["filename"])
+        if not name.is_relative_to(root / "lib"):
+            continue
+        for record in entry.get("mcdc_records", []):
+            key = (str(name.relative_to(root)), *record[:4])
+            covered = record[-1]
+            found[key] = [a or b for a, b in zip(found.get(key, covered), covered)]
+    return found
+
+
+def text_of(key, root):
+    """The decision as it stands in the source, in one line."""
+    name, first, column, last, end = key
+    lines = (root / name).read_text().splitlines()[first - 1:last]
+    lines[-1] = lines[-1][:end - 1]
+    lines[0] = lines[0][column - 1:]
+    return " ".join(" ".join(lines).split())
+
+
+def read_exceptions(path):
+    """Lines `file | decision | C1 C3 .. | reason`; # starts a comment. Returns a Counter of (file, decision, condition)."""
+    exceptions = Counter()
+    for line in path.read_text().splitlines():
+        if line and not line.startswith("#"):
+            fields = [field.strip() for field in line.split(" | ")]
+            assert len(fields) == 4 and fields[3], f"{path}: file | decision | conditions | reason: {line}"
+            exceptions.update((fields[0], fields[1], number) for number in fields[2].split())
+    return exceptions
+
+
+def missing(report, root, exceptions_path):
+    """Returns (summary line, list of what is wrong: a condition that is missing, an exception that is not)."""
+    found, uncovered, count = decisions(report, root), Counter(), 0
+    for key, conditions in found.items():
+        count += len(conditions)
+        uncovered.update((key[0], text_of(key, root), f"C{i}") for i, covered in enumerate(conditions, 1) if not covered)
+    excepted = read_exceptions(exceptions_path)
+    wrong = [f"{name}: {number} never turned: {text}" for name, text, number in sorted((uncovered - excepted).elements())]
+    wrong += [f"{name}: {number} is covered, take out its exception: {text}"
+              for name, text, number in sorted((excepted - uncovered).elements())]
+    if not found:
+        wrong.append("the report names no decision of lib/")
+    covered = count - uncovered.total()
+    return f"lib/: MC/DC of {covered} of {count} conditions, {len(found)} decisions; {excepted.total()} named exceptions", wrong
