@@ -1,6 +1,6 @@
 """What davar costs on each emulated microcontroller: instructions, flash, RAM, stack; and what its code is made of.
 
-    python3 tools/support/target_cost.py [--write]     measures all targets; --write renews docs/cost.json and the README
+    python3 tools/support/target_cost.py [--write]     measures all bare boards; --write renews docs/cost.json and the README
 
 Called by tools/davar-bench. Standard library only.
 """
@@ -23,12 +23,8 @@ LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "everything": (3, ("-DDAVAR_
 STRIDE = 60
 
 
-def prefix(target):
-    return "riscv64-unknown-elf-" if targets.MACHINES[target]["core"] == "rv32" else "arm-none-eabi-"
-
-
 def tool(target, name, *arguments):
-    return targets.run([prefix(target) + name, *map(str, arguments)], f"{name} for {target}")
+    return targets.run([targets.MACHINES[target]["toolchain"] + name, *map(str, arguments)], f"{name} for {target}")
 
 
 def symbols(target, path):
@@ -121,7 +117,7 @@ def measure(target):
 
 
 def measure_all():
-    return {target: measure(target) for target in targets.MACHINES}
+    return {target: measure(target) for target in targets.BARE}
 
 
 # --- what the path of a sample is made of ------------------------------------------------------------------------------
