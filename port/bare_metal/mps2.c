@@ -1,8 +1,10 @@
-/* davar on a bare board - the mps2 and mps3 boards: the FPGA's counter of cycles as a clock, first UART. */
+/* davar on a bare board - the mps2 boards: first timer as a clock, first UART. */
 #include "board.h"
 #include "registers.h"
 
-#define CYCLES REGISTER(BOARD_TIMER + 0x18U) /* of the FPGA, from reset on */
+#define TIMER_CONTROL REGISTER(BOARD_TIMER + 0x0U)
+#define TIMER_VALUE REGISTER(BOARD_TIMER + 0x4U)
+#define TIMER_RELOAD REGISTER(BOARD_TIMER + 0x8U)
 #define UART_DATA REGISTER(BOARD_UART + 0x0U)
 #define UART_STATE REGISTER(BOARD_UART + 0x4U)
 #define UART_CONTROL REGISTER(BOARD_UART + 0x8U)
@@ -14,7 +16,12 @@
 
 uint32_t board_clock(void)
 {
-    return CYCLES;
+    if ((TIMER_CONTROL & ENABLE) == 0U) {
+        TIMER_RELOAD = UINT32_MAX;
+        TIMER_VALUE = UINT32_MAX;
+        TIMER_CONTROL = ENABLE;
+    }
+    return UINT32_MAX - TIMER_VALUE;
 }
 
 bool board_serial_put(char character)
