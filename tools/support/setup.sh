@@ -43,6 +43,8 @@ have() {
     gcc-riscv64-unknown-elf) command -v riscv64-unknown-elf-gcc >/dev/null ;;
     picolibc-riscv64-unknown-elf) riscv64-unknown-elf-gcc --specs=picolibc.specs -E -x c /dev/null >/dev/null 2>&1 ;;
     qemu-system-misc) command -v qemu-system-riscv32 >/dev/null ;;
+    gcc-aarch64-linux-gnu) command -v aarch64-linux-gnu-gcc >/dev/null ;;
+    gcc-riscv64-linux-gnu) command -v riscv64-linux-gnu-gcc >/dev/null ;;
     libc6-dev-arm64-cross) [[ -e /usr/aarch64-linux-gnu/lib/libc.a ]] ;;
     libc6-dev-riscv64-cross) [[ -e /usr/riscv64-linux-gnu/lib/libc.a ]] ;;
     qemu-user) command -v qemu-aarch64 >/dev/null ;;
