@@ -1,6 +1,7 @@
 /* davar on a bare board - what an image needs beside the library: characters out, files of the host (semihosting), exact
- * instruction counts of the emulator, a timer interrupt, a UART, an end with a status. cortex_m.c and rv32.c implement what
- * belongs to the core, mps2.c, microbit.c and virt.c what belongs to the board. */
+ * instruction counts of the emulator, a timer interrupt, a UART, an end with a status. cortex_m.c and riscv.c implement what
+ * belongs to the core, mps2.c, mps3.c, microbit.c and virt.c what belongs to the board. linux.c has what a system with files
+ * gives: text, files, the command line, the end. */
 #ifndef BOARD_H
 #define BOARD_H
 

@@ -18,7 +18,7 @@ class Cost(unittest.TestCase):
         cls.recorded = json.loads(target_cost.RECORD.read_text(encoding="utf-8"))
 
     def test_no_figure_is_worse_than_recorded(self):
-        for target in targets.MACHINES:
+        for target in targets.BARE:
             measured = target_cost.measure(target)
             self.assertEqual(set(measured), set(self.recorded[target]), "renew with tools/davar-bench --targets --write")
             for name, value in measured.items():
@@ -30,7 +30,7 @@ class Cost(unittest.TestCase):
             self.assertIn(target_cost.table(self.recorded, columns), page.read_text(encoding="utf-8"))
 
     def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):
-        for target in targets.MACHINES:
+        for target in targets.BARE:
             where = targets.build(target)
             with self.subTest(target=target):
                 roots = ("davar_push_q15", "davar_push_q31")
@@ -38,7 +38,7 @@ class Cost(unittest.TestCase):
 
     def test_the_check_of_the_path_finds_what_is_there(self):
         """The evaluation of a result divides in floating point: the same check must object."""
-        for target in targets.MACHINES:
+        for target in targets.BARE:
             where = targets.build(target)
             with self.subTest(target=target):
                 self.assertTrue(target_cost.offences(target, where / "paths.elf", ("davar_fit_8_taus",)))

@@ -85,7 +85,7 @@ class Stream(unittest.TestCase):
         options = ("--stride", "200")
         expected = simulated(*options)
         self.assertGreater(len(expected), 400)
-        for target in targets.MACHINES:
+        for target in targets.BARE:
             with self.subTest(target=target):
                 counters, lines = self.stream(target, EVERY_MS, LIKE_16_MHZ, *options)
                 self.assertEqual((SAMPLES, 0, 0), tuple(counters[name] for name in ("samples", "overruns", "missed")))
@@ -93,7 +93,7 @@ class Stream(unittest.TestCase):
                           [any_run(line) for line in lines if not line.startswith(HEALTH)])
 
     def test_results_that_the_main_loop_is_too_slow_for_are_counted(self):
-        for target in targets.MACHINES:
+        for target in targets.BARE:
             options = (*SHORT_WINDOW, "--stride", "20" if targets.MACHINES[target]["small"] else "2")
             rows = subprocess.run([SIM, *RECORDING, *options], stdout=subprocess.PIPE, check=True).stdout.count(b"\n") - 1
             with self.subTest(target=target):
@@ -105,7 +105,7 @@ class Stream(unittest.TestCase):
                 self.assertEqual(counters["missed"], told(lines)[RESULTS_MISSED])
 
     def test_samples_that_the_interrupt_is_too_slow_for_are_counted_gaps(self):
-        for target in targets.MACHINES:
+        for target in targets.BARE:
             with self.subTest(target=target):
                 counters, lines = self.stream(target, EVERY_100_US, OVERLOADED, "--stride", "100")
                 self.assertGreater(counters["overruns"], 100)

@@ -364,7 +364,7 @@ PARTS = {
     "lab": ("tools/davarlab on recordings with known truth", suite("lab", setting=lab)),
     "workbench": ("tools/davarlab open in a real browser", suite("workbench", setting=workbench)),
     "package": ("the Python package as pip installs it, outside of the checkout", suite("package", setting=package)),
-    "targets": ("the suites of lib/ and its cost on six emulated microcontrollers",
+    "targets": ("the suites of lib/ and its cost on ten emulated boards",
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "fuzz": ("libFuzzer targets of tests/fuzz, a bounded number of runs each", [partial(fuzz, name) for name in FUZZ]),
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),

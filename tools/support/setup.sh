@@ -43,6 +43,11 @@ have() {
     gcc-riscv64-unknown-elf) command -v riscv64-unknown-elf-gcc >/dev/null ;;
     picolibc-riscv64-unknown-elf) riscv64-unknown-elf-gcc --specs=picolibc.specs -E -x c /dev/null >/dev/null 2>&1 ;;
     qemu-system-misc) command -v qemu-system-riscv32 >/dev/null ;;
+    gcc-aarch64-linux-gnu) command -v aarch64-linux-gnu-gcc >/dev/null ;;
+    gcc-riscv64-linux-gnu) command -v riscv64-linux-gnu-gcc >/dev/null ;;
+    libc6-dev-arm64-cross) [[ -e /usr/aarch64-linux-gnu/lib/libc.a ]] ;;
+    libc6-dev-riscv64-cross) [[ -e /usr/riscv64-linux-gnu/lib/libc.a ]] ;;
+    qemu-user) command -v qemu-aarch64 >/dev/null ;;
     dpkg-dev) command -v dpkg-shlibdeps >/dev/null ;;
     libclang-rt-14-dev) compgen -G "/usr/lib/llvm-14/lib/clang/14*/lib/linux/libclang_rt.fuzzer-*.a" >/dev/null ;;
     libclang-rt-19-dev) compgen -G "/usr/lib/llvm-19/lib/clang/19*/lib/linux/libclang_rt.profile-*.a" >/dev/null ;;
@@ -53,9 +58,10 @@ have() {
     esac
 }
 
-# What the emulated microcontrollers need.
+# What the emulated boards need, bare ones and those with Linux.
 export target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm gcc-riscv64-unknown-elf
-    picolibc-riscv64-unknown-elf qemu-system-misc)
+    picolibc-riscv64-unknown-elf qemu-system-misc gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-riscv64-linux-gnu
+    libc6-dev-riscv64-cross qemu-user)
 
 # need PACKAGE...: installs what is missing, or names it.
 need() {

@@ -1,4 +1,4 @@
-"""The emulated microcontrollers: how to build for each and how to run an image on it. Standard library only."""
+"""The emulated boards: how to build for each and how to run an image on it. Standard library only."""
 
 import fcntl
 import json
@@ -9,6 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 MACHINES = json.loads((ROOT / "port/bare_metal/boards.json").read_text(encoding="ascii"))  # a board is one entry there
+BARE = [target for target, board in MACHINES.items() if board["core"] != "linux"]  # they count instructions, have a timer interrupt and a UART
 
 
 class TargetError(Exception):
@@ -52,12 +53,14 @@ def build(target, kind="target", image=None):
 
 def counting_shift(target):
     """With this shift the board's clock counts instructions (board.h)."""
-    return 0 if MACHINES[target]["core"] == "rv32" else 8
+    return {"cortex_m": 8, "riscv": 0}[MACHINES[target]["core"]]
 
 
 def command(target, image, arguments="", shift=None, serial="null"):
-    """The emulator's command line. shift: an instruction takes 2^shift ns of the board's time, exactly (none: as it comes).
-    serial: where the UART ends (null, pty, file:PATH)."""
+    """The emulator's command line. Of a bare board, shift: an instruction takes 2^shift ns of the board's time, exactly (none:
+    as it comes); serial: where the UART ends (null, pty, file:PATH)."""
+    if target not in BARE:
+        return [*MACHINES[target]["emulator"].split(), str(image), *arguments.split()]
     icount = ["-icount", f"shift={shift}"] if shift is not None else []
     semihosting = f"enable=on,target=native,arg={Path(image).stem}" + "".join(f",arg={word}" for word in arguments.split())
     return [*MACHINES[target]["emulator"].split(), "-display", "none", "-monitor", "none", "-serial", serial, *icount,

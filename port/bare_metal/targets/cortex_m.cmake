@@ -1,10 +1,11 @@
 # Toolchain of the Cortex-M targets; DAVAR_TARGET says which.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR arm)
-set(CMAKE_C_COMPILER arm-none-eabi-gcc)
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES DAVAR_TARGET)
 include("${CMAKE_CURRENT_LIST_DIR}/board.cmake")
+board_field(toolchain toolchain)
 board_field(cpu cpu)
+set(CMAKE_C_COMPILER ${toolchain}gcc)
 set(CMAKE_C_FLAGS_INIT "${cpu} -mthumb --specs=nano.specs -ffunction-sections -fdata-sections")
 set(CMAKE_C_FLAGS_RELEASE_INIT "-O2 -DNDEBUG")

@@ -10,11 +10,13 @@ extern uint32_t image_bss_end;
 
 int main(void);
 void board_begin(void);
+void board_reset(void);
 void board_trap(void);
 
 #define MACHINE_TIME_COMPARE 0x02004000U /* of the first core; low word, then high */
 #define TIMER_INTERRUPT 0x80U            /* in mie */
 #define INTERRUPTS 8U                    /* in mstatus */
+#define FLOATING_POINT 0x2000U           /* in mstatus: registers and unit, as after reset */
 
 static uint32_t tick_period;
 
@@ -31,14 +33,19 @@ __attribute__((noinline, aligned(16))) intptr_t semihosting_call(int operation, 
     return a0;
 }
 
-void board_start(void) {}
+void board_start(void)
+{
+#if defined(__riscv_flen)
+    __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrs mstatus, %0\n\t.option pop" ::"r"(FLOATING_POINT));
+#endif
+}
 
 uint32_t board_mark(void)
 {
-    uint32_t retired;
+    uintptr_t retired;
     __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrr %0, minstret\n\t.option pop"
                      : "=r"(retired)::"memory");
-    return retired;
+    return (uint32_t)retired;
 }
 
 static void compare_at(uint64_t time)
@@ -52,7 +59,7 @@ static void compare_at(uint64_t time)
 __attribute__((interrupt, aligned(4))) void board_trap(void)
 {
     static uint64_t due;
-    int32_t cause;
+    intptr_t cause;
     __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrr %0, mcause\n\t.option pop" : "=r"(cause));
     if (cause >= 0) {
         board_text("fault\n");
@@ -88,4 +95,11 @@ void board_begin(void)
     memset(&image_bss_start, 0, (size_t)((uintptr_t)&image_bss_end - (uintptr_t)&image_bss_start));
     board_start();
     board_exit(main());
+}
+
+/* The first instructions: there is no stack yet. */
+__attribute__((naked, section(".vectors"))) void board_reset(void)
+{
+    __asm__(".option push\n\t.option norelax\n\tla gp, __global_pointer$\n\t.option pop\n\tla sp, image_stack_top\n\t"
+            "call board_begin");
 }
