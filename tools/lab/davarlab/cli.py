@@ -11,7 +11,7 @@ from . import axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
-from .errors import BadInput, internal_error
+from .errors import BadInput, internal_error, printable
 from .logs import door
 from .report import parameters, terminal, values
 
@@ -19,7 +19,7 @@ DETAIL = 3
 
 
 def progress(text):
-    print(f"davarlab: {text}", file=sys.stderr, flush=True)
+    print(f"davarlab: {printable(text)}", file=sys.stderr, flush=True)
 
 
 def emit(options, data, text):
@@ -437,7 +437,7 @@ def main(arguments):
         check_files(options)
         return COMMANDS[options.command][0](options)
     except BadInput as why:
-        print(f"davarlab: {why}", file=sys.stderr)
+        print(f"davarlab: {printable(why)}", file=sys.stderr)
         return 2
     except MemoryError:
         print("davarlab: not enough memory for that much data", file=sys.stderr)

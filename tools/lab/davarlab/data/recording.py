@@ -162,7 +162,7 @@ def stamps_text(seconds, origin_ns):
     if not origin_ns:
         return [f"{value:.9f}".rstrip("0").rstrip(".") for value in np.asarray(seconds, np.float64).tolist()]
     whole = origin_ns + np.round(np.asarray(seconds, np.float64) * 1e9).astype(np.int64)
-    return [f"{ns // 10**9}.{ns % 10**9:09d}" for ns in whole.tolist()]
+    return [f"{'-' * (ns < 0)}{abs(ns) // 10**9}.{abs(ns) % 10**9:09d}" for ns in whole.tolist()]
 
 
 def packed(pieces):
