@@ -236,7 +236,7 @@ def run_export(options):
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
         raise BadInput("export: a table for the device is of one model (--to FORMAT takes one for each axis)")
-    table = export.table_of(given[0][1], options.window, options.tolerance)
+    table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
     return 0
