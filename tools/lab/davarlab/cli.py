@@ -7,6 +7,8 @@ import os
 import sys
 from dataclasses import replace
 
+import numpy as np
+
 from . import axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
@@ -435,7 +437,8 @@ def main(arguments):
             own.load(path)
         options.typed = arguments
         check_files(options)
-        return COMMANDS[options.command][0](options)
+        with np.errstate(all="ignore"):  # what is no number is said where it is looked at
+            return COMMANDS[options.command][0](options)
     except BadInput as why:
         print(f"davarlab: {printable(why)}", file=sys.stderr)
         return 2

@@ -180,6 +180,8 @@ def since(column, form):
 def parsed(block, form):
     """The numbers of a block, one array per name; None where a row is not as it should be, or not as pyarrow takes numbers."""
     from pyarrow import ArrowInvalid, BufferReader, csv
+    if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
+        return None
     try:
         found = csv.read_csv(BufferReader(block), csv.ReadOptions(use_threads=False, block_size=len(block) + 1, column_names=form.names),
                              csv.ParseOptions(delimiter=form.separator, quote_char='"' if b'"' in block else False, double_quote=False),

@@ -90,7 +90,7 @@ class Log:
         wanted = [field for quantity in FIELDS if quantity in sensor.gives for field in FIELDS[quantity]]
         found = message.columns(places, [field] + wanted)
         del places
-        stamps = found.pop(field).astype(np.int64) * unit
+        stamps = units.nanoseconds(found.pop(field), unit, f"{self.path}: {name}: {field}")
         columns = {}
         for quantity in FIELDS:
             if quantity in sensor.gives:
