@@ -18,6 +18,7 @@ BLOCK_BYTES = 1 << 22
 FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
 FORMS = {"whole": r"[+-]?[0-8]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}", "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?"}
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')  # what no name of a column holds
 SHOWN = 80  # characters of a field in a message
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
@@ -61,6 +62,11 @@ def header(stream, path):
 def check_length(row, where):
     if len(row) > LINE_BYTES:
         raise BadInput(f"{where}: a line longer than {LINE_BYTES} bytes")
+
+
+def is_name(name):
+    """Can a header of commas hold it, and does it come back as it is?"""
+    return bool(name) and name == name.strip() and not name.startswith("#") and not UNNAMED.search(name)
 
 
 def check_names(names, where):

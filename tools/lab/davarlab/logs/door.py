@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..data import clock, recording as recordings
+from ..data import clock, recording as recordings, table as tables
 from ..errors import BadInput
 from . import sensor as sensors, text
 
@@ -118,6 +118,9 @@ def checked(found, name, path, options):
         names = text.renamed(list(found.columns), options.renames, path)
         found.columns = dict(zip(names, found.columns.values()))
     text.scaled(found.columns, options.scales)
+    odd = next((name for name in found.columns if not tables.is_name(name)), None)
+    if odd is not None:
+        raise BadInput(f"{where}: column {odd[:tables.SHOWN]!r}: not a name that a recording holds (--rename OLD=NEW)")
     return found
 
 
