@@ -112,12 +112,12 @@ def checked(found, name, path, options):
         raise BadInput(f"{where}: no samples")
     if found.stamps_ns is not None:
         place(found)
-    for column, values in found.columns.items():
-        sensors.check_finite(values, f"{where}: column {column}")
     if options.renames and found.line is None:
         names = text.renamed(list(found.columns), options.renames, path)
         found.columns = dict(zip(names, found.columns.values()))
     text.scaled(found.columns, options.scales)
+    for column, values in found.columns.items():
+        sensors.check_finite(values, f"{where}: column {column}")
     odd = next((name for name in found.columns if not tables.is_name(name)), None)
     if odd is not None:
         raise BadInput(f"{where}: column {odd[:tables.SHOWN]!r}: not a name that a recording holds (--rename OLD=NEW)")
