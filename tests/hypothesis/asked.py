@@ -7,7 +7,7 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests/lab"))
+sys.path.append(str(ROOT / "tests/lab"))
 
 from asking import run  # noqa: E402  (it also finds davarlab)
 

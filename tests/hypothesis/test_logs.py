@@ -101,6 +101,15 @@ for one in LOGS:
     setattr(Logs, f"test_cut_{one.replace('.', '_')}", cut(one))
 
 
+class Known(Importing):
+    """What was found once."""
+
+    def test_a_type_that_kills_scipy(self):
+        data = LOGS["a5.mat"].replace(b"\x09\0\0\0\xc0\0\0\0", b"\0\0\0\0\xc0\0\0\0", 1)
+        self.assertNotEqual(data, LOGS["a5.mat"])
+        self.assertEqual(self.imported("a5.mat", data).returncode, 2)
+
+
 NAMES = st.one_of(st.text(st.characters(blacklist_categories=("Cs",)), min_size=1, max_size=6), st.sampled_from(
     ("a,b", "a\nb", '"a"', " a", "#a", "time", "temp", "accel_x", "epoch", "\x1b[2J", "a\u2028b")))
 STAMPS = st.one_of(st.integers(0, 2**62 // 1000), st.integers(-2**63, 2**63 - 1), st.integers(1_700_000_000_000_000, 1_700_000_001_000_000))
