@@ -6,8 +6,7 @@ import asked
 import numpy as np
 from davarlab import model as models
 from davarlab.data import recording as recordings
-from davarlab.errors import BadInput
-from hypothesis import example, given, strategies as st
+from hypothesis import given, strategies as st
 from profile import examples
 from test_models import terms
 
@@ -40,7 +39,7 @@ class Analysis(asked.Lawful):
     @given(st.sampled_from(("compare", "fit", "diagnose", "improve")), st.sampled_from(sorted(SHAPES)), st.sampled_from(sorted(CLOCKS)), EXTRA,
            st.sampled_from((1.0, 1.0, 1e-3, 1e-12, 1e12, 1e-20, 1e20)), st.sampled_from((50.0, 50.0, 1000.0, 1e-6, 1e8)), st.sampled_from((1000, 1001, 1500)),
            st.lists(terms(), max_size=2), st.integers(0, 99))
-    @examples(70)
+    @examples(30)
     def test_an_answer_or_a_refusal(self, command, shape, clock, extra, size, rate_hz, count, added, seed):
         rng = np.random.default_rng(seed)
         time = CLOCKS[clock](count, rng) / rate_hz

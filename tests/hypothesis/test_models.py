@@ -1,7 +1,6 @@
 """Models, scenarios, limits and kalibr files: what is taken is what tomllib or yaml reads, what is refused is named with its key; written and read
 again it is the same."""
 
-import json
 import math
 import tomllib
 import unittest

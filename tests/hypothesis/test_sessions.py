@@ -88,7 +88,7 @@ class Sessions(asked.Lawful):
         self.assertEqual(json.loads(self.path.read_bytes()), self.valid)
 
     @given(st.data())
-    @examples(250)
+    @examples(120)
     def test_values_that_are_others(self, data):
         made = data.draw(changed(self.valid))
         shown = self.opened(json.dumps(made))
@@ -127,7 +127,7 @@ class Captures(asked.Lawful):
     """`live --record FILE` where FILE is there already."""
 
     @given(st.one_of(st.binary(max_size=300), damaged(CAPTURE.encode()), st.just(CAPTURE.encode())), st.integers(1, 3))
-    @examples(250)
+    @examples(120)
     def test_what_was_there_stays(self, data, results):
         for path in self.work.iterdir():
             path.unlink()

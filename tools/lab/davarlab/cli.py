@@ -5,6 +5,7 @@ import contextlib
 import json
 import os
 import sys
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -437,7 +438,8 @@ def main(arguments):
             own.load(path)
         options.typed = arguments
         check_files(options)
-        with np.errstate(all="ignore"):  # what is no number is said where it is looked at
+        with np.errstate(all="ignore"), warnings.catch_warnings():  # what is no number is said where it is looked at
+            warnings.simplefilter("ignore", RuntimeWarning)
             return COMMANDS[options.command][0](options)
     except BadInput as why:
         print(f"davarlab: {printable(why)}", file=sys.stderr)
