@@ -6,7 +6,6 @@ import tomllib
 import unittest
 
 import asked
-from asked import ROOT
 from damage import damaged
 from davarlab import kalibr, model as models
 from davarlab.effects import table
