@@ -4,6 +4,7 @@ import resource
 import sys
 import tempfile
 import unittest
+import warnings
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -26,6 +27,7 @@ class Lawful(unittest.TestCase):
     """self.work: a folder of its own for each test; each example empties it."""
 
     def setUp(self):
+        warnings.simplefilter("ignore", ResourceWarning)  # as outside of unittest: a library that gives up a damaged file leaves it to be collected
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.work = Path(folder.name)
