@@ -263,6 +263,15 @@ def lab():
     return [python], {"DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"), "OPENBLAS_NUM_THREADS": "1"}
 
 
+def hypothesis():
+    """The lab's Python with Hypothesis beside it."""
+    extra = set_up("python_environment venv-hypothesis tools/support/requirements-hypothesis.txt", "hypothesis-python.log")
+    library = set_up("build tools davar_lab && echo build/tools/tools/lab/libdavar_lab.so", "hypothesis-library.log")
+    command, variables = lab()
+    return command, {**variables, "DAVAR_LAB_LIBRARY": str(ROOT / library),
+                     "PYTHONPATH": str(next(Path(extra).parents[1].glob("lib/python3*/site-packages")))}
+
+
 def workbench():
     """Playwright, which drives Debian's chromium."""
     lab()
@@ -362,6 +371,7 @@ PARTS = {
     "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
                suite("kernel", setting=guest) + suite("kernel", "kernel_board", board)),
     "lab": ("tools/davarlab on recordings with known truth", suite("lab", setting=lab)),
+    "hypothesis": ("what davarlab reads, damaged and made up, against other readers", suite("hypothesis", setting=hypothesis)),
     "workbench": ("tools/davarlab open in a real browser", suite("workbench", setting=workbench)),
     "package": ("the Python package as pip installs it, outside of the checkout", suite("package", setting=package)),
     "targets": ("the suites of lib/ and its cost on ten emulated boards",

@@ -5,13 +5,16 @@ import contextlib
 import json
 import os
 import sys
+import warnings
 from dataclasses import replace
+
+import numpy as np
 
 from . import axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
-from .errors import BadInput, internal_error
+from .errors import BadInput, internal_error, printable
 from .logs import door
 from .report import parameters, terminal, values
 
@@ -19,7 +22,7 @@ DETAIL = 3
 
 
 def progress(text):
-    print(f"davarlab: {text}", file=sys.stderr, flush=True)
+    print(f"davarlab: {printable(text)}", file=sys.stderr, flush=True)
 
 
 def emit(options, data, text):
@@ -236,7 +239,7 @@ def run_export(options):
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
         raise BadInput("export: a table for the device is of one model (--to FORMAT takes one for each axis)")
-    table = export.table_of(given[0][1], options.window, options.tolerance)
+    table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
     return 0
@@ -435,9 +438,11 @@ def main(arguments):
             own.load(path)
         options.typed = arguments
         check_files(options)
-        return COMMANDS[options.command][0](options)
+        with np.errstate(all="ignore"), warnings.catch_warnings():  # what is no number is said where it is looked at
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return COMMANDS[options.command][0](options)
     except BadInput as why:
-        print(f"davarlab: {why}", file=sys.stderr)
+        print(f"davarlab: {printable(why)}", file=sys.stderr)
         return 2
     except MemoryError:
         print("davarlab: not enough memory for that much data", file=sys.stderr)

@@ -4,13 +4,13 @@ import json
 import re
 import tomllib
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from . import files
 from .effects import table
 from .errors import BadInput
 
 
+MOST_BYTES = 1 << 20  # of a file
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
 
@@ -72,7 +72,11 @@ def checked_term(entry, where):
 
 def load_toml(path):
     try:
-        return parsed(Path(path).read_text(encoding="utf-8"), path)
+        with open(path, "rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise BadInput(f"{path}: larger than {MOST_BYTES} bytes: no model")
+        return parsed(data.decode("utf-8").replace("\r\n", "\n"), path)
     except OSError as why:
         raise BadInput(f"{path}: {why.strerror}") from None
     except UnicodeDecodeError as why:
@@ -82,7 +86,7 @@ def load_toml(path):
 def parsed(text, path):
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as why:
+    except ValueError as why:  # also of a whole number of thousands of digits
         raise BadInput(f"{path}: not TOML: {why}") from None
     except RecursionError:
         raise BadInput(f"{path}: nested too deep for a model") from None
@@ -175,14 +179,19 @@ def of_text(text, where):
     return of(parsed(text, where), where)
 
 
+def quoted(text):
+    """A text as TOML, which takes no DEL as it is; JSON does."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def text_of(model):
     lines = ["[sensor]"]
     if model.rate_hz:
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
-    lines.append(f"column = {json.dumps(model.column, ensure_ascii=False)}")
+    lines.append(f"column = {quoted(model.column)}")
     for term in model.terms:
         lines += ["", "[[effect]]", f'kind = "{ACCEL_KINDS.get(term.kind, term.kind) if model.column.startswith("accel_") else term.kind}"']
-        lines += [f"{spoken(name, model.column)} = {json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(value))}"
+        lines += [f"{spoken(name, model.column)} = {quoted(value) if isinstance(value, str) else repr(float(value))}"
                   for name, value in term.parameters.items()]
     return "\n".join(lines) + "\n"
 

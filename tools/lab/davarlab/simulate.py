@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import model as models
-from .data import signals
+from .data import signals, table as tables
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .errors import BadInput
@@ -130,6 +130,8 @@ def from_scenario(path, progress):
     if settings.get("seed", 0) % 1:
         raise BadInput(f"{path}: [simulate] seed must be a whole number")
     model = models.of(defaulted(data, path), path)
+    if not tables.is_name(model.column):
+        raise BadInput(f"{path}: [sensor] column: not a name that a recording holds: {model.column!r}")
     if not model.rate_hz:
         raise BadInput(f"{path}: [sensor] needs rate_hz")
     samples = settings.get("duration_s", DEFAULTS["duration_s"]) * model.rate_hz

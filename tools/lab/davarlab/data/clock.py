@@ -66,9 +66,10 @@ def period_of(steps):
     for share in (50, 25, 10):
         period = np.percentile(steps, share)
         if period > 0 and (share == 50 or gathered(steps) > MEMORYLESS):
-            period = steps[np.abs(steps - period) < 0.5 * period].mean()
+            near = steps[np.abs(steps - period) < 0.5 * period]  # none, where a percentile lies between two far ones
+            period = near.mean() if len(near) else period
             whole = np.round(steps / period)
-            if np.mean((np.abs(steps / period - whole) < NEAR) & (whole > 0)) >= WHOLE:
+            if len(near) and np.mean((np.abs(steps / period - whole) < NEAR) & (whole > 0)) >= WHOLE:
                 return period
     return None
 

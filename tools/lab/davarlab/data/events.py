@@ -35,6 +35,7 @@ def self_whitened(y):
 def local_scale(w, block):
     """Robust standard deviation around each sample: by the median and by the upper fifth of the sizes, whichever is larger, because the
     median alone says nothing where a few counts are all that there is."""
+    block = min(block, len(w))
     blocks = len(w) // block
     sizes = np.partition(np.abs(w[:blocks * block].reshape(blocks, block)), [block // 2, 4 * block // 5], axis=1)
     spread = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)

@@ -68,7 +68,8 @@ def slow_and_fast(y, good, rate_hz):
     y = recordings.filled(y[good], good) - np.median(y[good])
     count = averaged(good.astype(float), length)
     mean = averaged(np.where(good, y, 0), length) / np.maximum(count, 1e-9)
-    slow = spread(recordings.filled(mean[count > 0.5], count > 0.5), span)
+    there = count > min(0.5, count.max() / 2)
+    slow = spread(recordings.filled(mean[there], there), span)
     fast = np.sqrt(np.maximum(ndimage.uniform_filter1d(averaged(np.diff(y, append=y[-1]) ** 2, length), span), 0))
     whole = ndimage.uniform_filter1d(averaged(good.astype(float), length), span) > 0.9
     return slow, fast, whole
@@ -283,7 +284,7 @@ def find(recording, good):
 
 def between(rates, accels, good, rate_hz):
     moved = np.zeros(len(good), bool)
-    if good.sum() < MINIMUM or not rates:
+    if good.sum() < MINIMUM or not rates or len(good) < SPAN_S * rate_hz:
         return moved
     levels = [levels_at_rest(y, good, rate_hz) for y in rates]
     moved = turns(rates, levels, accels, good, rate_hz)

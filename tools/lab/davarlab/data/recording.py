@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import files
-from ..errors import BadInput
+from ..errors import BadInput, printable
 from . import clock, repeats, table
 
 TO_DPS = {"dps": 1.0, "rad_s": 180.0 / np.pi}
@@ -147,7 +147,7 @@ def write_columns(columns, notes, path, origin_ns=0):
 
 def text_of(columns, notes, origin_ns):
     """The bytes of a CSV recording, a piece at a time."""
-    yield ("".join(f"# {key}: {value}\n" for key, value in notes.items()) + ",".join(columns) + "\n").encode()
+    yield ("".join(f"# {printable(key)}: {printable(value)}\n" for key, value in notes.items()) + ",".join(columns) + "\n").encode()
     row = ",".join("%s" if name == "time_s" else "%.9g" for name in columns) + "\n"
     count = len(next(iter(columns.values())))
     for first in range(0, count, WRITTEN):
@@ -162,7 +162,7 @@ def stamps_text(seconds, origin_ns):
     if not origin_ns:
         return [f"{value:.9f}".rstrip("0").rstrip(".") for value in np.asarray(seconds, np.float64).tolist()]
     whole = origin_ns + np.round(np.asarray(seconds, np.float64) * 1e9).astype(np.int64)
-    return [f"{ns // 10**9}.{ns % 10**9:09d}" for ns in whole.tolist()]
+    return [f"{'-' * (ns < 0)}{abs(ns) // 10**9}.{abs(ns) % 10**9:09d}" for ns in whole.tolist()]
 
 
 def packed(pieces):

@@ -35,6 +35,8 @@ def chance_of_equal(x, known):
 
 def find(columns, known):
     """The repeats beyond chance, or None."""
+    if not known.any():
+        return None
     both = known & np.concatenate([[False], known[:-1]])
     equal, chance = both.copy(), 1.0
     for name in (name for name in columns if name.startswith("gyro_")):

@@ -74,7 +74,7 @@ def denoised(x):
 def count_of(x):
     """The step in which x comes: the least distance between two of its values, where they repeat; 0 where hardly any does."""
     steps = np.diff(np.sort(x))
-    steps = steps[steps > 1e-9 * np.ptp(x)]  # sums of counts differ by their rounding
+    steps = steps[steps > 1e-9 * (x.max(initial=-np.inf) - x.min(initial=np.inf))]  # sums of counts differ by their rounding
     return float(steps.min()) if 0 < len(steps) < len(x) / 20 else 0.0
 
 

@@ -1,10 +1,12 @@
 """Tables of numbers in text files, plain or gzip, read in a stream: ten million rows take little more memory than their numbers."""
 
 import contextlib
+import csv
 import gzip
 import re
 import zlib
 from dataclasses import dataclass
+from decimal import Decimal
 
 import numpy as np
 
@@ -15,7 +17,11 @@ LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
 FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
 FORMS = {"whole": r"[+-]?[0-8]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}", "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?"}
-QUOTED = '(?=(?:[^"]*"[^"]*")*[^"]*$)'  # behind which every quote is closed again: not inside of one
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')  # what no name of a column holds
+SHOWN = 80  # characters of a field in a message
+LINE_BYTES = 1 << 20  # of the longest line that a table may have
+SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
 
 
@@ -36,14 +42,15 @@ def opened(path):
 def text_of(row, path):
     if b"\0" in row:
         raise BadInput(f"{path}: not a text file in UTF-8")
-    return row.decode("utf-8", errors="replace").strip().lstrip("\ufeff")
+    return row.decode("utf-8", errors="replace").strip(" \t\r\n")
 
 
 def header(stream, path):
     """The `# key: value` notes, the row of names, and its line number; the stream then stands at the numbers."""
     notes = {}
-    for line, row in enumerate(iter(stream.readline, b""), 1):
-        row = text_of(row, path)
+    for line, row in enumerate(iter(lambda: stream.readline(LINE_BYTES + 1), b""), 1):
+        check_length(row, f"{path}:{line}")
+        row = text_of(row, path).removeprefix("\ufeff" if line == 1 else "").lstrip(" ")
         if row.startswith("#"):
             key, _, value = row[1:].partition(":")
             notes[key.strip()] = value.strip()
@@ -52,21 +59,50 @@ def header(stream, path):
     raise BadInput(f"{path}: no header row and no samples")
 
 
+def check_length(row, where):
+    if len(row) > LINE_BYTES:
+        raise BadInput(f"{where}: a line longer than {LINE_BYTES} bytes")
+
+
+def is_name(name):
+    """Can a header of commas hold it, and does it come back as it is?"""
+    return bool(name) and name == name.strip() and not name.startswith("#") and not UNNAMED.search(name)
+
+
 def check_names(names, where):
     """Every column has a name of its own, and they are those of samples."""
     if set(names) >= RESULTS:
         raise BadInput(f"{where}: results of davar-sim or davarlab live, one row per epoch; the samples that they were made from are needed")
+    met = set()
     for name in names:
         if not name:
             raise BadInput(f"{where}: a column without a name")
-        if names.count(name) > 1:
+        if name in met:
             raise BadInput(f"{where}: column {name} is there twice")
+        met.add(name)
 
 
-def blocks(stream):
-    """The rest of a stream in blocks of whole rows."""
+def blocks(stream, line, path):
+    """The rest of a stream behind a line in blocks of whole rows."""
     while block := stream.read(BLOCK_BYTES):
-        yield block + stream.readline()
+        rest = stream.readline(LINE_BYTES + 1)
+        line += block.count(b"\n") + rest.count(b"\n")
+        check_length(rest, f"{path}:{line + 1}")
+        yield block + rest
+
+
+def split(row, separator):
+    """The fields of a row, without the quotes about them; as they stand where a quote does not close."""
+    if separator == " ":
+        fields = row.split()
+    elif '"' in row:
+        try:
+            fields = next(csv.reader([row], delimiter=separator, skipinitialspace=True, strict=True))
+        except csv.Error:
+            fields = row.split(separator)
+    else:
+        fields = row.split(separator)
+    return [field.strip(" \t") for field in fields]
 
 
 @dataclass
@@ -82,8 +118,14 @@ class Form:
 
     def of(self, row):
         """The fields of a row of text."""
-        fields = row.split() if self.separator == " " else re.split(self.separator + QUOTED, row)
-        return [field.strip().strip('"').replace(self.decimal, ".") for field in fields]
+        return split(row, self.separator)
+
+    def number(self, field):
+        """A field as float() takes it. Raises ValueError for what is no number: a point in a file with decimal commas may stand for thousands."""
+        text = field.replace(",", ".") if self.decimal == "," and "." not in field else field
+        if not NUMBER.fullmatch(text) or self.decimal == "," and "." in field:
+            raise ValueError(field)
+        return text
 
 
 def form_of(names, separator, block):
@@ -95,20 +137,23 @@ def form_of(names, separator, block):
     fields = found.of(first)
     if found.time and len(fields) == len(names):
         value = fields[names.index(found.time)]
-        kind = next((kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value)), "")
-        origin = origin_of(value, kind)
-        if kind == "date" or abs(origin) > FAR:
-            found.kind, found.origin = kind, origin
+        kind = next((kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value, re.ASCII)), "")
+        with contextlib.suppress(ValueError):  # what is no time is said with its line, when the rows are read
+            origin = date_ns(value) // 10**9 if kind == "date" else int(Decimal(found.number(value))) if abs(float(found.number(value))) < LARGEST else 0
+            if kind == "date" or FAR < abs(origin) < SAFE:
+                found.kind, found.origin = kind, origin
     return found
 
 
-def origin_of(value, kind):
-    """The whole number at or below a first time, as text of a form; 0 for what is no number."""
-    if kind == "date":
-        return int(np.datetime64(value.rstrip("Z"), "s").astype(np.int64))
-    if kind == "whole":
-        return int(value)
-    return int(float(value)) if is_number(value) and abs(float(value)) < LARGEST else 0
+def date_ns(text):
+    """Nanoseconds from 1970 to a date. Raises ValueError for what is none, and for one that 64 bits of nanoseconds do not reach (1678 to 2261)."""
+    if not re.fullmatch(FORMS["date"], text, re.ASCII):
+        raise ValueError(text)
+    whole, _, part = text.rstrip("Z").partition(".")
+    seconds = int(np.datetime64(whole, "s").astype(np.int64))
+    if abs(seconds) * 10**9 >= 2 * SAFE - 10**9:
+        raise ValueError(text)
+    return seconds * 10**9 + int(part.ljust(9, "0"))
 
 
 def types_of(form):
@@ -119,19 +164,30 @@ def types_of(form):
 
 
 def since(column, form):
-    """A column of times as seconds, or whatever its unit is, since the origin."""
+    """A column of times as seconds, or whatever its unit is, since the origin; None where 64 bits do not hold them."""
     if form.kind == "whole":
-        return (column.to_numpy() - form.origin).astype(np.float64)
-    pieces = []
-    for chunk in column.chunks:  # 16 bytes each, of which the lower 8 hold what fits in them; or 8
-        words = np.frombuffer(chunk.buffers()[1], np.int64)
-        pieces.append(words[::2][chunk.offset:chunk.offset + len(chunk)] if form.kind == "decimal" else words[chunk.offset:chunk.offset + len(chunk)])
-    return (np.concatenate(pieces) - form.origin * 10**9) / 1e9
+        ticks, unit = column.to_numpy(), 1
+    else:
+        pieces, unit = [], 10**9
+        for chunk in column.chunks:  # 16 bytes each, of which the lower 8 hold what fits in them; or 8
+            words = np.frombuffer(chunk.buffers()[1], np.int64)
+            if form.kind == "decimal":
+                if np.any(words[1::2] != words[::2] >> 63):
+                    return None
+                words = words[::2]
+            pieces.append(words[chunk.offset:chunk.offset + len(chunk)])
+        ticks = np.concatenate(pieces)
+    origin = form.origin * unit
+    if abs(origin) >= SAFE or np.any((ticks >= SAFE) | (ticks <= -SAFE)):
+        return None
+    return (ticks - origin).astype(np.float64) / unit
 
 
 def parsed(block, form):
     """The numbers of a block, one array per name; None where a row is not as it should be, or not as pyarrow takes numbers."""
     from pyarrow import ArrowInvalid, BufferReader, csv
+    if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
+        return None
     try:
         found = csv.read_csv(BufferReader(block), csv.ReadOptions(use_threads=False, block_size=len(block) + 1, column_names=form.names),
                              csv.ParseOptions(delimiter=form.separator, quote_char='"' if b'"' in block else False, double_quote=False),
@@ -140,7 +196,7 @@ def parsed(block, form):
         return None
     columns = [since(column, form) if name == form.time and form.kind else column.to_numpy() - (form.origin if name == form.time else 0)
                for name, column in zip(form.names, found.columns)]
-    return columns if all((np.abs(column) < LARGEST).all() for column in columns) else None
+    return columns if all(column is not None and (np.abs(column) < LARGEST).all() for column in columns) else None
 
 
 def joined(parts, narrow):
@@ -157,7 +213,7 @@ def joined(parts, narrow):
 def read_columns(stream, names, line, path, separator=","):
     """(name -> column, Form); line: that of the header."""
     parts, rows, form = [[] for _ in names], 0, None
-    for block in blocks(stream):
+    for block in blocks(stream, line, path):
         form = form or form_of(names, separator, block)
         block = re.sub(rb"(?m)^ +| +(?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", block)) if separator == " " else block
         found = parsed(block, form)
@@ -184,29 +240,23 @@ def by_row(block, form, line, path):
 def numbers(fields, form, where):
     if len(fields) != len(form.names):
         raise BadInput(f"{where}: {len(fields)} fields, the header has {len(form.names)}")
-    try:
-        values = [above(field, form) if name == form.time else float(field) for name, field in zip(form.names, fields)]
-    except ValueError:
-        name, field = next(pair for pair in zip(form.names, fields) if not is_number(pair[1]))
-        raise BadInput(f"{where}: column {name}: not a number: {field.strip()!r}") from None
-    for name, value in zip(form.names, values):
-        if not abs(value) < LARGEST:
+    values = []
+    for name, field in zip(form.names, fields):
+        try:
+            values.append(above(field, form) if name == form.time else float(form.number(field)))
+        except ValueError:
+            raise BadInput(f"{where}: column {name}: not a number: {field[:SHOWN]!r}") from None
+        if not abs(values[-1]) < LARGEST:
             raise BadInput(f"{where}: column {name}: not a finite number below {LARGEST:g}")
     return np.array(values)
 
 
 def above(field, form):
-    """A time since the origin."""
+    """A time since the origin, exact to the last digit that a double then has."""
     if form.kind == "date":
-        return float((np.datetime64(field.rstrip("Z"), "ns").astype(np.int64) - form.origin * 10**9) / 1e9)
-    return float(field) - form.origin
-
-
-def is_number(field):
-    with contextlib.suppress(ValueError):
-        float(field)
-        return True
-    return False
+        return (date_ns(field) - form.origin * 10**9) / 1e9
+    text = form.number(field)
+    return float(Decimal(text) - form.origin) if abs(float(text)) < LARGEST else float(text)
 
 
 @dataclass
@@ -223,8 +273,7 @@ class Table:
 def separated(row, separators, below):
     """(separator, names): the first of the separators that the header holds; spaces where the row below has as many fields."""
     separator = next((one for one in separators if one in row and (one != " " or len(row.split()) == len(below.split()) > 1)), ",")
-    fields = row.split() if separator == " " else row.split(separator)
-    return separator, [name.strip().strip('"').strip() for name in fields]
+    return separator, [name.strip('"').strip() for name in split(row, separator)]
 
 
 def read(path, separators=",", naming=lambda names, where: names):

@@ -12,6 +12,7 @@ from ..inference.parts import as_spectra, Bench, part_of
 from ..candidates import doubts, filters, ranking as candidates
 from . import cells, judge
 
+LEAST_S = 4  # of a recording
 MOVING = 0.02  # of the samples, that must differ from the one before
 FAR = 1e-9  # p of its spectrum, below which a model is no guess of what is missing
 
@@ -43,6 +44,8 @@ class State:
 
 def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
+    if recording.samples < LEAST_S * recording.rate_hz:
+        raise BadInput(f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {LEAST_S} are needed: slow noise is told from what a second holds")
     progress("reading the spectrum")
     key = ("observations", model.column)
     if key not in recording.measured:

@@ -36,8 +36,10 @@ class Store:
     def kept(self, address):
         """What is there of a recording, None: nothing that can be read."""
         try:
-            return json.loads(self.path(address).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            found = json.loads(self.path(address).read_text(encoding="utf-8"))
+            sound = {"marker", "seconds", "rows"} <= set(found) and found["rows"] and all(isinstance(row, dict) for row in found["rows"])
+            return found if sound else None
+        except (OSError, ValueError, TypeError, RecursionError):
             return None
 
     def keep(self, address, marker, done):

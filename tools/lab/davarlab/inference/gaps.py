@@ -22,7 +22,8 @@ def first_level(y, known):
     edges = signals.bin_edges(count - 1)
     width = np.diff(edges)
     level = np.add.reduceat(spectrum, edges[:-1]) / width
-    return np.repeat(np.maximum(level, FLOOR * np.median(level)), width)
+    usual = np.median(level)  # below 0 where few pairs of samples are known of a walk
+    return np.repeat(np.maximum(level, FLOOR * (usual if usual > 0 else np.abs(level).mean())), width)
 
 
 def conditional_draw(y, known, level, rng):

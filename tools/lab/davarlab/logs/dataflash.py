@@ -20,6 +20,7 @@ FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
 CLOCKS = (("SampleUS", 1000), ("TimeUS", 1000), ("TimeMS", 1_000_000))  # the moment of the sample first; in nanoseconds
 ROWS = 1 << 14
+HEAD = b"\xa3\x95"  # of a message
 
 
 @contextlib.contextmanager
@@ -50,15 +51,21 @@ class Log:
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
         self.notes = {"damaged": f"{len(said)} places of the log were skipped ({said[0]})"} if said else {}
+        end = 0
         try:
             for kind, form in log.formats.items():
                 places = np.array(log.offsets[kind], np.int64)
-                if len(places) and places[-1] + form.len > log.data_len:
+                end = max(end, int(places[-1]) + form.len) if len(places) else end
+                if end > log.data_len:
                     raise BadInput(f"{path}: cut short: its last message, {form.name}, is not whole (ArduPilot DataFlash)")
                 if len(places) and KINDS.match(form.name):
                     self.take(form, places)
         finally:
             log.close()
+        with open(path, "rb") as file:
+            file.seek(end)
+            if file.read(len(HEAD)) in (HEAD[:1], HEAD):
+                raise BadInput(f"{path}: cut short: behind its last message another one begins (ArduPilot DataFlash)")
 
     def take(self, form, places):
         """Lists the messages of one format."""
@@ -90,7 +97,7 @@ class Log:
         wanted = [field for quantity in FIELDS if quantity in sensor.gives for field in FIELDS[quantity]]
         found = message.columns(places, [field] + wanted)
         del places
-        stamps = found.pop(field).astype(np.int64) * unit
+        stamps = units.nanoseconds(found.pop(field), unit, f"{self.path}: {name}: {field}")
         columns = {}
         for quantity in FIELDS:
             if quantity in sensor.gives:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..data import clock, recording as recordings
+from ..data import clock, recording as recordings, table as tables
 from ..errors import BadInput
 from . import sensor as sensors, text
 
@@ -67,8 +67,10 @@ def guarded(path, name, work):
     """work(), with whatever the libraries raise of a damaged file as one BadInput."""
     try:
         return work()
-    except (BadInput, MemoryError, BrokenPipeError):
+    except (BadInput, BrokenPipeError):
         raise
+    except MemoryError:
+        raise BadInput(f"{path}: damaged, or no {name}, or more than this machine's memory holds") from None
     except Exception as why:
         said = " ".join(str(why).split())[:160] or type(why).__name__
         raise BadInput(f"{path}: damaged, or no {name} ({said})") from None
@@ -110,13 +112,15 @@ def checked(found, name, path, options):
         raise BadInput(f"{where}: no samples")
     if found.stamps_ns is not None:
         place(found)
-    for column, values in found.columns.items():
-        if not np.all(np.isfinite(values)):
-            raise BadInput(f"{where}: column {column}: not a finite number at sample {int(np.flatnonzero(~np.isfinite(values))[0]) + 1}")
     if options.renames and found.line is None:
         names = text.renamed(list(found.columns), options.renames, path)
         found.columns = dict(zip(names, found.columns.values()))
     text.scaled(found.columns, options.scales)
+    for column, values in found.columns.items():
+        sensors.check_finite(values, f"{where}: column {column}")
+    odd = next((name for name in found.columns if not tables.is_name(name)), None)
+    if odd is not None:
+        raise BadInput(f"{where}: column {odd[:tables.SHOWN]!r}: not a name that a recording holds (--rename OLD=NEW)")
     return found
 
 

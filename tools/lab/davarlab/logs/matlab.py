@@ -1,10 +1,29 @@
 """MATLAB files: version 5 read by scipy, version 7.3 (an HDF5 file, as others are too) by h5py. Arrays in structs go by STRUCT.FIELD."""
 
+import os
+import resource
+
 import h5py
 import numpy as np
 from scipy import io
 
+from ..errors import BadInput
 from . import named
+
+
+def check_survived(path, load):
+    """Raises BadInput where reading a file kills the process that does it: one of its own, because scipy takes a damaged type for an address."""
+    child = os.fork()
+    if not child:
+        status = 1
+        try:
+            resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+            load(path)
+            status = 0
+        finally:
+            os._exit(status)  # what is raised meets the caller again
+    if os.WIFSIGNALED(os.waitpid(child, 0)[1]):
+        raise BadInput(f"{path}: damaged, or no MATLAB 5 (scipy dies of it)")
 
 
 def numeric(found):
@@ -18,8 +37,13 @@ def numeric(found):
             yield name, np.asarray(value)
 
 
+def loaded_5(path):
+    return io.loadmat(path, squeeze_me=True, struct_as_record=False)
+
+
 def version_5(path, options):
-    found = dict(numeric(io.loadmat(path, squeeze_me=True, struct_as_record=False)))
+    check_survived(path, loaded_5)
+    found = dict(numeric(loaded_5(path)))
     return named.Log(path, {name: array.shape for name, array in found.items()}, found.get, options.units, "MATLAB 5")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..data import guess
 from ..errors import BadInput
 from . import units
-from .sensor import Samples, Sensor
+from .sensor import Samples, Sensor, check_finite
 
 AXIS = re.compile(r"roll|pitch|yaw|[xyzXYZ](?![a-z])|(?<![0-9])[012](?![0-9])")
 RATE = re.compile(r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE)
@@ -192,9 +192,8 @@ def column_name(one):
 
 def nanoseconds(values, one, origin, path):
     """Stamps as whole nanoseconds: exact where the log has whole numbers. origin: what they count from, in their unit."""
-    unit = TICKS.get(one.unit)
+    unit, where = TICKS.get(one.unit), f"{path}: column {one.name}"
     if values.dtype.kind in "iu" and unit:
-        return (values.astype(np.int64) + origin) * unit
-    if not np.all(np.isfinite(values)):
-        raise BadInput(f"{path}: column {one.name}: not a finite number at sample {int(np.flatnonzero(~np.isfinite(values))[0]) + 1}")
-    return np.round(np.asarray(values, np.float64) * one.factor * 1e9).astype(np.int64) + origin * (unit or 0)
+        return units.nanoseconds(values, unit, where, origin)
+    check_finite(values, where)
+    return units.nanoseconds(np.round(np.asarray(values, np.float64) * one.factor * 1e9), 1, where, origin * (unit or 0))

@@ -1,5 +1,7 @@
 """ROS 1 bags, ROS 2 bags (a folder, a db3 or an MCAP file), read message by message by rosbags; message types come from the bag, or from .msg files."""
 
+import io
+import os
 from array import array
 from pathlib import Path
 
@@ -18,6 +20,22 @@ KNOWN = {IMU: {"gyro": [f"angular_velocity.{axis}" for axis in "xyz"], "accel": 
          TEMPERATURE: {"temp": ["temperature"]}}
 OF_OTHERS = ("geometry_msgs/", "nav_msgs/", "tf", "sensor_msgs/")  # no sensor's own; rates in them are somebody's estimate
 LONGEST = 9  # numbers of an array that is looked into
+
+
+class Held(io.BufferedReader):
+    """A file of which no more is asked than it holds: a reader takes the length that a damaged record claims, and memory of that size, at its word."""
+
+    def read(self, size=-1):
+        if size is not None and size > io.DEFAULT_BUFFER_SIZE:
+            size = min(size, max(os.fstat(self.fileno()).st_size - self.tell(), 0))
+        return super().read(size)
+
+
+class HeldPath(type(Path())):
+    """The path of a bag."""
+
+    def open(self, mode="r", *how, **more):
+        return Held(io.FileIO(self)) if mode == "rb" else super().open(mode, *how, **more)
 
 
 def typestore(paths):
@@ -46,7 +64,7 @@ class Log:
                 self.look(bag, topic)
 
     def opened(self):
-        return AnyReader([Path(self.path)], default_typestore=self.store)
+        return AnyReader([HeldPath(self.path)], default_typestore=self.store)
 
     def look(self, bag, topic):
         """Lists a topic if it is a sensor's."""

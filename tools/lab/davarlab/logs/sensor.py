@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from ..data import table
 from ..errors import BadInput
 
 LISTED_MOST = 20
@@ -35,6 +38,14 @@ class Samples:
     rate_hz: float | None = None
     line: int | None = None
     origin_ns: int = 0
+
+
+def check_finite(values, where):
+    """Raises BadInput that names the first sample whose number is none, or one that no sensor says."""
+    wrong = np.flatnonzero(~(np.abs(values) < table.LARGEST))
+    if len(wrong):
+        what = f"{values[wrong[0]]:g} is no sensor's" if np.isfinite(values[wrong[0]]) else "not a finite number"
+        raise BadInput(f"{where}: {what} at sample {wrong[0] + 1}")
 
 
 def listed(sensors):

@@ -19,7 +19,7 @@ def renamed(names, mapping, path):
             raise BadInput(f"--rename {pair}: {path} has no column {old!r} (there are: {', '.join(names)})")
         if new in names and new != old:
             raise BadInput(f"--rename {pair}: {path} has a column {new} already")
-        if not new or not set(new).isdisjoint(",\n\r") or new != new.strip():
+        if not table.is_name(new):
             raise BadInput(f"--rename {pair}: not a name for a column")
         names = [new if name == old else name for name in names]
     return names

@@ -43,7 +43,7 @@ class Log:
 
     def read(self, name):
         one = self.data[name]
-        found = fifo(one) if one.name.endswith("_fifo") else plain(one)
+        found = (fifo if one.name.endswith("_fifo") else plain)(one, f"{self.path}: {name}")
         found.notes.update({"source": f"PX4 ULog, {name}", "time_s": SINCE_BOOT})
         return found
 
@@ -80,13 +80,13 @@ def gives(one):
     return [quantity for quantity, names in TOPICS[one.name][0].items() if quantity != "temp" or units.measured(one.data.get(names[0]))]
 
 
-def stamps(data):
+def stamps(data, where):
     """Of the samples where the topic has them, else of its messages: nanoseconds."""
     sampled = data.get("timestamp_sample")
-    return (sampled if sampled is not None and np.all(sampled > 0) else data["timestamp"]).astype(np.int64) * 1000
+    return units.nanoseconds(sampled if sampled is not None and np.all(sampled > 0) else data["timestamp"], 1000, where)
 
 
-def plain(one):
+def plain(one, where):
     data, own, beside = one.data, {}, []
     for quantity in gives(one):
         columns = units.axes(quantity, [data[field] for field in TOPICS[one.name][0][quantity]], "rad/s", "m/s^2")
@@ -95,18 +95,18 @@ def plain(one):
             own.update(columns)
             continue
         there = late != NO_ACCEL
-        when = stamps(data)[there] + late[there].astype(np.int64) * 1000
+        when = stamps(data, where)[there] + late[there].astype(np.int64) * 1000
         beside += [(when, {name: column[there] for name, column in columns.items()})] if np.any(there) else []
-    return Samples(own, stamps(data), beside)
+    return Samples(own, stamps(data, where), beside)
 
 
-def fifo(one):
+def fifo(one, where):
     """Many samples in a message, dt microseconds apart, the last of them at timestamp_sample."""
     data, quantity = one.data, next(iter(TOPICS[one.name][0]))
     width = sum(name.startswith("x[") for name in data)
     place, count = np.arange(width), data["samples"].astype(np.int64)[:, None]
     there = place < count
     ago = (count - 1 - place) * data["dt"].astype(np.float64)[:, None] * 1000
-    when = (data["timestamp_sample"].astype(np.int64)[:, None] * 1000 - np.round(ago).astype(np.int64))[there]
+    when = (units.nanoseconds(data["timestamp_sample"], 1000, where)[:, None] - np.round(ago).astype(np.int64))[there]
     values = [(np.stack([data[f"{axis}[{i}]"] for i in range(width)], 1) * data["scale"].astype(np.float64)[:, None])[there] for axis in XYZ]
     return Samples(units.axes(quantity, values, "rad/s", "m/s^2"), when)

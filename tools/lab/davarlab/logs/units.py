@@ -2,9 +2,19 @@
 
 import numpy as np
 
-from ..data import guess, signals
+from ..data import guess, signals, table
+from ..errors import BadInput
 
 NAMES = {"gyro": "gyro_{}_dps", "accel": "accel_{}_g"}
+
+
+def nanoseconds(ticks, unit_ns, where, origin=0):
+    """Stamps, which count ticks of unit_ns nanoseconds from an origin, as whole nanoseconds. Raises BadInput for what 64 bits do not hold."""
+    ticks = np.asarray(ticks)
+    wrong = np.flatnonzero(~(np.abs(ticks.astype(np.float64) + origin) * unit_ns < table.SAFE))
+    if len(wrong):
+        raise BadInput(f"{where}: a stamp of {float(ticks[wrong[0]]) + origin:.6g} is no time, at sample {wrong[0] + 1}")
+    return (ticks.astype(np.int64) + origin) * unit_ns
 
 
 def scaled(values, factor):

@@ -38,10 +38,10 @@ class Table:
     tolerance: float
 
 
-def table_of(model, window, tolerance):
-    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's own Allan deviation."""
+def table_of(model, window, tolerance, where="the model"):
+    """`window`: samples of the device's window; `tolerance`: one standard deviation of the model's own Allan deviation; `where`: the model's file."""
     if not model.rate_hz:
-        raise BadInput("the model has no rate_hz")
+        raise BadInput(f"{where}: no rate_hz in it")
     if not 0 <= tolerance < 1:
         raise BadInput("--tolerance: a share from 0 to 1 expected")
     taus = allan.octaves(window)
@@ -49,7 +49,7 @@ def table_of(model, window, tolerance):
         raise BadInput(f"--window: {window} samples are too short")
     variance = noise_variance(model, taus, model.rate_hz)
     if not np.all(variance > 0):
-        raise BadInput("the model has no noise that the device could be compared with")
+        raise BadInput(f"{where}: no noise in it that the device could be compared with")
     return Table(model, taus, np.sqrt(variance), tolerance)
 
 

@@ -54,7 +54,7 @@ class Format:
 
 def sized(model, kind):
     """Root of the sum of the squares of all effects of a kind, in deg and seconds."""
-    return math.sqrt(sum(table.find(kind).dps(term.parameters) ** 2 for term in model.terms if term.kind == kind))
+    return math.hypot(*(table.find(kind).dps(term.parameters) for term in model.terms if term.kind == kind))
 
 
 def noise_of(model, where, bias_time_s):
@@ -103,12 +103,18 @@ def per_step(step_s):
     return (lambda noise: noise.white / math.sqrt(step_s)), (lambda noise: noise.walk / math.sqrt(step_s))
 
 
+def real(value):
+    """Six digits, with a point where there is a power of ten: 1e-05 is text to YAML 1.1."""
+    text = f"{value:.6g}"
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
 def listed(values):
-    return "[" + ", ".join(f"{value:.6g}" for value in values) + "]"
+    return "[" + ", ".join(map(real, values)) + "]"
 
 
 def yaml_line(name, values):
-    return f"{name}: {values[0]:.6g}" if len(values) == 1 else f"{name}: {listed(values)}"
+    return f"{name}: {real(values[0])}" if len(values) == 1 else f"{name}: {listed(values)}"
 
 
 def diagonal(values):
@@ -120,7 +126,7 @@ RAD, ACC = "rad/s/sqrt(Hz)", "m/s^2/sqrt(Hz)"
 RAD_WALK, ACC_WALK = "rad/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"
 KALIBR = (*sensor("gyroscope_noise_density", "accelerometer_noise_density", RAD, ACC, "N, the Allan deviation of the white part at 1 s", density),
           *sensor("gyroscope_random_walk", "accelerometer_random_walk", RAD_WALK, ACC_WALK, "K, sqrt(3) times the Allan deviation of the walk at 1 s", walk))
-RATE_LINES = (lambda lines, noises: [*lines, f"update_rate: {noises[0].rate_hz:g}", "rostopic: /imu  # yours"])
+RATE_LINES = (lambda lines, noises: [*lines, f"update_rate: {real(noises[0].rate_hz)}", "rostopic: /imu  # yours"])
 PX4_WHITE, PX4_WALK = per_step(PX4_S)
 ARDU_WHITE, ARDU_WALK = per_step(ARDUPILOT_S)
 STEP = "the filter adds ({} dt)^2 to a variance in each step of dt = {:g} s, a density of x gives x^2 dt: so x / sqrt(dt)"
@@ -173,16 +179,16 @@ FORMATS = {
     "ros": Format(
         "covariances of ROS sensor_msgs/Imu", "#",
         sensor("angular_velocity_covariance", "linear_acceleration_covariance", "rad^2/s^2", "m^2/s^4", "N^2 rate on the diagonal, row by row",
-               lambda noise: sample(noise) ** 2, True, "the variance of one message: white noise alone, of a driver that sends every sample and has "
+               lambda noise: sample(noise) * sample(noise), True, "the variance of one message: white noise alone, of a driver that sends every sample and has "
                                                        "averaged none; correlations are not measured, so 0"),
         lambda name, values: f"{name}: {listed(diagonal(values))}", "sensor_msgs/msg/Imu.msg",
         "Not inflated: a filter that reads the message takes it for the scatter of this sample, and has its own place for the bias. The first element "
         "-1 would say that there is none, all 0 that it is unknown."),
     "gtsam": Format(
         "GTSAM preintegration (Python)", "#",
-        (*sensor("setGyroscopeCovariance", "setAccelerometerCovariance", "rad^2/s^2/Hz", "m^2/s^4/Hz", "N^2, continuous", lambda noise: noise.white ** 2, True,
+        (*sensor("setGyroscopeCovariance", "setAccelerometerCovariance", "rad^2/s^2/Hz", "m^2/s^4/Hz", "N^2, continuous", lambda noise: noise.white * noise.white, True,
                  "per sample: N^2 rate, which preintegration makes of it itself by dividing by dt"),
-         *sensor("setBiasOmegaCovariance", "setBiasAccCovariance", "rad^2/s^4/Hz", "m^2/s^6/Hz", "K^2, continuous", lambda noise: noise.walk ** 2, True,
+         *sensor("setBiasOmegaCovariance", "setBiasAccCovariance", "rad^2/s^4/Hz", "m^2/s^6/Hz", "K^2, continuous", lambda noise: noise.walk * noise.walk, True,
                  "of PreintegrationCombinedParams; for a BetweenFactor of the bias over t seconds: K sqrt(t)")),
         lambda name, values: f"params.{name}(numpy.diag({listed(values)}))", "GTSAM, navigation/PreintegrationParams.h and CombinedImuFactor: continuous-time covariances",
         "Not inflated. Where the IMU is driven hard, its scale and alignment errors are what is missing, and they are no white noise: 3 to 10 times N "
@@ -220,7 +226,7 @@ FORMATS = {
 def values_of(parameter, noises, inflate):
     """One number for each axis x, y, z, or the largest alone."""
     own = {noise.axis: parameter.value(noise) for noise in noises if noise.quantity == parameter.quantity}
-    factor = inflate ** 2 if parameter.formula[1:].startswith("^2") else inflate
+    factor = inflate * inflate if parameter.formula[1:].startswith("^2") else inflate
     largest = max(own.values())
     return [factor * own.get(axis, largest) for axis in "xyz"] if parameter.several else [factor * largest]
 
@@ -249,5 +255,8 @@ def text(name, models, inflate=1.0, bias_time_s=300.0):
     head += [form.inflate, f"These numbers are {'as measured' if inflate == 1 else f'{inflate:g} times those measured (--inflate)'}."]
     comments = [wrapped for line in head + [line for parameter in there for line in said_of(parameter, noises)]
                 for wrapped in textwrap.wrap(line, 116, subsequent_indent="    ", initial_indent=" " * (len(line) - len(line.lstrip())))]
-    lines = [form.line(parameter.name, values_of(parameter, noises, inflate)) for parameter in there]
+    numbers = {parameter.name: values_of(parameter, noises, inflate) for parameter in there}
+    if not all(math.isfinite(value) for values in [*numbers.values(), [one.walk for one in noises]] for value in values):
+        raise BadInput(f"{models[0][0]}: with these sizes, --inflate and --bias-time, numbers beyond what a program can hold")
+    lines = [form.line(name, values) for name, values in numbers.items()]
     return "\n".join([*(f"{form.comment} {line}" for line in comments), "", *form.around(lines, noises)]) + "\n"

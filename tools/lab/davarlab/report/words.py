@@ -47,6 +47,8 @@ def number(value, digits=4):
         return "–"
     if isinstance(value, str):
         return value
+    if abs(value) == float("inf"):
+        return "∞" if value > 0 else "−∞"
     if value == 0 or 1e-4 <= abs(value) < 1e6:
         return (f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}").replace("-", "−")
     mantissa, power = f"{value:.{digits - 2}e}".split("e")
@@ -288,4 +290,4 @@ def gap_note(recording):
 def in_ascii(text):
     """The same for a terminal of any encoding."""
     text = re.sub("·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(PLAIN_DIGITS), text)
-    return text.replace("\u00a0", " ").replace("−", "-").replace("–", "-").replace("below 10⁻¹²", "below 1e-12")
+    return text.replace("\u00a0", " ").replace("−", "-").replace("–", "-").replace("∞", "inf").replace("below 10⁻¹²", "below 1e-12")

@@ -3,6 +3,7 @@
 Decoding is cantools with tools/davar.dbc; transports are in davarlab.source.
 """
 
+import functools
 import math
 from collections import deque
 from dataclasses import dataclass, field
@@ -176,6 +177,12 @@ ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples", "UnitPerCou
 SIGNED = ("ModelDeviation", "RateDps")
 
 
+@functools.cache
+def messages_of(dbc):
+    """Identifier above BASE -> message of a DBC."""
+    return {message.frame_id - BASE: message for message in cantools.database.load_file(dbc).messages}
+
+
 def number(value):
     """A signal as a number: the named values of the DBC, "absent" and "beyond", become NaN and infinity."""
     return {"absent": math.nan, "beyond": math.inf}.get(str(value), value)
@@ -212,7 +219,7 @@ class Receiver:
 
     def __init__(self, base=BASE, dbc=DBC_PATH):
         self.base = base
-        self.messages = {message.frame_id - BASE: message for message in cantools.database.load_file(dbc).messages}
+        self.messages = messages_of(dbc)
         self.faults = Faults()
         self.channels = {}
         self.sequences = {}

@@ -75,15 +75,22 @@ class SerialPort:
         path, at, baud = name.rpartition("@")
         path, baud = (path, int(baud)) if at and baud.isdigit() else (name, BAUD)
         self.port, self.faults, self.text = Line(path, baud, timeout=POLL_S, write_timeout=1), faults, b""
+        self.too_long = False  # is what comes the rest of a line that was given up
         self.port.write(b"\rO\r")
 
     def read(self):
         """Frames (identifier, data) that came within POLL_S. Lines that are no frames are counted, but for the answers to O."""
-        self.text += self.port.read(max(1, self.port.in_waiting))
-        *lines, self.text = re.split(rb"[\r\a]", self.text)
+        return self.taken(self.port.read(max(1, self.port.in_waiting)))
+
+    def taken(self, text):
+        """The frames whose lines end in a further piece of text."""
+        *lines, self.text = re.split(rb"[\r\a]", self.text + text)
+        if lines and self.too_long:
+            del lines[0]
+            self.too_long = False
         if len(self.text) > LINE_BYTES_MAX:  # no end of line will make a frame of this
-            lines.append(self.text)
-            self.text = b""
+            self.faults.noise += not self.too_long
+            self.too_long, self.text = True, b""
         return [frame for frame in map(self._frame, lines) if frame]
 
     def _frame(self, line):

@@ -89,7 +89,7 @@ def seen(recording, sight):
     """What a sight shows of the recording: a stretch alone, or all with some of it taken for missing."""
     rate = recording.rate_hz
     if sight.alone:
-        first, last = (int(edge * rate) for edge in sight.alone)
+        first, last = (min(int(edge * rate), recording.samples) for edge in sight.alone)
         if last - first < recordings.MINIMUM_SAMPLES:
             raise BadInput(f"a stretch of {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
         known = None if recording.known is None else recording.known[first:last]

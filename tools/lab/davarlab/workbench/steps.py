@@ -39,10 +39,44 @@ class Sight:
 
     @classmethod
     def of_text(cls, text):
+        """What `text` gave. Raises ValueError and the like for anything else."""
         column, alone, cut = json.loads(text)
-        if not isinstance(column, str) or len(alone) not in (0, 2):
+        pairs = ([alone] if alone else []) + cut
+        if not isinstance(column, str) or not all(is_number(start) and is_number(stop) and 0 <= start < stop for start, stop in pairs):
             raise ValueError("sight")
-        return cls(column, tuple(float(edge) for edge in alone), tuple((float(start), float(stop)) for start, stop in cut))
+        return cls(column, tuple(map(float, alone)), tuple((float(start), float(stop)) for start, stop in cut))
+
+
+def is_number(value):
+    """Is it a finite number that JSON gave."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < models.HUGE
+
+
+def checked_log(log):
+    """How the columns of a log are to be read, as save() wrote it. Raises ValueError and the like for anything else."""
+    if log is None:
+        return None
+    words = {"name": str, "quantity": str, "axis": str, "unit": str}
+    sound = set(log) <= {"columns", "rate_hz", "sensor"} and isinstance(log["columns"], list) and all(
+        set(one) == {*words, "factor"} and is_number(one["factor"]) and all(isinstance(one[name], kind) for name, kind in words.items()) for one in log["columns"])
+    rate_hz, sensor = log["rate_hz"], log.get("sensor")
+    if not sound or not (rate_hz is None or is_number(rate_hz) and rate_hz > 0) or not isinstance(sensor, (str, type(None))):
+        raise ValueError("log")
+    return log
+
+
+def checked_step(entry, place):
+    """A Step as save() wrote it, at its place in the list. Raises ValueError and the like for anything else."""
+    step = Step(**entry)
+    numbers = all(value is None or is_number(value) for value in (step.error, step.floor))
+    parent = step.parent is None or type(step.parent) is int and 0 <= step.parent < place
+    if type(step.number) is not int or step.number != place or not (parent and numbers and isinstance(step.did, str) and isinstance(step.fitted, bool)
+                                                                    and isinstance(step.off, list)):
+        raise ValueError(f"step {place}")
+    models.of_text(step.text, f"step {place}")
+    for number, term in enumerate(step.off):
+        models.checked_term(term, f"step {place}: off {number}")
+    return step
 
 
 class Steps:
@@ -76,17 +110,13 @@ class Steps:
         """What save() wrote. Raises ValueError and the like for anything else."""
         if data["version"] != VERSION:
             raise ValueError(f"version {data['version']}, this program reads {VERSION}")
-        self.log, self.sight, self.held_out = data["log"], Sight.of_text(data["sight"]), data.get("held_out")
+        self.log, self.sight, self.held_out = checked_log(data["log"]), Sight.of_text(data["sight"]), data.get("held_out")
         if not isinstance(self.held_out, (str, type(None))):
             raise ValueError("held_out")
         for sight, tree in data["trees"].items():
             Sight.of_text(sight)
-            steps = [Step(**one) for one in tree["steps"]]
-            for place, step in enumerate(steps):
-                if step.number != place or not (step.parent is None or 0 <= step.parent < place):
-                    raise ValueError(f"step {place}")
-                models.of_text(step.text, f"step {place}")
-            if not 0 <= tree["current"] < len(steps):
+            steps = [checked_step(one, place) for place, one in enumerate(tree["steps"])]
+            if type(tree["current"]) is not int or not 0 <= tree["current"] < len(steps):
                 raise ValueError("current")
             self.trees[sight] = {"steps": steps, "current": tree["current"]}
         if self.sight.text not in self.trees:
