@@ -138,7 +138,7 @@ static davar_status_t check_tracking(const davar_config_t *config)
                         ((config->window_max - (config->window_max % config->stride)) >= config->window_min);
     const bool clusters =
         (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
-    const uint32_t half = blocks ? (glr_half(config->block) * config->block) : 1U;
+    const uint32_t half = blocks ? half_in_samples(config) : 1U;
     const bool about = !looks_back(config) || (((half % config->stride) == 0U) && ((config->window_max / 2U) >= half));
     return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }

@@ -45,6 +45,21 @@ static inline bool tracks_about(const davar_config_t *config)
     return has_tracker(config) && looks_back(config);
 }
 
+#define HALF_BLOCKS_MAX 30U
+
+/* Blocks of half such a window: 300 samples, as far as blocks are remembered. */
+static inline uint32_t half_in_blocks(uint32_t block)
+{
+    const uint32_t half = 300U / block;
+    return (half < HALF_BLOCKS_MAX) ? half : HALF_BLOCKS_MAX;
+}
+
+/* ... its samples, from the epoch to the end. */
+static inline uint32_t half_in_samples(const davar_config_t *config)
+{
+    return half_in_blocks(config->block) * config->block;
+}
+
 /* Results come from records on a grid (2.7). */
 static inline bool has_grid(const davar_config_t *config)
 {

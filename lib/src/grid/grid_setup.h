@@ -4,7 +4,6 @@
 
 #include "common/arena.h"
 #include "grid/grid.h"
-#include "track/glr.h"
 
 /* Edge positions are K apart; window_max and window_min (and the start, while a trailing window fills) may put them on
  * different residues modulo K. Signed: a centred window starts in the mirrored past. Within 32 bits: windows and strides are at
@@ -88,7 +87,7 @@ static uint32_t head_reach(const davar_config_t *config)
 {
     const bool lags = is_centred(config) && is_adaptive(config);
     if (tracks_about(config)) {
-        return glr_half(config->block) * config->block;
+        return half_in_samples(config);
     }
     return lags ? ((config->window_max - config->window_min) / 2U) : 0U;
 }

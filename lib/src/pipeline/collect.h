@@ -72,8 +72,7 @@ static uint64_t epoch_of(const davar_config_t *config, const davar_window_t *win
 {
     if (tracks_about(config)) { /* so far behind the newest sample when it was complete */
         const uint32_t since = config->stride - window->wait;
-        const uint32_t half = glr_half(config->block) * config->block;
-        return window_now(window) - since - half - 1U;
+        return window_now(window) - since - half_in_samples(config) - 1U;
     }
     return window_now(window) - window->lag - (is_centred(config) ? (window->length / 2U) : 1U);
 }

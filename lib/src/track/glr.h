@@ -9,6 +9,7 @@
 #ifndef DAVAR_SRC_GLR_H
 #define DAVAR_SRC_GLR_H
 
+#include "common/choice.h"
 #include "track/dispersion.h"
 #include "track/spread.h"
 
@@ -18,10 +19,10 @@
 #define GLR_LONGEST 768U /* blocks of a window: 3 * 2^8 */
 #define GLR_BLOCK_MIN 5U /* samples of a block */
 #define GLR_BLOCK_MAX 64U
-#define GLR_RECENT 64U       /* blocks that are remembered one by one */
-#define GLR_CUTS 5U          /* remembered, the oldest of them a bound */
-#define GLR_CLUSTER_MAX 512U /* samples of a cluster of the second channel */
-#define GLR_HALF_MAX 30U     /* blocks: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
+#define GLR_RECENT 64U               /* blocks that are remembered one by one */
+#define GLR_CUTS 5U                  /* remembered, the oldest of them a bound */
+#define GLR_CLUSTER_MAX 512U         /* samples of a cluster of the second channel */
+#define GLR_HALF_MAX HALF_BLOCKS_MAX /* twice this and GLR_CUTS - 1 are at most GLR_RECENT */
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {
@@ -42,13 +43,6 @@ typedef struct {
     uint32_t far;       /* blocks from which on a window grows by the stricter rule: 600 samples */
     uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not remembered */
 } davar_glr_config_t;
-
-/* Blocks of half a centred window: 300 samples, as far as blocks are remembered. */
-static inline uint32_t glr_half(uint32_t block)
-{
-    const uint32_t half = 300U / block;
-    return (half < GLR_HALF_MAX) ? half : GLR_HALF_MAX;
-}
 
 /* A place in the stream and the running sum there. */
 typedef struct {

@@ -60,7 +60,7 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->bias = davar_divided(UINT32_C(1) << 16U, 3U * nu);
     config->near = blocks_of(150U, wish->block);
     config->far = blocks_of(600U, wish->block);
-    config->half = wish->is_centred ? glr_half(wish->block) : 0U;
+    config->half = wish->is_centred ? half_in_blocks(wish->block) : 0U;
 }
 
 /* Neighbours share three quarters of their samples: 0.38 degrees of freedom each, and 16 of them at least are a part. Sums of so many
