@@ -25,8 +25,8 @@ TREE, LISTED = WORK / "tree", ROOT / "tests/mutation/survivors.txt"
 NOT_COPIED = {"build", ".git", "data", "docs"}
 SEED = 16
 # What is asked, in this order: the suites from outside and inside; then what is slower, of the mutants that are left.
+TRIALS = 100  # of tests/property, which are 1500 elsewhere
 FAST, SLOWER = ("unit", "api"), ("tracking", "property")
-SLOW_S = 5  # a suite that takes longer is asked with --slow only
 FLAGS = "-w -O1 -fwrapv -D_GNU_SOURCE -include {}"
 SANITIZERS = " -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
 Z_95 = 1.959964
@@ -50,7 +50,9 @@ def copy_tree():
         target = TREE / name
         if name.parts[0] == "lib" and name.suffix in (".c", ".h"):
             continue
-        if not target.exists() or target.read_bytes() != path.read_bytes():
+        if str(name) == "tests/CMakeLists.txt":
+            write(target, re.sub(r"set\(property_trials \d+\)", f"set(property_trials {TRIALS})", path.read_text()))
+        elif not target.exists() or target.read_bytes() != path.read_bytes():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(path, target)
     for path in [path for path in TREE.rglob("*") if path.is_file()]:
@@ -173,7 +175,7 @@ def sample(mutants, count, seed):
     for those in files.values():
         share = min(len(those), max(1, round(count * len(those) / len(mutants))))
         chosen += sorted(those, key=lambda mutant: mutant.draw(seed))[:share]
-    return chosen
+    return sorted(chosen, key=lambda mutant: mutant.draw(seed))
 
 
 def fate(mutant, asked):
@@ -199,11 +201,10 @@ def ask(mutants, asked):
     return results
 
 
-def prepared(kind, slow):
-    """The suites of a build, the quickest first."""
-    found = [Suite(name, program) for name, program in suites(kind).items()
-             if slow or not name.startswith("property/")]
-    return sorted((suite for suite in found if slow or suite.seconds <= SLOW_S), key=lambda suite: suite.seconds)
+def prepared(kind, longest_s):
+    """The suites of a build that take no longer, the quickest first."""
+    found = [Suite(name, program) for name, program in suites(kind).items()]
+    return sorted((suite for suite in found if suite.seconds <= longest_s), key=lambda suite: suite.seconds)
 
 
 def wilson(killed, of):
@@ -261,7 +262,7 @@ def main():
     parser = argparse.ArgumentParser(prog="davar-mutants", add_help=False)
     parser.add_argument("--sample", type=int, default=2000)
     parser.add_argument("--all", action="store_true")
-    parser.add_argument("--slow", action="store_true")
+    parser.add_argument("--longest", type=float, default=5)
     parser.add_argument("--sanitize", action="store_true")
     parser.add_argument("--only", default="")
     parser.add_argument("--again", metavar="LOG")
@@ -282,13 +283,13 @@ def main():
     elif not options.all:
         chosen = sample(chosen, options.sample, options.seed)
     (WORK / "log.tsv").unlink(missing_ok=True)
-    results = ask(chosen, prepared("plain", options.slow))
+    results = ask(chosen, prepared("plain", options.longest))
     if options.sanitize:
         status, output = compile_tree("sanitize")
         if status:
             sys.exit(f"davar-mutants: the build fails:\n{output[-6000:]}")
         left = [mutant for mutant, how, _ in results if how == "survived" and mutant.key not in listed.reason]
-        again = {mutant.key: (mutant, how, suite) for mutant, how, suite in ask(left, prepared("sanitize", options.slow))}
+        again = {mutant.key: (mutant, how, suite) for mutant, how, suite in ask(left, prepared("sanitize", options.longest))}
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
     return 1 if unlisted or stale else 0
