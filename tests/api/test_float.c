@@ -154,6 +154,13 @@ static void test_beyond_full_scale_saturates_and_counts(void)
     const float rates[5] = {2000.0F, -2000.0F, 2000.5F, -FLT_MAX, 1e-30F};
     (void)davar_push_f32(&davar, rates, 5U);
     TEST_ASSERT_EQUAL_UINT32(4U, davar_health(&davar).saturated); /* at or beyond */
+    davar.health.saturated = UINT32_MAX - 2U;
+    for (uint32_t left = 2U; left > 0U; left--) {
+        (void)davar_push_f32(&davar, rates, 1U);
+        TEST_ASSERT_EQUAL_UINT32(UINT32_MAX - left + 1U, davar_health(&davar).saturated);
+    }
+    (void)davar_push_f32(&davar, rates, 1U);
+    TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated); /* and stays */
 }
 
 /* Every full scale: one count of the door is the rounding, halves away from zero. */

@@ -532,6 +532,25 @@ static void test_what_init_refuses(void)
     config.cut_interval_s = -1.0, refused();
 }
 
+/* What is begun anew has had no alarm. */
+static void test_a_reset_takes_no_alarm_along(void)
+{
+    init(Q15, 0U);
+    uint32_t n = 0U;
+    for (; davar_health(&davar).alarms == 0U; n++) {
+        (void)davar_push_q15(&davar, &stream[n], 1U);
+    }
+    (void)davar_push_q15(&davar, &stream[n], 64U);
+    while (davar_take(&davar, &result)) {
+    }
+    davar_reset(&davar);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).alarms);
+    for (n = 0U; !davar_take(&davar, &result); n++) {
+        (void)davar_push_q15(&davar, &stream[n], 1U);
+    }
+    TEST_ASSERT_FALSE(result.alarm);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -551,5 +570,6 @@ int main(void)
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
     RUN_TEST(test_what_init_refuses);
+    RUN_TEST(test_a_reset_takes_no_alarm_along);
     return UNITY_END();
 }

@@ -561,6 +561,12 @@ static void test_the_bits_of_raw_samples_are_those_of_the_dbc(void)
     TEST_ASSERT_EQUAL(2, bits_at(12U, 2U));
     TEST_ASSERT_EQUAL(7, bits_at(14U, 18U));
     TEST_ASSERT_EQUAL_FLOAT(-1.5F, float_at(32U));
+    davar_encoder_raw_f32(&encoder, 8U, 0.25F, &frame);
+    TEST_ASSERT_EQUAL_FLOAT(0.25F, float_at(32U));
+    davar_encoder_raw_f32(&encoder, 8U, 1.0001F * DAVAR_WIRE_LEAST, &frame);
+    TEST_ASSERT_EQUAL_FLOAT(1.0001F * DAVAR_WIRE_LEAST, float_at(32U));
+    davar_encoder_raw_f32(&encoder, 8U, 0.9999F * DAVAR_WIRE_LEAST, &frame);
+    TEST_ASSERT_EQUAL_FLOAT(0.0F, float_at(32U));
 }
 
 /* SAE J1850's check value: the checksum of "123456789" is 4B. */

@@ -996,6 +996,32 @@ static void test_a_level_is_the_root_of_the_mean(void)
     }
 }
 
+/* (10.3), each move from where phi was, in doubles: a mean that forgets, of squared steps that weigh nine phi at most. */
+static void test_the_dispersion_moves_as_the_formula_says(void)
+{
+    static const uint32_t memories[2] = {11U, 8U};
+    for (uint32_t k = 0U; k < 2U; k++) {
+        davar_dispersion_t dispersion;
+        davar_dispersion_start(&dispersion);
+        double before = 0.0;
+        for (uint32_t n = 0U; n < 6000U; n++) {
+            const double width = (n < 3000U) ? 0.5 : ((n < 4500U) ? 4.0 : 0.01);
+            const int32_t logarithm = (int32_t)lround(16777216.0 * width * random_gauss(&rng));
+            const double phi = dispersion.phi / 16777216.0;
+            const double step = (logarithm / 16777216.0) - before;
+            davar_dispersion_learn(&dispersion, logarithm, config.step, memories[k]);
+            before = logarithm / 16777216.0;
+            const double nu = config.block - 1.0;
+            const double unit = 1.0 / (2.0 * (2.0 / nu) * (1.0 + (1.0 / nu)));
+            const double square = fmin(step * step * unit, 9.0 * phi);
+            const double share = fmax(1.0 / (n + 15.0), ldexp(1.0, -(int)memories[k]));
+            const double next = (n == 0U) ? phi : fmin(fmax(phi + ((square - phi) * share), 0.25), 14.0);
+            const double cut = ldexp(2.0 * fabs(step) * unit, -12); /* a step has 12 digits */
+            TEST_ASSERT_DOUBLE_WITHIN(4e-7 + (share * (cut + (2e-4 * square))), next, dispersion.phi / 16777216.0);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -1026,5 +1052,6 @@ int main(void)
     RUN_TEST(test_a_cut_that_came_late_counts);
     RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
     RUN_TEST(test_a_level_is_the_root_of_the_mean);
+    RUN_TEST(test_the_dispersion_moves_as_the_formula_says);
     return UNITY_END();
 }
