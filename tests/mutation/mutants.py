@@ -167,15 +167,9 @@ class Listed:
 
 
 def sample(mutants, count, seed):
-    """`count` mutants, from each file in proportion; the same ones as long as their functions stay."""
-    files = defaultdict(list)
-    for mutant in mutants:
-        files[mutant.file].append(mutant)
-    chosen = []
-    for those in files.values():
-        share = min(len(those), max(1, round(count * len(those) / len(mutants))))
-        chosen += sorted(those, key=lambda mutant: mutant.draw(seed))[:share]
-    return sorted(chosen, key=lambda mutant: mutant.draw(seed))
+    """`count` mutants at random, each as likely as any other; a larger sample holds the smaller one, and a mutant keeps its place as long
+    as its function's text stays."""
+    return sorted(mutants, key=lambda mutant: mutant.draw(seed))[:count]
 
 
 def fate(mutant, asked):
@@ -266,6 +260,7 @@ def main():
     parser.add_argument("--sanitize", action="store_true")
     parser.add_argument("--only", default="")
     parser.add_argument("--again", metavar="LOG")
+    parser.add_argument("--unlisted", action="store_true")
     parser.add_argument("--seed", type=int, default=SEED)
     options = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
@@ -282,6 +277,8 @@ def main():
         chosen = [mutant for mutant in chosen if earlier.get(mutant.key) in ("survived", "not reached")]
     elif not options.all:
         chosen = sample(chosen, options.sample, options.seed)
+    if options.unlisted:
+        chosen = [mutant for mutant in chosen if mutant.key not in listed.reason]
     (WORK / "log.tsv").unlink(missing_ok=True)
     results = ask(chosen, prepared("plain", options.longest))
     if options.sanitize:
@@ -292,6 +289,7 @@ def main():
         again = {mutant.key: (mutant, how, suite) for mutant, how, suite in ask(left, prepared("sanitize", options.longest))}
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
+    print(f"{len(chosen)} mutants asked, {unlisted} neither killed nor listed, {len(stale)} listed that are no more")
     return 1 if unlisted or stale else 0
 
 
