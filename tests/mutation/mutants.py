@@ -25,7 +25,7 @@ TREE, LISTED = WORK / "tree", ROOT / "tests/mutation/survivors.txt"
 NOT_COPIED = {"build", ".git", "data", "docs"}
 SEED = 16
 # What is asked, in this order: the suites from outside and inside; then what is slower, of the mutants that are left.
-TRIALS = 100  # of tests/property, which are 1500 elsewhere
+TRIALS = 50  # of tests/property, which are 1500 elsewhere
 FAST, SLOWER = ("unit", "api"), ("tracking", "property")
 FLAGS = "-w -O1 -fwrapv -D_GNU_SOURCE -include {}"
 SANITIZERS = " -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"

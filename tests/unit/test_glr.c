@@ -627,6 +627,23 @@ static void test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisi
     TEST_ASSERT_EQUAL(0, config.half);
 }
 
+/* (10.13): for hops of 20 samples, clusters of 80. */
+static void test_the_second_channel_is_as_the_formula_says(void)
+{
+    davar_glr_wish_t wish = usual;
+    wish.block = 20U;
+    davar_glr_start_clusters(&config, &wish);
+    TEST_ASSERT_EQUAL(16, config.least);
+    TEST_ASSERT_EQUAL(0, config.shock);
+    TEST_ASSERT_EQUAL(80, config.floor);
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.38, config.degrees / 256.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(360000.0 * 5.0) + 1.0, config.alarm / 65536.0);
+    TEST_ASSERT_EQUAL_UINT32(config.alarm, config.cut);
+    wish.false_alarms_per_hour = 1e6;
+    davar_glr_start_clusters(&config, &wish);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);
+}
+
 static void test_the_state_is_small(void)
 {
     TEST_ASSERT_LESS_THAN(1024U, sizeof(davar_glr_t));
@@ -1031,6 +1048,7 @@ int main(void)
     RUN_TEST(test_the_gain_is_the_formulas_and_the_bound_never_below);
     RUN_TEST(test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions);
     RUN_TEST(test_the_count_of_blocks_wraps);
+    RUN_TEST(test_the_second_channel_is_as_the_formula_says);
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
     RUN_TEST(test_noise_that_dies_is_a_change_too);
