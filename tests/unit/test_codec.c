@@ -523,6 +523,14 @@ static void test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc(void)
             TEST_ASSERT_EQUAL((item == 1U) ? 7U : taus[item - 32U], bits_at(32U, 32U));
         }
     }
+    encode_all(0x1FU); /* everything but raw samples: the size of a count is not told */
+    for (uint32_t i = 0U; i < 5U; i++) {
+        davar_encoder_begin(&encoder, &result, &health);
+        TEST_ASSERT_TRUE(find_frame(DAVAR_MESSAGE_SETUP));
+        TEST_ASSERT_EQUAL((i < 2U) ? i : (30U + i), bits_at(16U, 8U));
+    }
+    encode_all(DAVAR_SEND_RAW | DAVAR_SEND_MONITOR);
+    davar_encoder_monitor(&encoder, &misfit);
     health.count[DAVAR_HEALTH_EDGES_LOST] = 0x89ABCDEFU;
     davar_encoder_begin(&encoder, &result, &health);
     TEST_ASSERT_TRUE(find_frame(DAVAR_MESSAGE_HEALTH));
