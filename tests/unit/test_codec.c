@@ -480,6 +480,7 @@ static void test_the_bits_of_coefficients_are_those_of_the_dbc(void)
 static void test_the_bits_of_an_fd_frame_are_those_of_the_dbc(void)
 {
     result.contribution = 0.5;
+    result.epoch = 0x12FF56789AU; /* what is beyond 24 bits is not told, nor put elsewhere */
     result.coefficient[DAVAR_ANGLE_RANDOM_WALK] = (davar_coefficient_t){.value = 2.0, .low = 1.5, .high = 2.25};
     config.tau_count = 8;
     result.tau_count = 8;
