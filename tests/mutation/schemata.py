@@ -156,7 +156,7 @@ class Finder:
                 for number in leaf.get_children():
                     if number.kind in (Kind.INTEGER_LITERAL, Kind.FLOATING_LITERAL):
                         self.constant(number)
-                    elif number.kind == Kind.UNARY_OPERATOR or number.kind == Kind.UNEXPOSED_EXPR:
+                    elif number.kind in (Kind.UNARY_OPERATOR, Kind.UNEXPOSED_EXPR):
                         for part in number.walk_preorder():
                             if part.kind in (Kind.INTEGER_LITERAL, Kind.FLOATING_LITERAL):
                                 self.constant(part)
@@ -365,14 +365,12 @@ def render(file, without=()):
                 text = text[:first - start] + text[first - start:].replace("static const", "static", 1)
         return text
 
-    ends = {last: (name, entries) for (_, last, name), entries in tables.items()}
     text = stretch(0, len(file.text), plain)
-    if not ends:
+    if not tables:
         return text
     # What writes a table's mutant over it before main(), behind the last line of code.
     extra = []
     for (first, last, name), entries in sorted(tables.items()):
-        declaration = file.text[first:last].replace("static const", "static", 1)
         for site in entries:
             for mutant, after in site.mutants:
                 other = file.text[first:site.start] + after + file.text[site.end:last]
@@ -380,7 +378,6 @@ def render(file, without=()):
                 extra.append(f"__attribute__((constructor(102))) static void davar_table_{mutant.id}(void) {{ {other}; "
                              f"if (DAVAR_SITE({site.mutants[0][0].id}U, {len(site.mutants)}U) && davar_mutant == {mutant.id}U) "
                              f"__builtin_memcpy((void *)&{name}, &{name}_mutant, sizeof {name}); }}\n")
-        del declaration
     close = text.rstrip().rfind("#endif") if text.rstrip().endswith("#endif") else len(text)
     return text[:close] + "".join(extra) + text[close:]
 

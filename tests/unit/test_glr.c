@@ -371,7 +371,8 @@ static double recent_bits(uint64_t b)
     while ((b / unit) >= 1024U) {
         unit *= 2U;
     }
-    return (double)((b / unit) * unit);
+    const uint64_t kept = (b / unit) * unit;
+    return (double)kept;
 }
 
 /* Is cut i a step, not part of a ramp (10.10)? 1, -1, or 0: too close to tell. */
