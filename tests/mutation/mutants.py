@@ -195,9 +195,9 @@ def ask(mutants, asked):
     return results
 
 
-def prepared(kind, longest_s):
-    """The suites of a build that take no longer, the quickest first."""
-    found = [Suite(name, program) for name, program in suites(kind).items()]
+def prepared(kind, longest_s, names):
+    """The suites of a build that take no longer (and are named, if any are), the quickest first."""
+    found = [Suite(name, program) for name, program in suites(kind).items() if not names or name in names]
     return sorted((suite for suite in found if suite.seconds <= longest_s), key=lambda suite: suite.seconds)
 
 
@@ -261,6 +261,7 @@ def main():
     parser.add_argument("--only", default="")
     parser.add_argument("--again", metavar="LOG")
     parser.add_argument("--unlisted", action="store_true")
+    parser.add_argument("--suites", type=lambda text: text.split(","), default=[])
     parser.add_argument("--seed", type=int, default=SEED)
     options = parser.parse_args()
     WORK.mkdir(parents=True, exist_ok=True)
@@ -280,13 +281,13 @@ def main():
     if options.unlisted:
         chosen = [mutant for mutant in chosen if mutant.key not in listed.reason]
     (WORK / "log.tsv").unlink(missing_ok=True)
-    results = ask(chosen, prepared("plain", options.longest))
+    results = ask(chosen, prepared("plain", options.longest, options.suites))
     if options.sanitize:
         status, output = compile_tree("sanitize")
         if status:
             sys.exit(f"davar-mutants: the build fails:\n{output[-6000:]}")
         left = [mutant for mutant, how, _ in results if how == "survived" and mutant.key not in listed.reason]
-        again = {mutant.key: (mutant, how, suite) for mutant, how, suite in ask(left, prepared("sanitize", options.longest))}
+        again = {mutant.key: (mutant, how, suite) for mutant, how, suite in ask(left, prepared("sanitize", options.longest, options.suites))}
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
     print(f"{len(chosen)} mutants asked, {unlisted} neither killed nor listed, {len(stale)} listed that are no more")
