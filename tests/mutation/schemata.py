@@ -48,11 +48,14 @@ class Mutant:
     @property
     def key(self):
         """Names the mutant as long as its function's text stays."""
-        return f"{self.file} | {self.function} | {self.where} | {self.before} -> {self.after}" + (f" | {self.number}" if self.number else "")
+        return self.named(self.after or "nothing")
+
+    def named(self, after):
+        return f"{self.file} | {self.function} | {self.where} | {self.before} -> {after}" + (f" | {self.number}" if self.number else "")
 
     def draw(self, seed):
         """A number by which a sample is drawn: the same whatever else changes."""
-        return hashlib.sha256(f"{seed} {self.key}".encode()).hexdigest()
+        return hashlib.sha256(f"{seed} {self.named(self.after)}".encode()).hexdigest()
 
 
 @dataclass
