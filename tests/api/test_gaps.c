@@ -1,6 +1,8 @@
 /* davar tests - missing samples: a boundary inside the window, or a window that begins anew. */
 #include "stream_fixture.h"
 
+#include <math.h>
+
 static void test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples(void)
 {
     config.mode = DAVAR_MODE_TRAILING;
@@ -115,6 +117,84 @@ static void test_a_gap_behind_the_last_sample_is_none(void)
     TEST_ASSERT_EQUAL_UINT32(0U, result.gaps_in_window);
 }
 
+/* ---- brute force: gaps near both ends of a record, and their mirror images ---- */
+
+#define RECORD 100
+#define GAPS 5U
+
+static const int32_t gap_at[GAPS] = {7, 12, 13, 88, 95};
+
+static double mirrored(int32_t i)
+{
+    const int32_t inside = (i < 0) ? (-1 - i) : ((i >= RECORD) ? ((2 * RECORD) - 1 - i) : i);
+    return ripple((uint32_t)inside);
+}
+
+static bool is_crossed(int32_t begin, int32_t end)
+{
+    for (uint32_t k = 0U; k < GAPS; k++) {
+        const int32_t images[3] = {-gap_at[k], gap_at[k], (2 * RECORD) - gap_at[k]};
+        for (uint32_t i = 0U; i < 3U; i++) {
+            if ((begin < images[i]) && (images[i] < end)) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/* The result against all differences of its window that cross no gap and no gap's image. */
+static void compare_with_brute_force(void)
+{
+    const int32_t begin = (int32_t)result.epoch - (int32_t)(result.window_samples / 2U);
+    const int32_t end = begin + (int32_t)result.window_samples;
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        const int32_t m = (int32_t)taus[t];
+        double sum = 0.0;
+        uint32_t n = 0U;
+        for (int32_t i = begin; (i + (2 * m)) <= end; i++) {
+            double difference = 0.0;
+            for (int32_t k = 0; k < m; k++) {
+                difference += mirrored(i + m + k) - mirrored(i + k);
+            }
+            sum += is_crossed(i, i + (2 * m)) ? 0.0 : (difference * difference);
+            n += is_crossed(i, i + (2 * m)) ? 0U : 1U;
+        }
+        TEST_ASSERT_EQUAL_UINT32(n, result.tau[t].differences);
+        if (n > 0U) {
+            const double adev = config.unit_per_count * sqrt(sum / (2.0 * m * m * n));
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * adev, adev, result.tau[t].adev);
+        }
+    }
+}
+
+static void test_gaps_are_mirrored_at_both_ends_of_the_record(void)
+{
+    uint32_t results = 0U;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.gaps_max = 8U;
+    config.mirrored_end = true;
+    start_q15();
+    for (uint32_t i = 0U; i < (uint32_t)RECORD; i++) {
+        for (uint32_t k = 0U; k < GAPS; k++) {
+            if (gap_at[k] == (int32_t)i) {
+                davar_gap(&davar, 1U);
+            }
+        }
+        if (feed(i, i + 1U) > 0U) {
+            compare_with_brute_force();
+            results++;
+        }
+    }
+    while (davar_flush(&davar)) {
+        if (take_fitted(&davar, &result)) {
+            compare_with_brute_force();
+            results++;
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32((uint32_t)RECORD - 2U, results);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -125,5 +205,6 @@ int main(void)
     RUN_TEST(test_the_result_says_how_many_differences_a_gap_left);
     RUN_TEST(test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none);
     RUN_TEST(test_a_gap_behind_the_last_sample_is_none);
+    RUN_TEST(test_gaps_are_mirrored_at_both_ends_of_the_record);
     return UNITY_END();
 }

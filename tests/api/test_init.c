@@ -223,6 +223,38 @@ static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
     }
 }
 
+/* Is a window of 2^w samples and a cluster of m refused, which reach W m^2 = 2^(sum_bits - 2 bits) (2.4), and one of m - 1 not? */
+static void test_the_last_cluster_that_cannot_overflow(void)
+{
+    static uint32_t m;
+    config.taus = &m;
+    config.tau_count = 1U;
+    config.gaps_max = 0U;
+    config.window_max = 65536U;
+    config.window_min = 65536U;
+    for (uint8_t bits = 14U; bits <= 16U; bits++) {
+        config.sample_bits = bits;
+        m = UINT32_C(1) << (24U - bits); /* 2^16 m^2 = 2^(64 - 2 bits) */
+        TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_q15(&davar, &config, memory, sizeof memory));
+        m--;
+        TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_q15(&davar, &config, memory, 8U));
+    }
+    config.window_max = 16777216U;
+    config.window_min = 16777216U;
+    for (uint8_t bits = 30U; bits <= 32U; bits++) {
+        config.sample_bits = bits;
+        m = UINT32_C(1) << (52U - bits); /* 2^24 m^2 = 2^(128 - 2 bits) */
+        TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_q31(&davar, &config, memory, sizeof memory));
+        m--;
+        TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_q31(&davar, &config, memory, 8U));
+    }
+    config.full_scale = 1.0;
+    m = UINT32_C(1) << 21U; /* floats have 31 bits */
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_f32(&davar, &config, memory, sizeof memory));
+    m--;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_f32(&davar, &config, memory, 8U));
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -236,5 +268,6 @@ int main(void)
     RUN_TEST(test_the_memory_macros_of_a_grid_hold_what_init_asks_for);
     RUN_TEST(test_the_memory_macro_of_a_grid_is_no_more_than_that);
     RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);
+    RUN_TEST(test_the_last_cluster_that_cannot_overflow);
     return UNITY_END();
 }

@@ -679,6 +679,28 @@ static void test_what_init_refuses(void)
     config.cut_interval_s = -1.0, refused();
 }
 
+/* What is begun anew has had no alarm. */
+static void test_a_reset_takes_no_alarm_along(void)
+{
+    init(Q15, 0U);
+    uint32_t n = 0U;
+    for (; davar_health(&davar).alarms == 0U; n++) {
+        (void)davar_push_q15(&davar, &stream[n], 1U);
+    }
+    while (davar_take(&davar, &result)) {
+    }
+    for (uint32_t more = 0U; more < 64U; more++) {
+        (void)davar_push_q15(&davar, &stream[n + more], 1U);
+    }
+    davar_reset(&davar);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).alarms);
+    for (n = 0U; !davar_take(&davar, &result); n++) {
+        (void)davar_push_q15(&davar, &stream[n], 1U);
+    }
+    TEST_ASSERT_FALSE(result.alarm);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed); /* nor results that nobody took */
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -701,5 +723,6 @@ int main(void)
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
     RUN_TEST(test_what_init_refuses);
+    RUN_TEST(test_a_reset_takes_no_alarm_along);
     return UNITY_END();
 }

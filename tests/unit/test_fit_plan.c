@@ -1,4 +1,5 @@
 /* davar tests - the plan of a fit: a memo that changes no result, whose standard errors are those of brute force. */
+#include "fit/noise.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
 
@@ -95,10 +96,32 @@ static void test_standard_errors_meet_the_full_covariance(void)
     }
 }
 
+/* (5.9): under white noise the misfit has the mean count - 1 and the variance 2 sum r^2 over all pairs; five of its standard
+ * deviations are no misfit. Twice that, since errors are squared as edf (y - 1)^2. */
+static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
+{
+    static const uint32_t m[] = {1, 2, 4, 7, 15, 40};
+    for (uint8_t count = 1U; count <= 6U; count++) {
+        double variance = 0.0;
+        for (int i = 0; i < count; i++) {
+            for (int j = 0; j < count; j++) {
+                const double r = davar_noise_white_overlap((int)m[(i < j) ? i : j], (int)m[(i < j) ? j : i]) /
+                                 sqrt(davar_noise_white_overlap((int)m[i], (int)m[i]) *
+                                      davar_noise_white_overlap((int)m[j], (int)m[j]));
+                variance += 2.0 * r * r;
+            }
+        }
+        davar_plan_init(&plan, m, count);
+        const double limit = 2.0 * ((count - 1.0) + (5.0 * sqrt(variance)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit, (double)plan.misfit_limit / DAVAR_FIT_MISFIT_ONE);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
     RUN_TEST(test_standard_errors_meet_the_full_covariance);
+    RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
     return UNITY_END();
 }

@@ -85,6 +85,8 @@ static uint32_t blocks_to_alarm(double sigma, uint32_t most)
 
 /* ---- the law, anew at every block ---- */
 
+static void law_note(bool is_cut);
+
 static struct {
     uint64_t b[RAW]; /* 0: dropped */
     uint64_t waiting[GLR_SHOCK_MAX];
@@ -209,12 +211,15 @@ static void law_decide(void)
 {
     const uint32_t cut = law_scan(law.cut, config.cut);
     const uint32_t alarm = law_scan(law.alarm, config.alarm);
+    bool is_cut = (cut != 0U);
     TEST_ASSERT_EQUAL(alarm != 0U, event.is_alarm);
     law.cut = (cut != 0U) ? (law.now - cut) : law.cut;
     law.alarm = (alarm != 0U) ? (law.now - alarm) : law.alarm;
     if ((law.now - law.cut) > (law.now - law.alarm)) {
         law.cut = law.alarm;
+        is_cut = true;
     }
+    law_note(is_cut);
 }
 
 static void law_release(bool is_shock)
@@ -296,6 +301,205 @@ static void make(int16_t *sample)
     }
 }
 
+/* ---- the windows (10.9, 10.10), anew at every block from the raw blocks, in doubles ---- */
+
+static struct {
+    uint32_t at[GLR_CUTS]; /* the cuts that are remembered, the oldest first */
+    bool counts[GLR_CUTS];
+    bool settled[GLR_CUTS];
+    uint32_t cuts;
+    uint32_t turn;
+    uint32_t seen;
+    uint32_t compared;
+    uint32_t unsure; /* so close to a threshold that doubles cannot tell */
+} past;
+
+/* G of [from, middle) against [middle, to) (10.4), S the sums and N the blocks of both parts. */
+static double gain_of(double s_older, double n_older, double s_newer, double n_newer)
+{
+    const double whole = (n_older + n_newer) * log((s_older + s_newer) / (n_older + n_newer));
+    return 0.5 * (config.block - 1U) *
+           (whole - (n_older * log(s_older / n_older)) - (n_newer * log(s_newer / n_newer)));
+}
+
+/* 1: above the limit, -1: below, 0: too close to tell. */
+static int against(double gain, double limit)
+{
+    const double hair = 0.02 + (2e-4 * (fabs(gain) + limit));
+    return (gain > (limit + hair)) ? 1 : ((gain < (limit - hair)) ? -1 : 0);
+}
+
+static int law_differs(uint32_t from, uint32_t middle, uint32_t to, double limit)
+{
+    const davar_spread_t older = sum_of(from, middle);
+    const davar_spread_t newer = sum_of(middle, to);
+    if ((older.blocks == 0U) || (newer.blocks == 0U)) {
+        return -1;
+    }
+    return against(gain_of((double)older.low, older.blocks, (double)newer.low, newer.blocks), limit * law.f / 4096.0);
+}
+
+/* The oldest record that is not older than `age`, in the least level whose four records reach so far; not before the bound. */
+static uint32_t law_place(uint32_t age, uint32_t bound)
+{
+    uint32_t apart = 1U;
+    while ((4U * apart) <= age) {
+        apart *= 2U;
+    }
+    return (age >= (law.now - bound)) ? bound : (((law.now - age) + apart - 1U) / apart) * apart;
+}
+
+/* Where [begin, end) grows to; false: too close to tell. */
+static bool law_grow(uint32_t *begin, uint32_t end, uint32_t bound, double near_limit)
+{
+    uint32_t age = law.now - *begin;
+    while (*begin != bound) {
+        age += age - (law.now - end);
+        const uint32_t older = law_place(age, bound);
+        const int differs = law_differs(older, *begin, end, ((end - older) <= config.far) ? near_limit : 1.5);
+        if (differs >= 0) {
+            return differs > 0;
+        }
+        *begin = older;
+    }
+    return true;
+}
+
+static double recent_bits(uint64_t b)
+{
+    uint64_t unit = 1U;
+    while ((b / unit) >= 1024U) {
+        unit *= 2U;
+    }
+    const uint64_t kept = (b / unit) * unit;
+    return (double)kept;
+}
+
+/* Is cut i a step, not part of a ramp (10.10)? 1, -1, or 0: too close to tell. */
+static int law_is_step(uint32_t i)
+{
+    const uint32_t at = past.at[i];
+    const uint32_t age = law.now - at;
+    uint32_t before = (i != 0U) ? (at - past.at[i - 1U]) : config.half;
+    uint32_t after = ((i + 1U) < past.cuts) ? (past.at[i + 1U] - at) : age;
+    if (age >= 64U) {
+        return 1;
+    }
+    before = (before < config.half) ? before : config.half;
+    before = (before < (64U - age)) ? before : (64U - age);
+    after = (after < config.half) ? after : config.half;
+    double s[2] = {0.0, 0.0};
+    double n[2] = {0.0, 0.0};
+    double moment = 0.0;
+    for (uint32_t k = at - before; k != (at + after); k++) {
+        const uint64_t b = law.b[k % RAW];
+        if (b != 0U) {
+            const uint32_t part = ((k - (at - before)) < before) ? 0U : 1U;
+            moment += 2.0 * (n[0] + n[1]) * recent_bits(b);
+            s[part] += recent_bits(b);
+            n[part] += 1.0;
+        }
+    }
+    const double blocks = n[0] + n[1];
+    if (!(n[0] > 0.0) || !(n[1] > 0.0)) {
+        return 1;
+    }
+    const double rho = (moment / (s[0] + s[1])) - (blocks - 1.0);
+    const double ramp = 0.75 * (config.block - 1U) * blocks * rho * rho / ((blocks * blocks) - 1.0);
+    const double excess = gain_of(s[0], n[0], s[1], n[1]) - ramp - (4.0 * law.f / 4096.0);
+    return (fabs(excess) < (0.1 + (0.005 * ramp))) ? 0 : ((excess > 0.0) ? 1 : -1);
+}
+
+static void law_drop_oldest(void)
+{
+    past.cuts--;
+    for (uint32_t i = 0U; i < past.cuts; i++) {
+        past.at[i] = past.at[i + 1U];
+        past.counts[i] = past.counts[i + 1U];
+        past.settled[i] = past.settled[i + 1U];
+    }
+}
+
+static void law_keep(uint32_t at, bool settled)
+{
+    past.at[past.cuts] = at;
+    past.counts[past.cuts] = true;
+    past.settled[past.cuts] = settled;
+    past.cuts++;
+}
+
+static void law_note(bool is_cut)
+{
+    if ((past.cuts != 0U) && ((law.now - past.at[0]) > config.longest)) {
+        law_drop_oldest();
+    }
+    if (is_cut && (past.cuts == GLR_CUTS)) {
+        law_drop_oldest();
+        past.counts[0] = true;
+        past.settled[0] = true;
+    }
+    if (is_cut) {
+        law_keep(law.cut, false);
+    }
+    past.turn = ((past.turn + 1U) < past.cuts) ? (past.turn + 1U) : 0U;
+    if ((past.turn < past.cuts) && !past.settled[past.turn]) {
+        const int step = law_is_step(past.turn);
+        const bool told = ((state.counts >> past.turn) & 1U) != 0U;
+        past.unsure += (step == 0) ? 1U : 0U;
+        past.counts[past.turn] = (step == 0) ? told : (step > 0);
+        past.settled[past.turn] = (law.now - past.at[past.turn]) >= config.half;
+    }
+}
+
+/* [begin, end) of the centred window; false: too close to tell. */
+static bool law_centred(uint32_t *begin, uint32_t *end)
+{
+    const uint32_t centre = law.now - config.half;
+    uint32_t bound = law_place(config.longest, 0U);
+    *begin = centre - config.half;
+    *end = law.now;
+    for (uint32_t i = past.cuts; i > 0U; i--) {
+        *end = (past.counts[i - 1U] && (past.at[i - 1U] > centre)) ? past.at[i - 1U] : *end;
+    }
+    for (uint32_t i = 0U; i < past.cuts; i++) {
+        const bool is_before = (past.at[i] <= centre) && (past.at[i] >= *begin);
+        *begin = (past.counts[i] && is_before) ? past.at[i] : *begin;
+        bound = ((past.at[i] < *end) || ((past.cuts == GLR_CUTS) && (i == 0U))) ? past.at[i] : bound;
+    }
+    if (bound >= (law.now - (2U * config.half))) {
+        return true;
+    }
+    const uint32_t from = law_place(2U * config.half, bound);
+    uint32_t grown = from;
+    const bool is_sure = law_grow(&grown, *end, bound, 1.5);
+    *begin = (grown != from) ? grown : *begin;
+    return is_sure;
+}
+
+static void compare_windows(void)
+{
+    davar_glr_window_t window;
+    uint32_t begin = law_place(config.near, law.cut);
+    uint32_t end = law.now;
+    past.compared++;
+    davar_glr_trailing(&state, &config, &window);
+    if (law_grow(&begin, end, law.cut, 4.0)) {
+        TEST_ASSERT_EQUAL_UINT32(begin, window.begin);
+        TEST_ASSERT_EQUAL_UINT32(law.now, window.end);
+        TEST_ASSERT_EQUAL_UINT32(sum_of(begin, end).blocks, window.blocks);
+    } else {
+        past.unsure++;
+    }
+    if (!davar_glr_centred(&state, &config, &window)) {
+        TEST_ASSERT_LESS_THAN_UINT32(config.half, law.now);
+        TEST_ASSERT_EQUAL_UINT32(0U, window.begin);
+        TEST_ASSERT_EQUAL_UINT32(law.now, window.end);
+    } else if ((law.now >= (2U * config.half)) && law_centred(&begin, &end)) {
+        TEST_ASSERT_EQUAL_UINT32(begin, window.begin);
+        TEST_ASSERT_EQUAL_UINT32(end, window.end);
+    }
+}
+
 static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
 {
     davar_glr_wish_t wish = usual;
@@ -305,6 +509,8 @@ static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
     davar_glr_start(&config, &wish);
     davar_glr_reset(&state);
     law_reset();
+    memset(&past, 0, sizeof past);
+    law_keep(0U, true);
     uint32_t alarms = 0U;
     for (uint32_t n = 0U; n < BLOCKS; n++) {
         int16_t sample[K_MAX] = {0};
@@ -312,6 +518,7 @@ static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
         if (random_uniform(&rng) < 0.003) {
             davar_glr_skip(&state, &config, &event);
             law_skip();
+            law_note(false);
         } else {
             push_samples(sample);
             law_push_samples(sample);
@@ -321,7 +528,9 @@ static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
         TEST_ASSERT_EQUAL_UINT32(law.cut, state.cut.at);
         TEST_ASSERT_EQUAL_UINT32(law.alarm, state.alarm.at);
         TEST_ASSERT_EQUAL_UINT32(law.pending, state.pending);
+        compare_windows();
     }
+    TEST_ASSERT_LESS_THAN_UINT32(past.compared / 20U, past.unsure);
     TEST_ASSERT_GREATER_THAN_UINT32(BLOCKS / 500U, alarms);
 }
 
@@ -417,6 +626,23 @@ static void test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisi
     davar_glr_start(&config, &wish);
     TEST_ASSERT_EQUAL(1, config.near);
     TEST_ASSERT_EQUAL(0, config.half);
+}
+
+/* (10.13): for hops of 20 samples, clusters of 80. */
+static void test_the_second_channel_is_as_the_formula_says(void)
+{
+    davar_glr_wish_t wish = usual;
+    wish.block = 20U;
+    davar_glr_start_clusters(&config, &wish);
+    TEST_ASSERT_EQUAL(16, config.least);
+    TEST_ASSERT_EQUAL(0, config.shock);
+    TEST_ASSERT_EQUAL(80, config.floor);
+    TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.38, config.degrees / 256.0);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(360000.0 * 5.0) + 1.0, config.alarm / 65536.0);
+    TEST_ASSERT_EQUAL_UINT32(config.alarm, config.cut);
+    wish.false_alarms_per_hour = 1e6;
+    davar_glr_start_clusters(&config, &wish);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);
 }
 
 static void test_the_state_is_small(void)
@@ -788,6 +1014,32 @@ static void test_a_level_is_the_root_of_the_mean(void)
     }
 }
 
+/* (10.3), each move from where phi was, in doubles: a mean that forgets, of squared steps that weigh nine phi at most. */
+static void test_the_dispersion_moves_as_the_formula_says(void)
+{
+    static const uint32_t memories[2] = {11U, 8U};
+    for (uint32_t k = 0U; k < 2U; k++) {
+        davar_dispersion_t dispersion;
+        davar_dispersion_start(&dispersion);
+        double before = 0.0;
+        for (uint32_t n = 0U; n < 6000U; n++) {
+            const double width = (n < 3000U) ? 0.5 : ((n < 4500U) ? 4.0 : 0.01);
+            const int32_t logarithm = (int32_t)lround(16777216.0 * width * random_gauss(&rng));
+            const double phi = dispersion.phi / 16777216.0;
+            const double step = (logarithm / 16777216.0) - before;
+            davar_dispersion_learn(&dispersion, logarithm, config.step, memories[k]);
+            before = logarithm / 16777216.0;
+            const double nu = config.block - 1.0;
+            const double unit = 1.0 / (2.0 * (2.0 / nu) * (1.0 + (1.0 / nu)));
+            const double square = fmin(step * step * unit, 9.0 * phi);
+            const double share = fmax(1.0 / (n + 15.0), ldexp(1.0, -(int)memories[k]));
+            const double next = (n == 0U) ? phi : fmin(fmax(phi + ((square - phi) * share), 0.25), 14.0);
+            const double cut = ldexp(2.0 * fabs(step) * unit, -12); /* a step has 12 digits */
+            TEST_ASSERT_DOUBLE_WITHIN(4e-7 + (share * (cut + (2e-4 * square))), next, dispersion.phi / 16777216.0);
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -797,6 +1049,7 @@ int main(void)
     RUN_TEST(test_the_gain_is_the_formulas_and_the_bound_never_below);
     RUN_TEST(test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions);
     RUN_TEST(test_the_count_of_blocks_wraps);
+    RUN_TEST(test_the_second_channel_is_as_the_formula_says);
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
     RUN_TEST(test_noise_that_dies_is_a_change_too);
@@ -818,5 +1071,6 @@ int main(void)
     RUN_TEST(test_a_cut_that_came_late_counts);
     RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
     RUN_TEST(test_a_level_is_the_root_of_the_mean);
+    RUN_TEST(test_the_dispersion_moves_as_the_formula_says);
     return UNITY_END();
 }

@@ -134,6 +134,71 @@ static void test_without_variance_nothing_is_defined_and_nothing_unstable(void)
     TEST_ASSERT_TRUE(isnan(davar_stationarity_contribution(&none, &some)));
 }
 
+/* The nearest double of K lies within half its last bit: the neighbour above is above K, the one below is below. */
+static void test_the_next_double_is_on_the_other_side(void)
+{
+    int16_t sample[61];
+    config.policy = DAVAR_POLICY_KURTOSIS;
+    for (uint32_t n = 7U; n <= 61U; n += 9U) {
+        for (uint32_t upper = 1U; upper < n; upper++) {
+            for (uint32_t i = 0U; i < n; i++) {
+                sample[i] = (i < upper) ? 900 : -33;
+            }
+            const davar_central_t whole = central_of(sample, n);
+            const double product = (double)(upper * (n - upper));
+            const double kurtosis = ((double)(n * n) - (3.0 * product)) / product; /* one rounding */
+            const double above = nextafter(kurtosis, 1e300);
+            const double under = nextafter(kurtosis, 0.0);
+            config.kurtosis_low = under;
+            config.kurtosis_high = above;
+            TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole));
+            config.kurtosis_high = under;
+            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+            config.kurtosis_low = above;
+            config.kurtosis_high = nextafter(above, 1e300);
+            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+        }
+    }
+}
+
+/* S = |K - Km| / K of two values each, in doubles within 2^-50 of K and Km; bounds 2^-44 away are on their side. */
+static void test_contributions_hair_close_to_their_bounds(void)
+{
+    int16_t sample[64];
+    config.policy = DAVAR_POLICY_OR;
+    config.kurtosis_low = 0.0;
+    config.kurtosis_high = 1e300;
+    for (uint32_t a = 3U; a < 60U; a += 4U) {
+        for (uint32_t b = 2U; b < 63U; b++) {
+            davar_central_t part[2];
+            double kurtosis[2];
+            for (uint32_t k = 0U; k < 2U; k++) {
+                const uint32_t upper = (k == 0U) ? a : b;
+                for (uint32_t i = 0U; i < 64U; i++) {
+                    sample[i] = (i < upper) ? (int16_t)(50 + (int16_t)b) : -3;
+                }
+                part[k] = central_of(sample, 64U);
+                const double product = (double)(upper * (64U - upper));
+                kurtosis[k] = (4096.0 - (3.0 * product)) / product;
+            }
+            const double contribution = fabs(kurtosis[0] - kurtosis[1]) / kurtosis[0];
+            const double hair = ldexp(1.0 + contribution, -44);
+            if (contribution < 0.01) {
+                continue;
+            }
+            config.contribution_low = contribution - hair;
+            config.contribution_high = contribution + hair;
+            TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &part[0], &part[1]));
+            config.contribution_high = contribution - hair;
+            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &part[0], &part[1]));
+            config.contribution_low = contribution + hair;
+            config.contribution_high = contribution + (2.0 * hair);
+            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &part[0], &part[1]));
+            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution, davar_stationarity_contribution(&part[0], &part[1]));
+        }
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -142,5 +207,7 @@ int main(void)
     RUN_TEST(test_contribution_on_both_sides_of_its_bounds);
     RUN_TEST(test_each_policy_reads_its_own_flags);
     RUN_TEST(test_without_variance_nothing_is_defined_and_nothing_unstable);
+    RUN_TEST(test_the_next_double_is_on_the_other_side);
+    RUN_TEST(test_contributions_hair_close_to_their_bounds);
     return UNITY_END();
 }

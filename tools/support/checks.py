@@ -354,6 +354,17 @@ def fuzz(name):
     return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
 
 
+def mutants():
+    """A sample of small faults in lib/, the same every time: each must be found by a suite, or is listed with the reason."""
+    python = set_up("python_environment venv-mutants tools/support/requirements-mutants.txt", "mutants-python.log")
+    status, output = run([python, "-B", "tests/mutation/mutants.py", "--sample", "60", "--longest", "5", "--unlisted"], "mutants.log")
+    done = re.search(r"^(\d+) mutants asked, (\d+) neither killed nor listed, (\d+) listed", output, re.MULTILINE)
+    if not done:
+        raise Broken(output)
+    asked, alive, stale = map(int, done.groups())
+    return Tally(asked - alive, alive + stale, 0, [output] if status else [])
+
+
 PARTS = {
     "debug": ("unit, property and published tests, assertions on", [partial(ctest, "debug")]),
     "release": ("the same and the long ones, as shipped", [partial(ctest, "release")]),
@@ -377,6 +388,7 @@ PARTS = {
     "targets": ("the suites of lib/ and its cost on ten emulated boards",
                 suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
     "fuzz": ("libFuzzer targets of tests/fuzz, a bounded number of runs each", [partial(fuzz, name) for name in FUZZ]),
+    "mutants": ("small faults in lib/, sixty of them, each found by a fast suite", [mutants]),
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
     "examples": ("the examples that run on this machine", suite("examples")),
     "packages": ("every package of tools/release with the tool of its ecosystem", suite("packages", setting=packages)),
