@@ -490,7 +490,7 @@ static void compare_windows(void)
     } else {
         past.unsure++;
     }
-    if (!davar_glr_centred(&state, &config, &window)) {
+    if (!davar_glr_centred(&state, &config, config.half, &window)) {
         TEST_ASSERT_LESS_THAN_UINT32(config.half, law.now);
         TEST_ASSERT_EQUAL_UINT32(0U, window.begin);
         TEST_ASSERT_EQUAL_UINT32(law.now, window.end);
