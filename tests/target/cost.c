@@ -14,7 +14,7 @@
 
 static const uint32_t octaves[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
 static int16_t samples[STRIDE * 16U];
-static uint64_t memory[1030]; /* a grid of 10 */
+static uint64_t memory[1060]; /* a grid of 10, with pointers of 64 bits */
 static uint32_t glr_block = 10U;
 static davar_plan_t plan;
 static davar_config_t config;

@@ -1,5 +1,6 @@
 """The firmware examples of the README and of docs/FIRMWARE.md compile as they stand, without a warning; the first is short enough to be read."""
 
+import random
 import re
 import subprocess
 import tempfile
@@ -24,6 +25,40 @@ class ReadmeExample(unittest.TestCase):
 
     def test_the_example_is_short(self):
         self.assertLessEqual(len(examples()[0].splitlines()), LINES_MAX)
+
+    def test_the_first_example_measures_what_it_is_given(self):
+        noise = random.Random(1)
+        counts = ", ".join(str(round(noise.gauss(0, 20))) for _ in range(6000))  # 1 deg/s: 6 deg/sqrt(h) at 100 Hz
+        program = f"""{examples()[0]}
+#include <stdio.h>
+int main(void)
+{{
+    static const int16_t counts[] = {{{counts}}};
+    static davar_result_t result;
+    if (gyro_noise_start() != DAVAR_OK) {{
+        return 1;
+    }}
+    for (int i = 0; i < 6000; i++) {{
+        gyro_interrupt(counts[i]);
+        if (gyro_noise(&result)) {{
+            const davar_coefficient_t *arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+            printf("%g %g %g\\n", arw->value, arw->low, arw->high);
+        }}
+    }}
+    return 0;
+}}
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            source = Path(folder) / "example.c"
+            source.write_text(program, encoding="utf-8")
+            subprocess.run(["gcc", "-std=c11", "-O2", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src", source, *sorted((ROOT / "lib/src").rglob("*.c")),
+                            "-o", Path(folder) / "example", "-lm"], check=True)
+            found = [tuple(map(float, line.split())) for line in
+                     subprocess.run([Path(folder) / "example"], check=True, text=True, stdout=subprocess.PIPE).stdout.splitlines()]
+        self.assertGreater(len(found), 80)
+        self.assertGreater(sum(low <= 6 <= high for _, low, high in found), 0.85 * len(found))
+        widths = sorted((high - low) / 2 / value for value, low, high in found)
+        self.assertAlmostEqual(widths[len(widths) // 2], 0.07, delta=0.01)  # as the README says
 
     def test_the_examples_compile_without_a_warning(self):
         with tempfile.TemporaryDirectory() as folder:

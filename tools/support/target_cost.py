@@ -179,9 +179,9 @@ def offences(target, image, roots):
 # --- the table ---------------------------------------------------------------------------------------------------------
 
 SHORT = (
-    ("ADEV, flash", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("everything", "linked_everything_bytes"),
-    ("RAM", "ram_bytes"), ("every sample", "every_sample_instructions_per_sample"), ("adaptive", "adaptive_white_instructions_per_sample"),
-    ("grid with ARW", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"))
+    ("flash: ADEV", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("everything", "linked_everything_bytes"),
+    ("RAM", "ram_bytes"), ("every sample", "every_sample_instructions_per_sample"), ("`or`", "adaptive_white_instructions_per_sample"),
+    ("example", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"))
 COLUMNS = (
     ("every sample", "every_sample_instructions_per_sample"), ("per tau", "every_sample_instructions_per_sample_per_tau"),
     ("adaptive", "default_instructions_per_sample"), ("grid push", "grid_push_instructions_per_sample"),
