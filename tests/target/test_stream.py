@@ -56,6 +56,20 @@ def any_run(line):
     return f"{line[:5]}--{line[7:11]}--{line[13:]}" if line.startswith(SETUP) else line
 
 
+class Dma(unittest.TestCase):
+    """examples/bare_metal, of which a timer's interrupt plays the DMA."""
+
+    def test_blocks_of_a_dma_are_pushed_and_one_that_is_late_is_a_gap(self):
+        for target in ("cortex-m4f", "rv32imac"):
+            with self.subTest(target=target):
+                status, output = targets.execute(target, targets.build(target) / "dma.elf", shift=LIKE_16_MHZ)
+                self.assertEqual(0, status, output)
+                told = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
+                self.assertEqual(1, told["lost"])
+                self.assertGreater(told["results"], 45, told)  # of 56: the fit may take longer than results do
+                self.assertGreater(told["held"], 0.85 * told["results"], told)
+
+
 class Stream(unittest.TestCase):
     @classmethod
     def setUpClass(cls):

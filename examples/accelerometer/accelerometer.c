@@ -1,0 +1,63 @@
+/* Velocity random walk of an accelerometer's three axes, measured while it works.
+ *
+ * davar does not care what a count is. Tell it m/s^2 per count, and what is called angle random walk, in deg/sqrt(h) of a gyro, is
+ * velocity random walk in m/s/sqrt(h); ADEV is in m/s^2.
+ *
+ * For your board: call accelerometer_start once, accelerometer_sample from the data-ready interrupt, accelerometer_noise from the main
+ * loop; change rate, size of a count and cluster times here. Gravity is a constant and does no harm; motion counts as noise. */
+#include "accelerometer.h"
+
+#include "davar/axes.h"
+
+#define RATE_HZ 200.0
+#define MPS2_PER_COUNT (9.80665 / 16384.0) /* +-2 g in 16 bits */
+#define WINDOW 1200U                       /* samples: 6 s */
+#define STRIDE 200U                        /* a result each second */
+
+static const uint32_t taus[] = {1, 2, 4, 8, 16, 32};
+#define TAUS (sizeof taus / sizeof taus[0])
+
+/* Of one axis: longest window, 0 (its length is fixed), no segment, stride, longest cluster, how many, gaps. */
+#define AXIS_BYTES DAVAR_MEMORY_GRID_Q15(WINDOW, 0, 0, STRIDE, 32, TAUS, 4)
+static uint64_t memory[DAVAR_AXES][DAVAR_ROUND8(AXIS_BYTES) / 8];
+static davar_axes_t axes;
+static davar_plan_t plan; /* one for all axes */
+static davar_config_t config;
+
+davar_status_t accelerometer_start(void)
+{
+    config = davar_default_config;
+    config.rate_hz = RATE_HZ;
+    config.unit_per_count = MPS2_PER_COUNT;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_FIXED;
+    config.window_max = WINDOW;
+    config.window_min = WINDOW;
+    config.segment = 0;
+    config.stride = STRIDE;
+    config.taus = taus;
+    config.tau_count = TAUS;
+    davar_plan_init(&plan, taus, TAUS);
+    return davar_axes_init_q15(&axes, &config, memory, sizeof memory);
+}
+
+void accelerometer_sample(int16_t x, int16_t y, int16_t z)
+{
+    davar_axes_push_q15(&axes, x, y, z);
+}
+
+void accelerometer_lost(uint32_t samples)
+{
+    davar_axes_gap(&axes, samples);
+}
+
+int accelerometer_noise(davar_coefficient_t *velocity_random_walk)
+{
+    static davar_result_t result;
+    const int axis = davar_axes_take(&axes, &result);
+    if (axis >= 0) {
+        (void)davar_fit_white(&plan, RATE_HZ, &result); /* false: not white, and then the coefficient is absent */
+        *velocity_random_walk = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    }
+    return axis;
+}

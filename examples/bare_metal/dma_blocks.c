@@ -1,0 +1,74 @@
+/* Bare metal: the DMA writes the sensor's counts into a ring of two halves, its two interrupts push the half that is full, the main loop
+ * takes. No copy, no queue, no operating system.
+ *
+ *   sensor -> DMA -> [ first half | second half ]       half-transfer, transfer-complete: push        main loop: take, fit
+ *
+ * When both flags are pending, the interrupt came a half too late: the older one is being overwritten. It is left out, counted, and told
+ * to davar as a gap; the newer one is whole.
+ *
+ * For your board: call dma_blocks_interrupt from both interrupts (one vector on an STM32: read the flags, clear them, pass them on), and
+ * set rate and size of a count. A push of 50 samples takes some 12 000 instructions here (docs/COST.md): choose halves that leave time.
+ * The test plays the DMA by a timer's interrupt on an emulated Cortex-M4F: that board has no DMA that a sensor feeds. */
+#include "dma_blocks.h"
+
+static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64};
+#define TAUS (sizeof taus / sizeof taus[0])
+
+volatile int16_t dma_buffer[2U * DMA_HALF];
+
+static uint64_t memory[DAVAR_ROUND8(DAVAR_MEMORY_GRID_Q15(600, 400, 100, 100, 64, TAUS, 4)) / 8];
+static davar_plan_t plan;
+static davar_config_t config;
+static davar_t gyro;
+static uint32_t expected = DMA_FIRST;
+static volatile uint32_t lost;
+
+davar_status_t dma_blocks_start(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 1000.0;
+    config.unit_per_count = 0.05;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.grow = 1;
+    config.stride = 100;
+    config.taus = taus;
+    config.tau_count = TAUS;
+    davar_plan_init(&plan, taus, TAUS);
+    return davar_init_q15(&gyro, &config, memory, sizeof memory);
+}
+
+static void push_half(uint32_t flag)
+{
+    const volatile int16_t *half = &dma_buffer[(flag == DMA_FIRST) ? 0U : DMA_HALF];
+    int16_t counts[DMA_HALF]; /* what the DMA writes is volatile; davar reads it once */
+    for (uint32_t i = 0; i < DMA_HALF; i++) {
+        counts[i] = half[i];
+    }
+    for (size_t done = 0; done < DMA_HALF;) { /* a push stops behind the sample that completes a result */
+        done += davar_push_q15(&gyro, &counts[done], DMA_HALF - done);
+    }
+}
+
+void dma_blocks_interrupt(uint32_t flags)
+{
+    if (flags == (DMA_FIRST | DMA_SECOND)) {
+        lost++;
+        davar_gap(&gyro, DMA_HALF);
+        expected ^= DMA_FIRST | DMA_SECOND; /* the newer one */
+    }
+    push_half(expected);
+    expected ^= DMA_FIRST | DMA_SECOND;
+}
+
+bool dma_blocks_noise(davar_coefficient_t *arw)
+{
+    static davar_result_t result;
+    const bool is_new = davar_take(&gyro, &result) && davar_fit_white(&plan, config.rate_hz, &result);
+    *arw = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    return is_new;
+}
+
+uint32_t dma_blocks_lost(void)
+{
+    return lost;
+}

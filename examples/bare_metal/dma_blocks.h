@@ -1,0 +1,26 @@
+/* A sensor whose DMA fills a buffer in two halves: see dma_blocks.c. */
+#ifndef DMA_BLOCKS_H
+#define DMA_BLOCKS_H
+
+#include "davar/davar.h"
+
+#define DMA_HALF 50U /* samples */
+#define DMA_FIRST 1U /* flags of the interrupt: the first half is full, */
+#define DMA_SECOND 2U
+
+/* Where the circular transfer writes; begins with the first half. */
+extern volatile int16_t dma_buffer[2U * DMA_HALF];
+
+/* Before the transfer. DAVAR_OK, or why not (davar_status_text). */
+davar_status_t dma_blocks_start(void);
+
+/* From the half-transfer and the transfer-complete interrupt, with the flags that were pending; they are cleared already. */
+void dma_blocks_interrupt(uint32_t flags);
+
+/* From the main loop: true when there is a new value, with its 95 % limits, deg/sqrt(h). */
+bool dma_blocks_noise(davar_coefficient_t *arw);
+
+/* Halves that were overwritten before their interrupt could run. */
+uint32_t dma_blocks_lost(void);
+
+#endif

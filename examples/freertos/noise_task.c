@@ -1,0 +1,108 @@
+/* davar under FreeRTOS: the sensor's interrupt fills blocks and queues them, a task pushes them, takes and reports.
+ *
+ *   data-ready interrupt -> block of 20 -> queue -> noise task: gap, push, take, fit -> report
+ *
+ * Interrupts stay short (a copy), and push and take are in one task, so nothing has to be locked. When the task is late and the queue
+ * is full, the block is lost: counted, and told to davar as a gap in front of the next one.
+ *
+ * For your board: call noise_sample from the data-ready interrupt, noise_start before the scheduler; fill noise_report. The fit needs
+ * 2 kB of stack (docs/COST.md), so the task has 4. Give it a priority below that of whatever flies. */
+#include "noise_task.h"
+
+#include "FreeRTOS.h"
+#include "queue.h"
+#include "task.h"
+
+#define BLOCK 20U
+#define QUEUE_BLOCKS 4U
+#define STACK_BYTES 4096U
+
+typedef struct {
+    uint32_t missing; /* samples that were lost in front of it */
+    int16_t count[BLOCK];
+} block_t;
+
+static const uint32_t taus[] = {1, 2, 4, 8, 16, 32, 64};
+#define TAUS (sizeof taus / sizeof taus[0])
+
+static uint64_t memory[DAVAR_ROUND8(DAVAR_MEMORY_GRID_Q15(600, 400, 100, 100, 64, TAUS, 4)) / 8];
+static davar_plan_t plan;
+static davar_config_t config;
+static davar_t gyro;
+static QueueHandle_t queue;
+
+/* --- the interrupt's -------------------------------------------------------------------------------------------------- */
+
+static block_t filling;
+static uint32_t filled;
+static volatile uint32_t lost; /* blocks */
+
+void noise_sample(int16_t count)
+{
+    BaseType_t woken = pdFALSE;
+    filling.count[filled] = count;
+    filled++;
+    if (filled < BLOCK) {
+        return;
+    }
+    filled = 0;
+    if (xQueueSendFromISR(queue, &filling, &woken) == pdTRUE) {
+        filling.missing = 0;
+    } else {
+        filling.missing += BLOCK;
+        lost++;
+    }
+    portYIELD_FROM_ISR(woken);
+}
+
+uint32_t noise_blocks_lost(void)
+{
+    return lost;
+}
+
+/* --- the task's ------------------------------------------------------------------------------------------------------- */
+
+static void hear(void *context, davar_result_t *result)
+{
+    (void)context;
+    (void)davar_fit_white(&plan, config.rate_hz, result);
+    noise_report(result);
+}
+
+static void noise_task(void *context)
+{
+    static block_t block;
+    static davar_result_t result;
+    (void)context;
+    for (;;) {
+        if (xQueueReceive(queue, &block, portMAX_DELAY) == pdTRUE) {
+            if (block.missing > 0U) {
+                davar_gap(&gyro, block.missing);
+            }
+            davar_push_all_q15(&gyro, block.count, BLOCK, &result, hear, NULL);
+        }
+    }
+}
+
+davar_status_t noise_start(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 200.0;
+    config.unit_per_count = 0.05;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.grow = 1;
+    config.stride = 100;
+    config.taus = taus;
+    config.tau_count = TAUS;
+    davar_plan_init(&plan, taus, TAUS);
+    const davar_status_t status = davar_init_q15(&gyro, &config, memory, sizeof memory);
+    if (status == DAVAR_OK) {
+        queue = xQueueCreate(QUEUE_BLOCKS, sizeof(block_t));
+        configASSERT(queue != NULL);
+        const BaseType_t made =
+            xTaskCreate(noise_task, "noise", STACK_BYTES / sizeof(StackType_t), NULL, tskIDLE_PRIORITY + 1, NULL);
+        configASSERT(made == pdPASS);
+        (void)made;
+    }
+    return status;
+}

@@ -1,0 +1,48 @@
+/* From results to frames (lib/WIRE.md), one whenever the controller has room.
+ *
+ *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;  davar_take -> davar_fit -> can_sender_result
+ *
+ * A receiver is there already: `tools/davarlab live can:can0`, or any tool that reads tools/davar.dbc. */
+#include "can_sender.h"
+
+static davar_encoder_t encoder;
+static davar_wire_health_t told;
+static davar_result_t result;
+static davar_frame_t frame;
+static bool holds; /* a frame waits for room */
+static can_send_t send;
+static void *controller;
+
+void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t how, void *with)
+{
+    (void)davar_encoder_init(&encoder, config, DAVAR_WIRE_BASE, 0U,
+                             fd ? DAVAR_SEND_FD : (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS));
+    davar_encoder_session(&encoder, session);
+    told = (davar_wire_health_t){{0}};
+    holds = false;
+    send = how;
+    controller = with;
+}
+
+void can_sender_result(const davar_result_t *newest, const davar_health_t *health, uint32_t bus_off)
+{
+    for (; holds; holds = davar_encoder_next(&encoder, &frame)) {
+        told.count[DAVAR_HEALTH_FRAMES_DROPPED]++;
+    }
+    told.count[DAVAR_HEALTH_GAPS] = health->gaps;
+    told.count[DAVAR_HEALTH_MISSING_SAMPLES] = health->missing;
+    told.count[DAVAR_HEALTH_SATURATED_SAMPLES] = health->saturated;
+    told.count[DAVAR_HEALTH_WINDOW_RESTARTS] = health->restarts;
+    told.count[DAVAR_HEALTH_RESULTS_MISSED] = health->missed;
+    told.count[DAVAR_HEALTH_BUS_OFF] = bus_off;
+    result = *newest;
+    davar_encoder_begin(&encoder, &result, &told);
+    holds = davar_encoder_next(&encoder, &frame);
+}
+
+void can_sender_step(void)
+{
+    if (holds && send(controller, &frame)) {
+        holds = davar_encoder_next(&encoder, &frame);
+    }
+}
