@@ -1,13 +1,14 @@
 /* The state of an instance over a brown-out: what it has learned in minutes is there again when the power is.
  *
  *   start:      init, restore the newest whole image, say how many samples were missed
- *   each minute and when the supply falls (brown-out interrupt, a few ms are enough): save
+ *   each minute, and when the supply falls: save. The brown-out interrupt only sets a flag; a few ms are enough for the main loop
  *
  * Two slots are written in turn, the newest last, so that at any moment one of them is whole, wherever the power is cut.
  *
  * For your board: fill storage_read and storage_write (FRAM, EEPROM, backup RAM, or flash behind an erase layer), and clock_s from a
  * clock that runs on (RTC). Without one every pause counts as one sample: the window only needs to know that there was a gap.
- * A save needs push and take quiet: it runs where neither can, here in the main loop with the sample's interrupt masked. */
+ * A save needs push and take quiet: call it from the main loop, which takes, with the sample's interrupt masked. Never from an interrupt
+ * that a push or a take may be under. */
 #include "brown_out.h"
 
 #include "davar/state.h"
