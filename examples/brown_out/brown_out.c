@@ -5,7 +5,7 @@
  *
  * Two slots are written in turn, the newest last, so that at any moment one of them is whole, wherever the power is cut.
  *
- * For your board: fill storage_read and storage_write (FRAM, EEPROM, backup RAM, or flash behind an erase layer), and clock_s from a
+ * For your board: fill storage_read and storage_write (FRAM, EEPROM, backup RAM, or flash behind an erase layer), and brown_out_missed from a
  * clock that runs on (RTC). Without one every pause counts as one sample: the window only needs to know that there was a gap.
  * A save needs push and take quiet: call it from the main loop, which takes, with the sample's interrupt masked. Never from an interrupt
  * that a push or a take may be under. */
