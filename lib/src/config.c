@@ -180,7 +180,7 @@ static bool needs_grid(const davar_config_t *config)
 
 static bool is_built(const davar_config_t *config)
 {
-    return (DAVAR_GRID || !needs_grid(config)) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
+    return (!needs_grid(config) || DAVAR_GRID) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
            (DAVAR_ADAPTIVE || ((config->policy == DAVAR_POLICY_FIXED) && (config->segment == 0U))) &&
            (DAVAR_TRACKING || (config->policy != DAVAR_POLICY_GLR));
 }

@@ -5,7 +5,7 @@ import unittest
 
 from sim_case import SimCase
 
-RESULT_HEAD, RESULT_REST = 9, 6 + 20
+RESULT_HEAD, RESULT_REST = 17, 6 + 20
 HEALTH = 2 ** 64 - 1
 
 
@@ -13,8 +13,12 @@ def words(*values):
     return struct.pack(f"<{len(values)}Q", *values)
 
 
+def head(*values):
+    return words(*values, *[0] * (RESULT_HEAD - len(values)))
+
+
 def result(channel=0, taus=1):
-    return words(channel, 300, 600, 0, 0, 0, 0, 0, taus) + words(*[0] * RESULT_REST)
+    return head(channel, 300, 600, 0, 0, 0, 0, 0, taus) + words(*[0] * RESULT_REST)
 
 
 class Device(SimCase):
@@ -44,7 +48,7 @@ class Device(SimCase):
         self.assertIn("the device left no results", done.stderr)
 
     def test_the_weather_is_the_device_s(self):
-        done = self.device(result() + words(HEALTH, 0, 3, 17, 5, 0, 0, 0, 0))
+        done = self.device(result() + head(HEALTH, 0, 3, 17, 5))
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertIn("17", done.stderr)
 

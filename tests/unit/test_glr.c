@@ -375,6 +375,13 @@ static double recent_bits(uint64_t b)
     return (double)kept;
 }
 
+/* In units that the loudest of some blocks fills 25 bits of, one at least. */
+static double in_units(uint64_t b, uint64_t loudest)
+{
+    const int below = ilogb((double)loudest) - ilogb((double)b);
+    return (below < 25) ? floor(ldexp(recent_bits(b), 24 - ilogb((double)loudest))) : 1.0;
+}
+
 /* Is cut i a step, not part of a ramp (10.10)? 1, -1, or 0: too close to tell. */
 static int law_is_step(uint32_t i)
 {
@@ -391,12 +398,17 @@ static int law_is_step(uint32_t i)
     double s[2] = {0.0, 0.0};
     double n[2] = {0.0, 0.0};
     double moment = 0.0;
+    uint64_t loudest = 1U;
+    for (uint32_t k = at - before; k != (at + after); k++) {
+        loudest = (law.b[k % RAW] > loudest) ? law.b[k % RAW] : loudest;
+    }
     for (uint32_t k = at - before; k != (at + after); k++) {
         const uint64_t b = law.b[k % RAW];
         if (b != 0U) {
             const uint32_t part = ((k - (at - before)) < before) ? 0U : 1U;
-            moment += 2.0 * (n[0] + n[1]) * recent_bits(b);
-            s[part] += recent_bits(b);
+            const double units = in_units(b, loudest);
+            moment += 2.0 * (n[0] + n[1]) * units;
+            s[part] += units;
             n[part] += 1.0;
         }
     }

@@ -30,7 +30,7 @@ have() {
     case $1 in
     libc6-dev) compiles -include stdio.h ;;
     zlib1g-dev) compiles -include zlib.h ;;
-    gcc-multilib) compiles -m32 -include stdio.h ;;
+    gcc-12-multilib) compiles -m32 -include stdio.h ;;
     python3-venv) python3 -c 'import ensurepip, venv' >/dev/null 2>&1 ;;
     libgpiod-dev) compiles -include gpiod.h ;;
     linux-source-6.1) [[ -e /usr/src/linux-source-6.1.tar.xz ]] && dpkg-query --show "$1" >/dev/null 2>&1 ;;
