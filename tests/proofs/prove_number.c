@@ -77,12 +77,8 @@ static void prove_real(void)
         const uint64_t bits = Frama_C_unsigned_long_long_interval(least, least + (least - 1U));
         sink = davar_bits_of_double(davar_root_by_integers(davar_double_of_bits(bits)));
         sink = davar_bits_of_double(davar_double_of_u64_by_parts(bits));
-        if (bit < 32U) {
-            sink = davar_bits_of_float(davar_rootf_by_integers(davar_float_of_bits((uint32_t)bits)));
-        }
     }
     sink = davar_bits_of_double(davar_root_by_integers(0.0));
-    sink = davar_bits_of_float(davar_rootf_by_integers(0.0F));
     sink = davar_bits_of_double(davar_double_of_u64_by_parts(0U));
     sink = davar_bits_of_double(davar_divide_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
     sink = davar_bits_of_double(davar_scale_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
@@ -97,6 +93,9 @@ static void prove_scaled(void)
     const scaled_t b = {any_u32(SCALED_TOP, UINT32_MAX), any_i32(SCALED_ZERO, -SCALED_ZERO)};
     sink = scaled_times(a, b).mantissa;
     sink = davar_root_of_mantissa_by_integers((a.mantissa & ~UINT32_C(0xFF)) >> 1U);
+    sink = scaled_inverse(a).mantissa;
+    sink = scaled_plus(a, b).mantissa;
+    sink = scaled_to_fixed(a, any_i32(0, 31));
     sink = davar_bits_of_double(scaled_to_double(a));
     sink = scaled_of_double(any_double_of(0U, UINT64_MAX)).mantissa;
     sink = scaled_of_float(any_float_of(0U, UINT32_MAX)).mantissa;

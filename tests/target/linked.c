@@ -1,5 +1,6 @@
 /* davar tests - the smallest program for each use of the library, for what it links. WHAT: 0 nothing, 1 Allan deviations,
- * 2 and the angle random walk, 3 everything: five terms, gaps, flush, reset, the saved state, the monitor and frames. */
+ * 2 and the angle random walk by a plan of tools/davar-plan, 3 by a plan that it makes, 4 everything: five terms, gaps, flush, reset, the
+ * saved state, the monitor and frames. */
 #include "davar/codec.h"
 #include "davar/davar.h"
 #include "davar/slcan.h"
@@ -21,7 +22,7 @@ static const davar_config_t config = {.rate_hz = 100.0,
                                       .tau_count = TAUS,
                                       .window_max = 600U,
                                       .window_min = 600U,
-#if WHAT == 3
+#if WHAT == 4
                                       .policy = DAVAR_POLICY_OR,
                                       .segment = 100U,
                                       .kurtosis_high = 3.3,
@@ -38,11 +39,13 @@ static davar_t davar;
 static davar_result_t result;
 #endif
 
-#if WHAT > 1
+#if WHAT == 2
+extern davar_plan_t plan;
+#elif WHAT > 2
 static davar_plan_t plan;
 #endif
 
-#if WHAT == 3
+#if WHAT == 4
 static davar_storage_t storage;
 static davar_encoder_t encoder;
 static davar_frame_t frame;
@@ -76,7 +79,7 @@ int main(void)
         return 1;
     }
 #endif
-#if WHAT > 1
+#if WHAT > 2
     davar_plan_init(&plan, taus, TAUS);
 #endif
     for (;;) {
@@ -87,8 +90,10 @@ int main(void)
         if ((davar_push_q15(&davar, &sample, 1U) > 0U) && davar_take(&davar, &result)) {
             output = result.tau[0].adev;
 #if WHAT == 2
-            (void)davar_fit_white(&plan, 100.0, &result);
+            (void)davar_fit_white_ready(&plan, 100.0, &result);
 #elif WHAT == 3
+            (void)davar_fit_white(&plan, 100.0, &result);
+#elif WHAT == 4
             davar_fit(&plan, 100.0, &result);
             more();
 #endif

@@ -1,6 +1,7 @@
 """What davar costs on each target stays within 2 % of docs/cost.json; the README shows that file; a sample's path is clean."""
 
 import json
+import re
 import sys
 import unittest
 from pathlib import Path
@@ -28,6 +29,15 @@ class Cost(unittest.TestCase):
     def test_readme_and_docs_show_the_recorded_tables(self):
         for page, _, columns in target_cost.TABLES:
             self.assertIn(target_cost.table(self.recorded, columns), page.read_text(encoding="utf-8"))
+
+    def test_arw_with_a_plan_of_the_host_links_no_floating_point_of_the_compiler(self):
+        for target in targets.BARE:
+            where = targets.build(target)
+            with self.subTest(target=target):
+                target_cost.linked_bytes(target, where, *target_cost.LINKED["adev_arw"])
+                names = target_cost.symbols(target, where / "linked-2.elf")
+                self.assertIn("davar_fit_white_ready_4_taus", names)
+                self.assertEqual([], [name for name in names if re.match(r"__aeabi_[fd]|__\w*[sd]f(2|3|si|di)?$", name)])
 
     def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):
         for target in targets.BARE:

@@ -17,7 +17,7 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
     TEST_ASSERT_DOUBLE_WITHIN(0.002, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const double share = (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE * (double)plan.scale[k];
+        const double share = (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
         const double sigma = share * (double)plan.unit[k] * model.a[1];
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
     }

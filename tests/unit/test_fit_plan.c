@@ -92,7 +92,7 @@ static void test_standard_errors_meet_the_full_covariance(void)
             }
         }
         TEST_ASSERT_DOUBLE_WITHIN(0.03 * sqrt(variance), sqrt(variance),
-                                  (double)plan.sigma[k] / (double)DAVAR_FIT_SHARE_ONE);
+                                  (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS));
     }
 }
 

@@ -271,7 +271,7 @@ static void assert_shares(const expected_t *e, const davar_white_t *white)
     for (int k = 0; k < TERMS; k++) {
         const double share = fmax(0.0, e->share[k]);
         if ((k != WHITE) && (e->crowding[k] < 1e3) && (share < (1000.0 * (double)plan.scale[k]))) {
-            const double found = (double)white->share[k] / (double)DAVAR_FIT_SHARE_ONE * (double)plan.scale[k];
+            const double found = (double)white->share[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
             TEST_ASSERT_DOUBLE_WITHIN((1e-3 * share) + (0.01 * sqrt(e->variance[k])), share, found);
         }
     }

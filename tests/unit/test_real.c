@@ -82,19 +82,6 @@ static void test_roots_of_doubles_next_to_squares(void)
     }
 }
 
-static void test_roots_of_floats(void)
-{
-    for (uint32_t bits = 0U; bits <= UINT32_C(0x7F800000); bits += 65521U) {
-        const float value = davar_float_of_bits(bits);
-        same_bits(davar_bits_of_float(sqrtf(value)), davar_bits_of_float(davar_rootf_by_integers(value)), (double)value,
-                  0.0);
-    }
-    TEST_ASSERT_TRUE(isnan(davar_rootf_by_integers(NAN)));
-    TEST_ASSERT_TRUE(isnan(davar_rootf_by_integers(-1.0F)));
-    TEST_ASSERT_TRUE(isnan(davar_rootf_by_integers(-INFINITY)));
-    same_bits(davar_bits_of_float(-0.0F), davar_bits_of_float(davar_rootf_by_integers(-0.0F)), -0.0, 0.0);
-}
-
 static void test_quotients(void)
 {
     random_t random = random_seeded(3U);
@@ -196,7 +183,6 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_roots_of_doubles);
     RUN_TEST(test_roots_of_doubles_next_to_squares);
-    RUN_TEST(test_roots_of_floats);
     RUN_TEST(test_quotients);
     RUN_TEST(test_quotients_of_every_size);
     RUN_TEST(test_roots_of_mantissas);

@@ -49,6 +49,38 @@ static void test_products_and_roots(void)
     }
 }
 
+static void test_inverses_and_sums(void)
+{
+    random_t random = random_seeded(3U);
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const double a = any_positive(&random);
+        const double b = ((i % 2U) == 0U) ? any_positive(&random) : ldexp(a, (int)(random_next(&random) % 80U) - 40);
+        const scaled_t scaled = scaled_of_double(a);
+        near(1.0 / a, scaled_to_double(scaled_inverse(scaled)), ldexp(1.0, -29));
+        near(a + b, scaled_to_double(scaled_plus(scaled, scaled_of_double(b))), ldexp(1.0, -30));
+        near(a, scaled_to_double(scaled_plus(scaled_of_double(0.0), scaled)), ldexp(1.0, -31));
+        if ((a > 1e-30) && (a < 1e30)) {
+            near(a, (double)scaled_to_float(scaled), ldexp(1.0, -23));
+        }
+    }
+}
+
+/* To the nearest unit of 2^-bits. */
+static void test_fixed_point(void)
+{
+    random_t random = random_seeded(4U);
+    for (unsigned i = 0U; i < TRIALS; i++) {
+        const int bits = (int)(random_next(&random) % 31U);
+        const double value = ldexp(1.0 + (double)(random_next(&random) >> 42U) / 4194304.0, 32 - bits - (int)(i % 40U));
+        const double units = floor(ldexp(value, bits) + 0.5);
+        const uint32_t fixed = scaled_to_fixed(scaled_of_double(value), bits);
+        TEST_ASSERT_EQUAL_HEX32((units < 4294967296.0) ? (uint32_t)units : UINT32_MAX, fixed);
+        const uint64_t whole = random_next(&random) >> (i % 64U);
+        near((double)whole, scaled_to_double(scaled_of_u64(whole, 0)), ldexp(1.0, -31));
+    }
+    TEST_ASSERT_EQUAL_HEX32(0U, scaled_to_fixed(scaled_of_u64(0U, 0), 30));
+}
+
 static void test_what_a_double_cannot_hold(void)
 {
     const scaled_t large = scaled_of_double(DBL_MAX);
@@ -88,6 +120,8 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_numbers_keep_32_bits);
     RUN_TEST(test_products_and_roots);
+    RUN_TEST(test_inverses_and_sums);
+    RUN_TEST(test_fixed_point);
     RUN_TEST(test_what_a_double_cannot_hold);
     RUN_TEST(test_white_noise_near_the_largest_double);
     return UNITY_END();

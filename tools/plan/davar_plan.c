@@ -69,17 +69,21 @@ static void write_floats(const char *name, const float values[], int count)
     (void)printf("},\n");
 }
 
+static void write_row(const char *name, int k, const int32_t values[], int count)
+{
+    (void)printf("    .%s[%d] = {", name, k);
+    for (int t = 0; t < count; t++) {
+        (void)printf("%s%" PRId32, (t > 0) ? ", " : "", values[t]);
+    }
+    (void)printf("},\n");
+}
+
 static void write_rows(const davar_plan_t *plan)
 {
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        (void)printf("    .functional[%d] = {", k);
-        for (int t = 0; t < plan->count; t++) {
-            (void)printf("%s%" PRId32, (t > 0) ? ", " : "", plan->functional[k][t]);
-        }
-        (void)printf("},\n");
-        char name[24];
-        (void)snprintf(name, sizeof name, "variance[%d]", k);
-        write_floats(name, plan->variance[k], plan->count);
+        write_row("functional", k, plan->functional[k], plan->count);
+        write_row("variance", k, plan->variance[k], plan->count);
+        (void)printf("    .variance_exponent[%d] = %d,\n", k, plan->variance_exponent[k]);
     }
 }
 

@@ -19,8 +19,9 @@ README = targets.ROOT / "README.md"
 MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
 COSTS = targets.ROOT / "docs/COST.md"
 ENGINE_MARKS = ("<!-- table of the engines: made likewise -->", "<!-- end of the table of the engines -->")
-LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")
-LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "everything": (3, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
+LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=4")
+LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "adev_arw_planned": (3, LEAN),
+          "everything": (4, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
 STRIDE = 60
 
 
@@ -51,8 +52,10 @@ def linked_bytes(target, where, what, options):
     flags = next(line for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines() if line.startswith("C_FLAGS"))
     cpu = [*targets.MACHINES[target]["cpu"].split(), *(word for word in flags.split() if word.startswith(("-mthumb", "--specs")))]
     image = where / f"linked-{what}.elf"
+    plan = where / "linked_plan.c"
+    targets.run(["sh", "-c", '"$0" --taus 1,2,4,8 --name plan > "$1"', targets.ROOT / "tools/davar-plan", plan], "davar-plan")
     tool(target, "gcc", *cpu, "-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections", "-ffreestanding", *options, f"-DWHAT={what}",
-         "-I", targets.ROOT / "lib/include", "-I", targets.ROOT / "lib/src", targets.ROOT / "tests/target/linked.c",
+         "-I", targets.ROOT / "lib/include", "-I", targets.ROOT / "lib/src", targets.ROOT / "tests/target/linked.c", plan,
          *sorted((targets.ROOT / "lib/src").rglob("*.c")), "-nostartfiles", "-Wl,--gc-sections", "-o", image, "-lm")
     text, data = tool(target, "size", image).splitlines()[1].split()[:2]
     return int(text) + int(data)
@@ -179,7 +182,7 @@ def offences(target, image, roots):
 # --- the table ---------------------------------------------------------------------------------------------------------
 
 SHORT = (
-    ("flash: ADEV", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("everything", "linked_everything_bytes"),
+    ("flash: ADEV", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("planned there", "linked_adev_arw_planned_bytes"), ("everything", "linked_everything_bytes"),
     ("RAM", "ram_bytes"), ("every sample", "every_sample_instructions_per_sample"), ("`or`", "adaptive_white_instructions_per_sample"),
     ("example", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"))
 COLUMNS = (

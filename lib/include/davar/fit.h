@@ -12,14 +12,15 @@ extern "C" {
 
 /* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
 typedef struct davar_plan {
-    uint8_t count; /* usable cluster sizes it is made for (5.4) */
+    uint8_t count;                                     /* usable cluster sizes it is made for (5.4) */
+    int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two that are the units of variance */
     float m[DAVAR_TAUS_MAX];
     float weight[DAVAR_TAUS_MAX];
     float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
     int32_t functional[DAVAR_COEFFICIENT_COUNT]
-                      [DAVAR_TAUS_MAX];                      /* amplitudes of white noise and of one term beside it */
-    float variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* ... and what they scatter */
-    float scale[DAVAR_COEFFICIENT_COUNT];                    /* units of functional, sigma and centre */
+                      [DAVAR_TAUS_MAX];                        /* amplitudes of white noise and of one term beside it */
+    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* ... and what they scatter */
+    float scale[DAVAR_COEFFICIENT_COUNT];                      /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;

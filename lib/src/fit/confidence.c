@@ -3,7 +3,6 @@
 #include "davar/confidence.h"
 
 #include "fit/noise.h"
-#include "number/scaled.h"
 
 DAVAR_APART static double at_least(double floor, double value)
 {
@@ -113,19 +112,34 @@ uint32_t davar_chi_square_low(uint32_t s)
     return davar_reciprocal_of_mantissa(cube << zeros) >> (7U - zeros);
 }
 
-static float chi_square_high(float s)
+/* 1 - 0.919928 s - 0.305956 s^2 + 0.606937 s^3 - 1.85701 s^4 + 3.23066 s^5 - 2.13078 s^6 + 0.475463 s^7; no bracket is negative. */
+static uint32_t lower_root(uint32_t s)
 {
-    static const float c[] = {1.0F, -0.919928F, -0.305956F, 0.606937F, -1.85701F, 3.23066F, -2.13078F, 0.475463F};
-    float root = c[7];
-    for (int k = 6; k >= 0; k--) {
-        root = root * s + c[k];
-    }
-    return 1.0F / (root * root * root);
+    const uint32_t sixth = UINT32_C(2287907604) - times(s, UINT32_C(510524509));
+    const uint32_t fifth = UINT32_C(3468894761) - times(s, sixth);
+    const uint32_t fourth = UINT32_C(1993949305) - times(s, fifth);
+    const uint32_t third = UINT32_C(651693641) - times(s, fourth);
+    const uint32_t first = UINT32_C(987765169) + times(s, UINT32_C(328517754)) - times(times(s, s), third);
+    return UINT32_C(1073741824) - times(s, first);
+}
+
+static scaled_t chi_square_high(uint32_t s)
+{
+    const scaled_t inverse = scaled_inverse(scaled_of_u32(lower_root(s), -NOISE_BITS)); /* 1 .. 10.1 */
+    return scaled_times(inverse, scaled_times(inverse, inverse));
+}
+
+void davar_chi_square(scaled_t edf, scaled_t *low, scaled_t *high)
+{
+    const uint32_t s = scaled_to_fixed(scaled_root(scaled_inverse(edf)), NOISE_BITS);
+    *low = scaled_of_u32(davar_chi_square_low(s), -NOISE_BITS);
+    *high = chi_square_high(s);
 }
 
 void davar_chi_square_interval(double edf, double *low, double *high)
 {
-    const float s = davar_rootf((float)(1.0 / at_least(1.0, edf)));
-    *low = (double)davar_chi_square_low((uint32_t)(s * NOISE_ONE)) * (1.0 / (double)NOISE_ONE);
-    *high = (double)chi_square_high(s);
+    scaled_t factor[2];
+    davar_chi_square(scaled_of_double(at_least(1.0, edf)), &factor[0], &factor[1]);
+    *low = scaled_to_double(factor[0]);
+    *high = scaled_to_double(factor[1]);
 }

@@ -2,6 +2,7 @@
  * show (fit/white.c); all else goes to fit/mixture.c. */
 #include "davar/fit.h"
 
+#include "davar/confidence.h"
 #include "fit/mixture.h"
 #include "fit/noise.h"
 #include "fit/plan.h"
@@ -36,27 +37,28 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
         double low;
         double high;
         tau->edf = davar_mixture_edf(model, tau);
-        davar_deviation_interval(tau->edf, &low, &high);
-        tau->low = tau->adev * low;
-        tau->high = tau->adev * high;
+        davar_chi_square_interval(tau->edf, &low, &high);
+        tau->low = tau->adev * davar_root(low);
+        tau->high = tau->adev * davar_root(high);
     }
 }
 
 static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
 {
-    double unit[DAVAR_COEFFICIENT_COUNT];
-    davar_square_units(rate_hz, unit);
+    scaled_t units[DAVAR_COEFFICIENT_COUNT];
+    davar_square_units(rate_hz, units);
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
+        const double unit = scaled_to_double(units[k]);
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {
             double low;
             double high;
-            davar_deviation_interval(2.0 * a * a / model->variance[k], &low, &high);
-            write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], high);
+            davar_chi_square_interval(2.0 * a * a / model->variance[k], &low, &high);
+            write_present(&result->coefficient[k], a * unit, model->least[k] * unit, davar_root(high));
         } else {
             const double sigma = davar_root(model->variance[k]);
             const double square = bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
-            write_absent(&result->coefficient[k], davar_root(square * unit[k]));
+            write_absent(&result->coefficient[k], davar_root(square * unit));
         }
     }
 }

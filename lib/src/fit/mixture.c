@@ -48,7 +48,7 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_ad
         }
     }
     const double lost = (double)tau->differences / all;
-    const double edf = avar_of(model, m) / inverse * lost * davar_fit_evidence(model->data);
+    const double edf = avar_of(model, m) / inverse * lost * scaled_to_double(davar_fit_evidence(model->data));
     return (edf > 1.0) ? edf : 1.0;
 }
 
@@ -190,7 +190,7 @@ static void lower(double *least, double value)
 DAVAR_APART static double lower_limit(double a, double variance)
 {
     const double s = davar_root(0.5 * variance) / a;
-    const double one = (double)NOISE_ONE;
+    const double one = (double)(1U << NOISE_BITS);
     return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
 }
 

@@ -4,6 +4,7 @@
 #define DAVAR_NOISE_H
 
 #include "davar/types.h"
+#include "number/scaled.h"
 
 /* Terms of a model, and the one that is always there. */
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
@@ -21,10 +22,13 @@ double davar_noise_white_overlap(double m_short, double m_long);
 /* Correlation of the Allan variances at two cluster sizes of one long window for a noise kind (5.8). */
 double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long);
 
-/* 1.0 in 2.30 fixed point. */
-#define NOISE_ONE 1073741824.0F
+/* Of the fixed point 2.30. */
+#define NOISE_BITS 30
 
-/* The lower factor of davar_chi_square_interval for s = edf^-1/2, 0 < s <= 1 (5.2); both as 2.30. */
+/* The lower factor of davar_chi_square for s = edf^-1/2, 0 < s <= 1 (5.2); both as 2.30. */
 uint32_t davar_chi_square_low(uint32_t s);
+
+/* 95 % limits of a variance with edf degrees of freedom, edf >= 1, as factors (5.2). */
+void davar_chi_square(scaled_t edf, scaled_t *low, scaled_t *high);
 
 #endif

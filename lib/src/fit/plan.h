@@ -3,14 +3,14 @@
 #define DAVAR_FIT_PLAN_H
 
 #include "davar/fit.h"
+#include "number/scaled.h"
 
 /* 1.0 in the fixed point of the plan: of a functional, of a share of white noise and its sigma, of the root of edf, and of a
  * misfit. */
 #define DAVAR_FIT_FUNCTIONAL_BITS 29U
 #define DAVAR_FIT_FUNCTIONAL_ONE 536870912.0
 #define DAVAR_FIT_SHARE_BITS 20U
-#define DAVAR_FIT_SHARE_ONE 1048576.0F
-#define DAVAR_FIT_ROOT_ONE 1048576.0F
+#define DAVAR_FIT_ROOT_BITS 20
 #define DAVAR_FIT_MISFIT_ONE 67108864.0
 
 /* Sigma is at most 64 shares; beyond, the cluster sizes do not show the term. */
@@ -47,15 +47,12 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result);
 void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
 
 /* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-void davar_square_units(double rate_hz, double unit[]);
+void davar_square_units(double rate_hz, scaled_t unit[]);
 
 /* Makes the plan fit a rate: from roots of amplitudes to the coefficients in their units. */
 void davar_plan_rate(davar_plan_t *plan, double rate_hz);
 
-/* Limits of a standard deviation, as factors, whose square has edf degrees of freedom (5.2). */
-void davar_deviation_interval(double edf, double *low, double *high);
-
 /* The share of the differences that is new evidence: 1, or less where the window holds mirror images (5.13) or was chosen (10.14). */
-double davar_fit_evidence(const davar_result_t *result);
+scaled_t davar_fit_evidence(const davar_result_t *result);
 
 #endif

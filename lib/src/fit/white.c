@@ -6,11 +6,11 @@
 #include "common/absent.h"
 #include "fit/noise.h"
 #include "fit/plan.h"
+#include "number/aligned.h"
 
 _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 
-/* y has 28 bits at most, so that 32 products with a functional of 29 bits fit 62, and 32 of those make a share. */
-#define Y_SPARE 4U
+/* Such a sum has 62 bits; 32 of those make a share. */
 #define SUM_SPARE 30U
 
 #define FRACTION_32 4294967296.0        /* 1.0 as 0.32 */
@@ -34,20 +34,10 @@ static scaled_t mantissa_of_y(scaled_t adev, float m)
     return y;
 }
 
-/* Brings every y to one exponent; a smaller one loses what lies below its last bit. */
-static void align(uint32_t y[], const int32_t exponent[], int count, int32_t largest)
-{
-    for (int t = 0; t < count; t++) {
-        const uint32_t shift = (uint32_t)(largest - exponent[t]);
-        y[t] = (shift > 31U) ? 0U : (y[t] >> shift);
-    }
-}
-
 /* False: all are 0. */
 static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     int32_t exponent[DAVAR_TAUS_MAX];
-    int32_t largest = INT32_MIN;
     uint32_t any = 0U;
     for (int t = 0; t < plan->count; t++) {
         const scaled_t adev = scaled_of_double(result->tau[t].adev);
@@ -55,24 +45,17 @@ static bool read_data(const davar_plan_t *plan, const davar_result_t *result, da
         white->adev[t] = adev;
         white->y[t] = y.mantissa;
         exponent[t] = y.exponent;
-        largest = (y.exponent > largest) ? y.exponent : largest;
         any |= y.mantissa;
     }
-    white->exponent = largest + (int32_t)Y_SPARE;
-    align(white->y, exponent, plan->count, white->exponent);
+    white->exponent = davar_align(white->y, exponent, plan->count);
     return any != 0U;
 }
 
 /* --- the fit ----------------------------------------------------------------------------------------------------- */
 
-/* Not below 0. */
 static uint64_t amplitude(const davar_plan_t *plan, const uint32_t y[], int term)
 {
-    uint64_t sum = 0U; /* modulo 2^64 */
-    for (int t = 0; t < plan->count; t++) {
-        sum += davar_multiply_i32(plan->functional[term][t], (int32_t)y[t]);
-    }
-    return sum & ((sum >> 63U) - 1U);
+    return davar_aligned_sum(plan->functional[term], y, plan->count);
 }
 
 /* N^2, and its reciprocal for shares. */

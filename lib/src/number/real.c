@@ -110,25 +110,6 @@ double davar_root_by_integers(double value)
     return root_of(bits | (UINT64_C(1) << 63U), exponent);
 }
 
-float davar_rootf_by_integers(float value)
-{
-    uint32_t bits = davar_bits_of_float(value);
-    uint32_t exponent = bits >> 23U;
-    if ((exponent >= 0xFFU) || (bits == 0U)) {
-        return (float)special_root((double)value);
-    }
-    bits <<= 8U;
-    if (exponent == 0U) {
-        const uint32_t zeros = davar_leading_zeros(bits) - 32U;
-        bits <<= zeros;
-        exponent = 1U - zeros;
-    }
-    const uint32_t mantissa = bits | (UINT32_C(1) << 31U);
-    const bool odd = ((exponent & 1U) != 0U);
-    const uint32_t root = davar_root_of_mantissa_by_integers(odd ? (mantissa >> 1U) : mantissa);
-    return davar_float_of_bits((halve_exponent(exponent, 0x7FU) << 23U) | (root & ((UINT32_C(1) << 23U) - 1U)));
-}
-
 /* --- quotients ---------------------------------------------------------------------------------------------------
  * Of b in [1, 2) a line gives x = 1 / b within 1/17, and Newton's iteration x <- x (2 - b x) turns a relative error e into
  * e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the two's complement of b x. */

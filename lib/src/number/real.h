@@ -10,7 +10,6 @@
 
 /* 0, NaN and infinity are their own; of what is negative, NaN. */
 double davar_root_by_integers(double value);
-float davar_rootf_by_integers(float value);
 
 double davar_divide_by_integers(double dividend, double divisor);
 
@@ -41,26 +40,18 @@ static inline double davar_root(double value)
 #endif
 }
 
-/* On Arm in its own instruction: sqrtf would bring errno with it, whatever a user's flags say. */
-static inline float davar_rootf(float value)
-{
-#ifdef DAVAR_SOFT_FLOAT
-    return davar_rootf_by_integers(value);
-#elif defined(__arm__) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
-    float root;
-    __asm__("vsqrt.f32 %0, %1" : "=t"(root) : "t"(value));
-    return root;
-#else
-    return sqrtf(value);
-#endif
-}
-
+/* On Arm in its own instruction: sqrtf would bring errno with it, whatever a user's flags say. Exact but for the root: 2^15 .. 2^16,
+ * of 24 bits. */
 static inline uint32_t davar_root_of_mantissa(uint32_t m)
 {
 #ifdef DAVAR_SOFT_FLOAT
     return davar_root_of_mantissa_by_integers(m);
+#elif defined(__arm__) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
+    float root;
+    __asm__("vsqrt.f32 %0, %1" : "=t"(root) : "t"((float)m));
+    return (uint32_t)(root * 256.0F);
 #else
-    return (uint32_t)(davar_rootf((float)m) * 256.0F); /* exact but for the root: 2^15 .. 2^16, of 24 bits */
+    return (uint32_t)(sqrtf((float)m) * 256.0F);
 #endif
 }
 

@@ -44,6 +44,21 @@ static inline scaled_t scaled_of_u32(uint32_t value, int32_t exponent)
     return scaled;
 }
 
+/* value * 2^exponent */
+static inline scaled_t scaled_of_u64(uint64_t value, int32_t exponent)
+{
+    const uint32_t zeros = davar_leading_zeros(value);
+    const scaled_t scaled = {(uint32_t)((value << zeros) >> 32U), exponent + 32 - (int32_t)zeros};
+    const scaled_t zero = {0U, SCALED_ZERO};
+    return (value == 0U) ? zero : scaled;
+}
+
+/* Cut to 24 bits; its exponent must be one of a float. */
+static inline float scaled_to_float(scaled_t scaled)
+{
+    return davar_float_of_bits(((uint32_t)(scaled.exponent + 127 + 31) << 23U) + ((scaled.mantissa << 1U) >> 9U));
+}
+
 /* 0 when it is too small for a normal double, infinity when too large. */
 static inline double scaled_to_double(scaled_t scaled)
 {
@@ -62,6 +77,37 @@ static inline scaled_t scaled_times(scaled_t a, scaled_t b)
     const uint32_t shift = 1U - (product >> 31U); /* two top bits multiply to at least 2^62 */
     const scaled_t scaled = {product << shift, a.exponent + b.exponent + 32 - (int32_t)shift};
     return scaled;
+}
+
+/* Of what is not 0; to a few units of the last bit. */
+static inline scaled_t scaled_inverse(scaled_t a)
+{
+    const scaled_t scaled = {davar_reciprocal_of_mantissa(a.mantissa), -63 - a.exponent};
+    return scaled;
+}
+
+/* What is smaller loses the bits below the last one of the other. */
+static inline scaled_t scaled_plus(scaled_t a, scaled_t b)
+{
+    const bool swap = a.exponent < b.exponent;
+    const scaled_t large = swap ? b : a;
+    const scaled_t small = swap ? a : b;
+    const uint32_t shift = (uint32_t)(large.exponent - small.exponent);
+    const uint32_t sum = large.mantissa + ((shift > 31U) ? 0U : (small.mantissa >> shift)); /* modulo 2^32 */
+    const scaled_t within = {sum, large.exponent};
+    const scaled_t beyond = {SCALED_TOP | (sum >> 1U), large.exponent + 1};
+    return (sum < large.mantissa) ? beyond : within;
+}
+
+/* In units of 2^-bits, to the nearest; what 32 bits cannot hold is as much as they can. */
+static inline uint32_t scaled_to_fixed(scaled_t a, int32_t bits)
+{
+    if (a.exponent >= -bits) {
+        return (a.exponent == -bits) ? a.mantissa : UINT32_MAX;
+    }
+    const uint32_t shift = (uint32_t)(-1 - a.exponent - bits);
+    const uint32_t twice = (shift > 31U) ? 0U : (a.mantissa >> shift);
+    return (twice >> 1U) + (twice & 1U);
 }
 
 /* Of the mantissa's upper 24 bits, rounded as a float's. */
