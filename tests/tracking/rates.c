@@ -2,11 +2,12 @@
  * other noise of known kind through lib/src/track.
  *
  *   davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]]     NOISE: gauss laplace ar half student; 100 Hz, sigma 20 counts
+ *   davar-track-rates both NOISE HOURS PER_HOUR [BLOCK [SEED]]       the same with the second channel (clusters of 8 BLOCK), through davar.h
  *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED]]     the noise's sigma is RATIO times as large after two minutes
  */
-#include "track/glr.h"
-
+#include "davar/davar.h"
 #include "random.h"
+#include "track/glr.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -101,11 +102,16 @@ static void start(detector_t *detector, double per_hour, uint32_t block)
     detector->count = 0U;
 }
 
+static int32_t sample_of(double value)
+{
+    const double rounded = floor((value * SIGMA) + 0.5);
+    return (int32_t)((rounded > 32767.0) ? 32767.0 : ((rounded < -32768.0) ? -32768.0 : rounded));
+}
+
 /* True at the end of a block: then there is an event. */
 static bool push(detector_t *detector, double value)
 {
-    const double rounded = floor((value * SIGMA) + 0.5);
-    const int32_t sample = (int32_t)((rounded > 32767.0) ? 32767.0 : ((rounded < -32768.0) ? -32768.0 : rounded));
+    const int32_t sample = sample_of(value);
     detector->sum += sample;
     detector->squares += (uint64_t)((int64_t)sample * sample);
     detector->count++;
@@ -142,6 +148,42 @@ static void alarms(const char *name, double hours, double per_hour, uint32_t blo
     }
     printf("| %s | %g | %u | %g | %lu | %.4f | %.2f | %.2f | %.2f |\n", name, per_hour, (unsigned)block, hours, count,
            (double)count / hours, (double)cuts / hours, (double)dropped / hours, f / blocks);
+}
+
+static void both(const char *name, double hours, double per_hour, uint32_t block)
+{
+    static const uint32_t taus[] = {1U, 2U, 4U, 8U};
+    static uint64_t memory[8192];
+    static davar_t davar;
+    davar_config_t config = davar_default_config;
+    source_t source = {random_seeded(seed), (double)NAN, 0.0};
+    const noise_t noise = noise_of(name);
+    config.policy = DAVAR_POLICY_GLR;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.rate_hz = (double)RATE_HZ;
+    config.unit_per_count = 1.0;
+    config.taus = taus;
+    config.tau_count = 4U;
+    config.window_max = 6000U;
+    config.stride = 60U;
+    config.false_alarms_per_hour = per_hour;
+    config.cut_interval_s = 300.0;
+    config.block = block;
+    config.shock_blocks = 2U;
+    config.long_cluster = 8U * block;
+    const davar_status_t status = davar_init_q15(&davar, &config, memory, sizeof memory);
+    if (status != DAVAR_OK) {
+        fprintf(stderr, "davar-track-rates: %s\n", davar_status_text(status));
+        exit(2);
+    }
+    const uint64_t samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
+    for (uint64_t i = 0U; i < samples; i++) {
+        const int16_t sample = (int16_t)sample_of(noise(&source));
+        (void)davar_push_q15(&davar, &sample, 1U);
+    }
+    const davar_health_t health = davar_health(&davar);
+    printf("| %s, both | %g | %u | %g | %lu | %.4f | %.2f | %.2f |\n", name, per_hour, (unsigned)block, hours,
+           (unsigned long)health.alarms, health.alarms / hours, health.cuts / hours, health.shocks / hours);
 }
 
 static int ascending(const void *a, const void *b)
@@ -188,8 +230,8 @@ static void delays(double ratio, uint32_t trials, double per_hour, uint32_t bloc
 int main(int argc, char **argv)
 {
     if (argc < 5) {
-        fputs("usage: davar-track-rates alarms NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay RATIO TRIALS PER_HOUR "
-              "[BLOCK [SEED]]\n",
+        fputs("usage: davar-track-rates alarms|both NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay RATIO TRIALS "
+              "PER_HOUR [BLOCK [SEED]]\n",
               stderr);
         return 2;
     }
@@ -198,6 +240,8 @@ int main(int argc, char **argv)
     seed = (argc > 6) ? strtoull(argv[6], NULL, 10) : 1U;
     if (strcmp(argv[1], "alarms") == 0) {
         alarms(argv[2], strtod(argv[3], NULL), per_hour, block);
+    } else if (strcmp(argv[1], "both") == 0) {
+        both(argv[2], strtod(argv[3], NULL), per_hour, block);
     } else {
         delays(strtod(argv[2], NULL), (uint32_t)strtoul(argv[3], NULL, 10), per_hour, block);
     }

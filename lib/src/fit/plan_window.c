@@ -11,7 +11,7 @@ static scaled_t half_to_the(int32_t bits)
     return scaled;
 }
 
-static scaled_t quotient(uint32_t dividend, uint32_t divisor)
+static scaled_t scaled_ratio(uint32_t dividend, uint32_t divisor)
 {
     return scaled_times(scaled_of_u32(dividend, 0), scaled_inverse(scaled_of_u32(divisor, 0)));
 }
@@ -76,7 +76,7 @@ static bool is_whole(const davar_result_t *result, int count)
 
 scaled_t davar_fit_evidence(const davar_result_t *result)
 {
-    const scaled_t share = quotient(result->window_samples, result->window_samples + (2U * result->mirrored_samples));
+    const scaled_t share = scaled_ratio(result->window_samples, result->window_samples + (2U * result->mirrored_samples));
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
@@ -85,7 +85,7 @@ static scaled_t effective(const davar_adev_t *tau, uint32_t window, scaled_t evi
 {
     const uint32_t all = window + 1U - (2U * tau->m);
     const scaled_t differences = scaled_of_u32((2U * all) + tau->m, -1);
-    return scaled_times(scaled_times(differences, quotient(tau->differences, all)), evidence);
+    return scaled_times(scaled_times(differences, scaled_ratio(tau->differences, all)), evidence);
 }
 
 static scaled_t at_least_one(scaled_t value)
@@ -119,7 +119,7 @@ static void plan_white(davar_plan_t *plan, scaled_t variance)
 static uint32_t fixed_sigma(scaled_t sigma)
 {
     const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
-    return (((sigma.mantissa != 0U) && (fixed < DAVAR_FIT_SIGMA_MOST)) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U;
+    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U; /* 0 is as much as it can be */
 }
 
 /* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */

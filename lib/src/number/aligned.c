@@ -4,7 +4,7 @@
 
 #define SPARE 4
 
-int32_t davar_align(uint32_t mantissa[], const int32_t exponent[], int count)
+DAVAR_APART int32_t davar_align(uint32_t mantissa[], const int32_t exponent[], int count)
 {
     int32_t common = INT32_MIN;
     for (int t = 0; t < count; t++) {

@@ -47,10 +47,13 @@ static inline scaled_t scaled_of_u32(uint32_t value, int32_t exponent)
 /* value * 2^exponent */
 static inline scaled_t scaled_of_u64(uint64_t value, int32_t exponent)
 {
+    if (value == 0U) {
+        const scaled_t zero = {0U, SCALED_ZERO};
+        return zero;
+    }
     const uint32_t zeros = davar_leading_zeros(value);
     const scaled_t scaled = {(uint32_t)((value << zeros) >> 32U), exponent + 32 - (int32_t)zeros};
-    const scaled_t zero = {0U, SCALED_ZERO};
-    return (value == 0U) ? zero : scaled;
+    return scaled;
 }
 
 /* Cut to 24 bits; its exponent must be one of a float. */
