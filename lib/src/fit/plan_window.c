@@ -76,7 +76,8 @@ static bool is_whole(const davar_result_t *result, int count)
 
 scaled_t davar_fit_evidence(const davar_result_t *result)
 {
-    const scaled_t share = scaled_ratio(result->window_samples, result->window_samples + (2U * result->mirrored_samples));
+    const scaled_t share =
+        scaled_ratio(result->window_samples, result->window_samples + (2U * result->mirrored_samples));
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
@@ -136,8 +137,8 @@ static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t var
     plan->doubt[k] = scaled_to_fixed(scaled_root(half), NOISE_BITS);
 }
 
-/* Of an amplitude; 1 / effective[t] = inverse[t] * 2^exponent. */
-static scaled_t variance_of(const davar_plan_t *plan, int term, const uint32_t inverse[], int32_t exponent)
+/* Of an amplitude, from 1 / effective differences, aligned. */
+static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t inverse[], int32_t exponent)
 {
     const uint64_t sum = davar_aligned_sum(plan->variance[term], inverse, plan->count);
     return scaled_of_u64(sum, exponent + plan->variance_exponent[term] - (int32_t)DAVAR_FIT_FUNCTIONAL_BITS);
@@ -146,16 +147,13 @@ static scaled_t variance_of(const davar_plan_t *plan, int term, const uint32_t i
 static void plan_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const scaled_t evidence = davar_fit_evidence(result);
-    uint32_t inverse[DAVAR_TAUS_MAX];
-    int32_t exponents[DAVAR_TAUS_MAX];
+    scaled_t inverse[DAVAR_TAUS_MAX];
     for (int t = 0; t < plan->count; t++) {
         const scaled_t differences = effective(&result->tau[t], result->window_samples, evidence);
-        const scaled_t variance = scaled_inverse(differences);
         plan_tau(plan, t, scaled_times(scaled_of_float(plan->freedom[t]), differences));
-        inverse[t] = variance.mantissa;
-        exponents[t] = variance.exponent;
+        inverse[t] = scaled_inverse(differences);
     }
-    const int32_t exponent = davar_align(inverse, exponents, plan->count);
+    const int32_t exponent = davar_align(inverse, plan->count);
     const scaled_t of_white = variance_of(plan, WHITE, inverse, exponent);
     plan_white(plan, of_white);
     for (int k = 0; k < TERMS; k++) {

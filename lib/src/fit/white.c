@@ -25,7 +25,7 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 
 /* --- the data ---------------------------------------------------------------------------------------------------- */
 
-/* y as a mantissa of 29 to 32 bits. */
+/* y, its mantissa of 29 to 32 bits. */
 static scaled_t mantissa_of_y(scaled_t adev, float m)
 {
     const scaled_t size = scaled_of_float(m);
@@ -37,31 +37,28 @@ static scaled_t mantissa_of_y(scaled_t adev, float m)
 /* False: all are 0. */
 static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
-    int32_t exponent[DAVAR_TAUS_MAX];
     uint32_t any = 0U;
     for (int t = 0; t < plan->count; t++) {
         const scaled_t adev = scaled_of_double(result->tau[t].adev);
-        const scaled_t y = mantissa_of_y(adev, plan->m[t]);
         white->adev[t] = adev;
-        white->y[t] = y.mantissa;
-        exponent[t] = y.exponent;
-        any |= y.mantissa;
+        white->y[t] = mantissa_of_y(adev, plan->m[t]);
+        any |= white->y[t].mantissa;
     }
-    white->exponent = davar_align(white->y, exponent, plan->count);
+    white->exponent = davar_align(white->y, plan->count);
     return any != 0U;
 }
 
 /* --- the fit ----------------------------------------------------------------------------------------------------- */
 
-static uint64_t amplitude(const davar_plan_t *plan, const uint32_t y[], int term)
+static uint64_t amplitude(const davar_plan_t *plan, const davar_white_t *white, int term)
 {
-    return davar_aligned_sum(plan->functional[term], y, plan->count);
+    return davar_aligned_sum(plan->functional[term], white->y, plan->count);
 }
 
 /* N^2, and its reciprocal for shares. */
 static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
 {
-    const uint64_t found = amplitude(plan, white->y, WHITE);
+    const uint64_t found = amplitude(plan, white, WHITE);
     const uint64_t sum = (found > AMPLITUDE_LEAST) ? found : AMPLITUDE_LEAST;
     const uint32_t zeros = davar_leading_zeros(sum);
     const uint32_t spare = 63U - SUM_SPARE - DAVAR_FIT_SHARE_BITS;
@@ -91,7 +88,7 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 {
     white->suspects = 0U;
     for (int k = 0; k < TERMS; k++) {
-        white->share[k] = (k == WHITE) ? SHARE_ONE : share_of(white, amplitude(plan, white->y, k));
+        white->share[k] = (k == WHITE) ? SHARE_ONE : share_of(white, amplitude(plan, white, k));
         if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k]))) {
             white->suspects |= 1U << (unsigned)k;
         }
@@ -112,7 +109,7 @@ static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 {
     uint64_t misfit = 0U;
     for (int t = 0; t < plan->count; t++) {
-        const uint32_t errors = deviation(white, white->y[t], plan->root_edf[t]);
+        const uint32_t errors = deviation(white, white->y[t].mantissa, plan->root_edf[t]);
         misfit += davar_multiply_u32(errors, errors);
         if (misfit > plan->misfit_limit) {
             return false;

@@ -8,7 +8,7 @@
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     scaled_t adev[DAVAR_TAUS_MAX];
-    uint32_t y[DAVAR_TAUS_MAX]; /* adev^2 m, times 2^-exponent */
+    scaled_t y[DAVAR_TAUS_MAX]; /* adev^2 m, aligned: */
     int32_t exponent;
     scaled_t square;  /* N^2 of a sample */
     uint32_t inverse; /* its reciprocal, as share_of() needs it */
