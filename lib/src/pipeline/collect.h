@@ -68,20 +68,20 @@ static uint32_t samples_mirrored(const davar_window_t *window)
     return in_front + (((int32_t)behind > 0) ? behind : 0U);
 }
 
-static uint64_t epoch_of(const davar_config_t *config, const davar_window_t *window)
+static uint64_t epoch_of(const stages_t *stages, const davar_config_t *config, const davar_window_t *window)
 {
+    const uint64_t now = window_now(window) - (is_tracked(stages) ? stages->tracker->left_out : 0U);
     if (tracks_about(config)) { /* so far behind the newest sample when it was complete */
         const uint32_t since = config->stride - window->wait;
-        return window_now(window) - since - half_in_samples(config) - 1U;
+        return now - since - half_in_samples(config) - 1U;
     }
-    return window_now(window) - window->lag - (is_centred(config) ? (window->length / 2U) : 1U);
+    return now - window->lag - (is_centred(config) ? (window->length / 2U) : 1U);
 }
 
 static void read_window(const davar_config_t *config, const davar_gaps_t *gaps, const davar_window_t *window,
                         davar_result_t *result)
 {
     result->tau_count = config->tau_count;
-    result->epoch = epoch_of(config, window);
     result->window_samples = window->length;
     result->mirrored_samples = samples_mirrored(window);
     result->gaps_in_window = davar_gaps_inside(gaps, window);
@@ -147,6 +147,7 @@ static void read_stages(const davar_t *davar, davar_result_t *result, readings_t
     const davar_gaps_t gaps = davar->gaps;
     davar_read_apart();
     read_window(davar->config, &gaps, &window, result);
+    result->epoch = epoch_of(davar->stages, davar->config, &window);
     read_sums(davar->stages, readings);
     readings->unstable = davar->unstable;
     read_tracker(davar, result, readings);

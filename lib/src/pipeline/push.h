@@ -38,6 +38,7 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     if (is_tracked(stages)) {
         unstable = stages->tracker->was_cut;
         stages->tracker->was_cut = false;
+        stages->tracker->left_out = 0U;
     } else if (is_judged(config) && (window->length >= config->window_min)) {
         davar_central_t whole;
         davar_central_t first;

@@ -4,11 +4,18 @@
 
 #include "pipeline/push.h"
 
+/* Samples that go by and belong to no sum. */
+static void leave_out(tracker_t *tracker, davar_t *davar, uint32_t samples)
+{
+    davar->window.origin += samples;
+    tracker->left_out += samples;
+}
+
 /* The shock that was dropped takes its time and leaves a gap. With more gaps than the window can remember its neighbours are joined:
  * no differences are lost then, and a few span the joint. */
 DAVAR_RARE static void pass_shock(tracker_t *tracker, davar_t *davar)
 {
-    davar->window.origin += tracker->shock;
+    leave_out(tracker, davar, tracker->shock);
     tracker->shock = 0U;
     (void)window_boundary(davar);
 }
@@ -70,7 +77,7 @@ DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
     while (tracker->accepted > 0U) {
         (void)pass_on(stages, davar, UINT32_MAX);
     }
-    davar->window.origin += tracker->count;
+    leave_out(tracker, davar, tracker->count);
     davar_glr_skip(&tracker->detector, &tracker->config, &event);
     block_clear(&tracker->block);
     tracker->filled = 0U;

@@ -39,6 +39,7 @@ typedef struct tracker {
     uint32_t count;
     uint32_t accepted;    /* of them, the first ones: to be passed on */
     uint32_t shock;       /* samples that were dropped in front of the next accepted one */
+    uint32_t left_out;    /* samples that belong to no sum and took their time since the newest epoch */
     uint32_t tail;        /* position where the detector wants the window to begin */
     uint32_t cut;         /* position of the newest change */
     uint32_t end;         /* position of the end of what was accepted when a block was last heard */
