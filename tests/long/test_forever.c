@@ -6,8 +6,8 @@
 
 #include <math.h>
 
-#ifndef SAMPLES
-#define SAMPLES 10000000U
+#ifndef FOREVER_SAMPLES
+#define FOREVER_SAMPLES 10000000U
 #endif
 #define TAUS 5U
 #define RING 256U /* of the record; a power of two above the window */
@@ -119,12 +119,12 @@ static void run_forever(davar_mode_t mode, uint32_t samples)
 
 static void test_every_epoch_of_ten_million_samples_is_exact_in_trailing_mode(void)
 {
-    run_forever(DAVAR_MODE_TRAILING, SAMPLES);
+    run_forever(DAVAR_MODE_TRAILING, FOREVER_SAMPLES);
 }
 
 static void test_every_epoch_of_a_million_samples_is_exact_in_centred_mode(void)
 {
-    run_forever(DAVAR_MODE_CENTRED, SAMPLES / 10U);
+    run_forever(DAVAR_MODE_CENTRED, FOREVER_SAMPLES / 10U);
 }
 
 int main(void)

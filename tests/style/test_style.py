@@ -16,7 +16,7 @@ VERSION_HEADER = "lib/include/davar/version.h"
 # Where an included name is looked for, after the includer's own folder.
 INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/linux", "port/job",
                 "port/bare_metal", "host_sim", "python",
-                "tests/support")
+                "tests/support", "tests/tracking")
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
     "examples/": ("lib/include",),
@@ -33,7 +33,7 @@ MAY_INCLUDE = {
     "tests/proofs": ("lib/include", "lib/src"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
-    "tests/fuzz": ("lib/include", "gateway", "tests/support"),
+    "tests/fuzz": ("lib/include", "gateway", "tests/support", "tests/tracking"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/": ("lib/include",),
     "python": ("lib/include", "host_sim"),

@@ -1,0 +1,191 @@
+/* davar tests - policy glr against brute force: bytes choose a configuration, then stretches of noise of some level, knocks, stuck
+ * stretches, gaps, results that nobody takes at once, saves and restores; every result taken is that of the samples that a detector of
+ * the test's own has accepted. */
+#include "accepted.h"
+#include "davar/davar.h"
+#include "fuzzing.h"
+
+#include <math.h>
+#include <string.h>
+
+#define MEMORY_WORDS 4096
+#define SLOT ((size_t)8 * MEMORY_WORDS)
+#define TAUS 4U
+
+static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U};
+static davar_config_t config;
+static bool is_q31;
+static accepted_t accepted;
+static uint64_t memory[2][MEMORY_WORDS];
+static unsigned char cells[2U * SLOT];
+static davar_t instances[2];
+static unsigned current;
+static uint32_t random_bits;
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    return true;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(&cells[offset], data, bytes);
+    return true;
+}
+
+static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
+
+static void choose_config(bytes_t *bytes)
+{
+    static const double rates[] = {0.01, 1.0, 100.0, 3000.0};
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 1.0;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_GLR;
+    config.segment = 0U;
+    config.block = between(bytes, GLR_BLOCK_MIN, 12U);
+    config.window_max = (8U * config.block) + between(bytes, 0U, 200U);
+    config.window_min = between(bytes, 16U, 40U);
+    config.shrink = between(bytes, 0U, 20U);
+    config.grow = 1U;
+    config.stride = between(bytes, 1U, 60U);
+    config.stride = (config.stride > 30U) ? 1U : config.stride;
+    config.shock_blocks = between(bytes, 0U, 2U);
+    config.false_alarms_per_hour = rates[between(bytes, 0U, 3U)];
+    config.cut_interval_s = (double)between(bytes, 1U, 100U);
+    config.long_cluster = (between(bytes, 0U, 1U) == 1U) ? (4U * config.block) : 0U;
+    config.gaps_max = 400U;
+    config.taus = taus;
+    config.tau_count = TAUS;
+    is_q31 = byte(bytes) % 2U != 0U;
+}
+
+static davar_status_t start(unsigned which)
+{
+    memset(memory[which], 0xA5, sizeof memory[which]);
+    return is_q31 ? davar_init_q31(&instances[which], &config, memory[which], sizeof memory[which])
+                  : davar_init_q15(&instances[which], &config, memory[which], sizeof memory[which]);
+}
+
+static void check(const davar_result_t *result)
+{
+    const uint64_t head = accepted_head(&accepted, result->epoch);
+    REQUIRE((head >= result->window_samples) && (head > 0U));
+    REQUIRE((result->window_samples >= config.window_min) && (result->window_samples <= config.window_max));
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        uint32_t differences = 0U;
+        const double m = (double)taus[t];
+        const uint64_t sum = accepted_sum(&accepted, head - result->window_samples, head, taus[t], &differences);
+        REQUIRE(differences == result->tau[t].differences);
+        if (differences > 0U) {
+            const double expected = sqrt((double)sum / (2.0 * m * m * (double)differences));
+            REQUIRE(fabs(result->tau[t].adev - expected) <= ((is_q31 ? 3e-16 : 0.0) * expected));
+        }
+    }
+}
+
+static void take(void)
+{
+    davar_result_t result;
+    if (davar_take(&instances[current], &result)) {
+        check(&result);
+    }
+}
+
+static void push(int32_t sample, bool is_left)
+{
+    const int16_t narrow = (int16_t)sample;
+    accepted_hear(&accepted, sample);
+    REQUIRE(1U == (is_q31 ? davar_push_q31(&instances[current], &sample, 1U)
+                          : davar_push_q15(&instances[current], &narrow, 1U)));
+    if (!is_left) {
+        take();
+    }
+}
+
+/* Sum of four uniform variates. */
+static int32_t noise(int32_t level)
+{
+    int32_t sum = 0;
+    for (unsigned k = 0U; k < 4U; k++) {
+        random_bits = (random_bits * 1664525U) + 1013904223U;
+        sum += (int32_t)(random_bits >> 24U) - 128;
+    }
+    return (sum * level) / 16;
+}
+
+static void change_over(void)
+{
+    REQUIRE(davar_state_save(&instances[current], &storage) == DAVAR_OK);
+    REQUIRE(start(1U - current) == DAVAR_OK);
+    current = 1U - current;
+    REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
+}
+
+/* One stretch: what it is, and how long. */
+static void run_stretch(bytes_t *bytes)
+{
+    const uint8_t what = byte(bytes);
+    const uint32_t length = between(bytes, 1U, 120U);
+    const bool is_left = (what & 0x80U) != 0U;
+    const int32_t level = 1 << ((what >> 3U) % 10U);
+    switch (what % 8U) {
+    case 0U:
+        change_over();
+        break;
+    case 1U:
+        davar_gap(&instances[current], length);
+        accepted_gap(&accepted);
+        break;
+    case 2U: /* a knock */
+        for (uint32_t i = 0U; i < (1U + (length % 30U)); i++) {
+            push(((i % 2U) != 0U) ? 32767 : -32768, is_left);
+        }
+        break;
+    case 3U: /* stuck */
+        for (uint32_t i = 0U; i < length; i++) {
+            push(level, is_left);
+        }
+        break;
+    default:
+        for (uint32_t i = 0U; i < length; i++) {
+            push(noise(level), is_left);
+        }
+        break;
+    }
+}
+
+static void same_health(void)
+{
+    const davar_health_t health = davar_health(&instances[current]);
+    REQUIRE(health.cuts == accepted.cuts);
+    REQUIRE(health.shocks == accepted.shocks);
+    REQUIRE((config.long_cluster != 0U) ? (health.alarms >= accepted.alarms) : (health.alarms == accepted.alarms));
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    bytes_t bytes = {data, data + size};
+    choose_config(&bytes);
+    current = 0U;
+    random_bits = 1U;
+    memset(cells, 0xFF, sizeof cells);
+    if (start(0U) != DAVAR_OK) {
+        return 0;
+    }
+    accepted_start(&accepted, &config);
+    while (bytes.next < bytes.end) {
+        run_stretch(&bytes);
+    }
+    take();
+    accepted_end(&accepted);
+    while (davar_flush(&instances[current])) {
+        take();
+    }
+    same_health();
+    return 0;
+}

@@ -1,0 +1,110 @@
+#include "accepted.h"
+
+#include <string.h>
+
+void accepted_start(accepted_t *accepted, const davar_config_t *config)
+{
+    const double share = (config->long_cluster != 0U) ? 0.5 : 1.0;
+    const davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
+                                   .false_alarms_per_hour = share * config->false_alarms_per_hour,
+                                   .cut_interval_s = config->cut_interval_s,
+                                   .longest = config->window_max,
+                                   .block = config->block,
+                                   .shock = config->shock_blocks};
+    memset(accepted, 0, sizeof *accepted);
+    accepted->is_behind_boundary = true;
+    davar_glr_start(&accepted->config, &wish);
+    davar_glr_reset(&accepted->detector);
+}
+
+static void accept(accepted_t *accepted, int32_t sample, uint64_t moment)
+{
+    const uint64_t n = accepted->count % ACCEPTED_RING;
+    const uint64_t before = (accepted->count + ACCEPTED_RING - 1U) % ACCEPTED_RING;
+    accepted->phase[n] = accepted->phase[before] + sample;
+    accepted->run[n] = accepted->is_behind_boundary ? 1U : (accepted->run[before] + 1U);
+    accepted->moment[n] = moment;
+    accepted->is_behind_boundary = false;
+    accepted->count++;
+}
+
+/* The waiting samples from the `first` on go over into the record, all in front of them are lost. */
+static void accept_waiting(accepted_t *accepted, uint32_t first)
+{
+    accepted->is_behind_boundary = accepted->is_behind_boundary || (first > 0U);
+    for (uint32_t i = first; i < accepted->waits; i++) {
+        accept(accepted, accepted->waiting[i], accepted->now - accepted->waits + i);
+    }
+    accepted->waits = 0U;
+}
+
+static void hear_block(accepted_t *accepted)
+{
+    const uint32_t block = accepted->config.block;
+    davar_glr_event_t event;
+    int64_t sum = 0;
+    davar_u128_t squares = {0U, 0U}; /* of 64 samples at most: 2^46 */
+    for (uint32_t i = accepted->waits - block; i < accepted->waits; i++) {
+        sum += accepted->waiting[i];
+        squares.low += (uint64_t)((int64_t)accepted->waiting[i] * accepted->waiting[i]);
+    }
+    davar_glr_push_q31(&accepted->detector, &accepted->config, sum, &squares, &event);
+    accepted->cuts += event.is_cut ? 1U : 0U;
+    accepted->alarms += event.is_alarm ? 1U : 0U;
+    accepted->shocks += (event.dropped > 0U) ? 1U : 0U;
+    if (event.resolved > 0U) { /* all that waits */
+        accept_waiting(accepted, event.dropped * block);
+    }
+}
+
+void accepted_hear(accepted_t *accepted, int32_t sample)
+{
+    accepted->waiting[accepted->waits] = sample;
+    accepted->waits++;
+    accepted->now++;
+    if ((accepted->waits % accepted->config.block) == 0U) {
+        hear_block(accepted);
+    }
+}
+
+void accepted_gap(accepted_t *accepted)
+{
+    davar_glr_event_t event;
+    davar_glr_skip(&accepted->detector, &accepted->config, &event);
+    accepted->waits = 0U;
+    accepted->is_behind_boundary = true;
+}
+
+void accepted_end(accepted_t *accepted)
+{
+    if (accepted->detector.pending == 0U) {
+        accept_waiting(accepted, 0U);
+    }
+}
+
+uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch)
+{
+    const uint64_t oldest = (accepted->count > ACCEPTED_RING) ? (accepted->count - ACCEPTED_RING) : 0U;
+    uint64_t head = accepted->count;
+    while ((head > oldest) && (accepted->moment[(head - 1U) % ACCEPTED_RING] > epoch)) {
+        head--;
+    }
+    return ((head > oldest) && (accepted->moment[(head - 1U) % ACCEPTED_RING] == epoch)) ? head : 0U;
+}
+
+uint64_t accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences)
+{
+    uint64_t sum = 0U;
+    *differences = 0U;
+    for (uint64_t last = tail + (UINT64_C(2) * m) - 1U; last < head; last++) {
+        if (accepted->run[last % ACCEPTED_RING] >=
+            (2U * m)) { /* in front of the first sample the sum is 0, as it was then */
+            const uint64_t middle = last + ACCEPTED_RING - m;
+            const int64_t d = accepted->phase[last % ACCEPTED_RING] - (2 * accepted->phase[middle % ACCEPTED_RING]) +
+                              accepted->phase[(middle - m) % ACCEPTED_RING];
+            sum += (uint64_t)(d * d);
+            (*differences)++;
+        }
+    }
+    return sum;
+}
