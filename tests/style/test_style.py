@@ -33,7 +33,7 @@ MAY_INCLUDE = {
     "tests/proofs": ("lib/include", "lib/src"),
     "tests/target": ("lib/include", "port/bare_metal"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
-    "tests/fuzz": ("lib/include", "gateway", "tests/support", "tests/tracking"),
+    "tests/fuzz": ("lib/include", "gateway", "host_sim", "tests/support", "tests/tracking"),
     "tests/": ("lib/include", "port/include", "port/node", "tests/support"),
     "tools/": ("lib/include",),
     "python": ("lib/include", "host_sim"),

@@ -337,7 +337,8 @@ def board():
 
 
 # Target of tests/fuzz: runs, and the longest input. Runs and not seconds: what is tried does not depend on the machine.
-FUZZ = {"stream": (600, 400), "tracked": (1500, 160), "state": (4000, 64), "codec": (400_000, 128), "source": (4000, 9000)}
+FUZZ = {"stream": (600, 400), "tracked": (1500, 160), "state": (4000, 64), "codec": (400_000, 128), "source": (4000, 9000),
+        "recording": (40_000, 300), "options": (200_000, 300)}
 
 
 def fuzz(name):

@@ -1,0 +1,95 @@
+/* davar tests - any words as options of davar-sim: refused with one line, or taken: then the library takes the configuration that comes of
+ * them, or refuses it with a line that names an option. */
+#include "davar/davar.h"
+#include "fuzzing.h"
+#include "instances/settings.h"
+
+#include <ctype.h>
+#include <getopt.h>
+#include <math.h>
+#include <string.h>
+
+#define WORDS_MAX 40
+#define BYTES_MAX 1024U
+
+static void check_message(const sim_error_t *error)
+{
+    REQUIRE(error->text[0] != '\0');
+    for (const char *c = error->text; *c != '\0'; c++) {
+        REQUIRE(!iscntrl((unsigned char)*c));
+    }
+}
+
+static bool is_positive_or_absent(double value)
+{
+    return isfinite(value) && (value >= 0.0);
+}
+
+static void check_ranges(const options_t *options)
+{
+    REQUIRE(options->recording != NULL);
+    REQUIRE((options->column_count <= OPTIONS_COLUMNS_MAX) && (options->tau_count <= DAVAR_TAUS_MAX));
+    REQUIRE(is_positive_or_absent(options->rate_hz) && is_positive_or_absent(options->lsb) &&
+            is_positive_or_absent(options->full_scale) && is_positive_or_absent(options->pace) &&
+            is_positive_or_absent(options->false_alarms_per_hour));
+    REQUIRE((options->gap_factor > 1.0) || !(options->gap_factor > 0.0));
+    REQUIRE((options->policy >= DAVAR_POLICY_FIXED) && (options->policy <= DAVAR_POLICY_GLR));
+    REQUIRE(!options->kurtosis.given || (options->kurtosis.low <= options->kurtosis.high));
+    REQUIRE(!options->contribution.given || (options->contribution.low <= options->contribution.high));
+}
+
+/* As far as davar-sim goes before it reads the recording. */
+static void configure(const options_t *options)
+{
+    static settings_t settings;
+    sim_error_t error = {{0}};
+    check_ranges(options);
+    if (!settings_make(&settings, options, &error) || !settings_check(&settings, options, &error)) {
+        check_message(&error);
+        REQUIRE(strncmp(error.text, "--", 2U) == 0);
+        return;
+    }
+    davar_config_t config = settings.config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 1.0;
+    config.full_scale = 100.0;
+    const size_t bytes = (options->arith == ARITH_FLOAT)
+                             ? davar_memory_size_f32(&config)
+                             : (davar_memory_size_q15(&config) + davar_memory_size_q31(&config));
+    REQUIRE(bytes > 0U);
+    REQUIRE(settings_samples_needed(&config) > 0U);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static char text[BYTES_MAX + 1U];
+    static char program[] = "davar-sim";
+    char *words[WORDS_MAX + 2] = {program};
+    int count = 1;
+    if (size > BYTES_MAX) {
+        return 0;
+    }
+    memcpy(text, data, size);
+    text[size] = '\0';
+    for (char *rest = text; (rest != NULL) && (count <= WORDS_MAX); count++) {
+        words[count] = strsep(&rest, "\n");
+    }
+    words[count] = NULL;
+    options_t options;
+    sim_error_t error = {{0}};
+    optind = 0; /* getopt begins anew, inside of a word too */
+    switch (options_parse(&options, count, words, &error)) {
+    case OPTIONS_BAD:
+        check_message(&error);
+        break;
+    case OPTIONS_RUN:
+        configure(&options);
+        break;
+    case OPTIONS_HELP:
+    case OPTIONS_VERSION:
+    default:
+        break;
+    }
+    options_free(&options);
+    return 0;
+}
