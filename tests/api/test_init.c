@@ -30,6 +30,14 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
         TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
         setUp();
     }
+    const double far[] = {0.999e-20, 1.001e20}; /* of float's range, beyond what the quantum allows */
+    for (unsigned i = 0U; i < 2U; i++) {
+        config.full_scale = far[i];
+        TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
+        config.full_scale = (i == 0U) ? 1e-20 : 1e20;
+        TEST_ASSERT_NOT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
+        setUp();
+    }
     config.sample_bits = 17U, refused(DAVAR_ERR_SAMPLE_BITS);
     config.sample_bits = 1U, refused(DAVAR_ERR_SAMPLE_BITS);
     config.mode = (davar_mode_t)7, refused(DAVAR_ERR_MODE);

@@ -13,6 +13,7 @@ static void test_results_that_nobody_took_are_counted(void)
     TEST_ASSERT_EQUAL_UINT32(10U, davar_health(&davar).missed);
     TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(10U, result.epoch);
+    TEST_ASSERT_FALSE(result.young); /* policy glr alone says so */
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 

@@ -91,8 +91,12 @@ static int16_t next_sample(random_t *random, uint32_t n)
 
 /* --- the check -------------------------------------------------------------------------------------------------------- */
 
-static void check(const davar_result_t *result)
+/* `is_cut`: there was one by now. Up to eight blocks behind it, and until the window does not reach it (10.14). */
+static void check(const davar_result_t *result, bool is_cut)
 {
+    const bool young = is_cut && ((result->cut_age_samples <= (8U * config.block)) ||
+                                  (result->cut_age_samples < result->window_samples));
+    TEST_ASSERT_EQUAL(young, result->young);
     const uint64_t head = accepted_head(&accepted, result->epoch);
     TEST_ASSERT_TRUE(head > 0U);
     const uint64_t tail = head - result->window_samples;
@@ -143,7 +147,7 @@ static void run_forever(uint32_t stride, uint32_t samples)
         (void)davar_push_q15(davar, &sample, 1U);
         const bool is_late = (stride > 1U) && ((n % 4U) != 3U); /* up to three samples behind the epoch */
         if (!is_late && davar_take(davar, &result)) {
-            check(&result);
+            check(&result, davar_health(davar).cuts > 0U);
             checked++;
         }
         if ((n % 7919U) == 7918U) {

@@ -56,6 +56,7 @@ static void test_the_content_decides_how_many_frames_a_result_has(void)
     TEST_ASSERT_EQUAL(23, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_INTERVALS, 3U));
     TEST_ASSERT_EQUAL(3, count_frames(DAVAR_SEND_FD, 8U));
     result.unstable = false;
+    TEST_ASSERT_EQUAL(4, count_frames(DAVAR_SEND_FD, 9U));
     TEST_ASSERT_EQUAL(5, count_frames(DAVAR_SEND_FD, 10U));
     TEST_ASSERT_EQUAL(5, count_frames(0U, 10U));
 }

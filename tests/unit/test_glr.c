@@ -652,6 +652,8 @@ static void test_the_second_channel_is_as_the_formula_says(void)
     TEST_ASSERT_DOUBLE_WITHIN(0.002, 0.38, config.degrees / 256.0);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(360000.0 * 5.0) + 1.0, config.alarm / 65536.0);
     TEST_ASSERT_EQUAL_UINT32(config.alarm, config.cut);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-3, 256.0 / (3.0 * config.degrees), config.bias / 65536.0);
+    TEST_ASSERT_EQUAL(0, config.outlier);
     wish.false_alarms_per_hour = 1e6;
     davar_glr_start_clusters(&config, &wish);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);

@@ -117,6 +117,33 @@ static void test_the_sign_and_the_worst_tau(void)
     TEST_ASSERT_TRUE(misfit.health > 1.0);
 }
 
+/* (9.3): whichever of a window's deviation and of their mean is the larger, at whichever tau. */
+static void test_health_is_the_larger_of_fast_and_slow(void)
+{
+    static const double course[] = {0.9, 1.0, 1.4, 1.4, 1.4, 1.4, 1.0, 0.6, 1.0, 1.0};
+    bool was_fast = false;
+    bool was_slow = false;
+    for (unsigned n = 0U; n < sizeof course / sizeof course[0]; n++) {
+        result.epoch += 100U;
+        set_tau(0, 1U, course[n], 50.0);
+        davar_monitor_update(&monitor, &result, &misfit);
+        double fast = 0.0;
+        double slow = 0.0;
+        for (uint8_t t = 0U; t < 3U; t++) {
+            fast = fmax(fast, fabs(misfit.tau[t].deviation));
+            slow = fmax(slow, fabs(misfit.tau[t].mean_deviation));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, fast / slow, misfit.fast / misfit.slow);
+        TEST_ASSERT_EQUAL_DOUBLE(fmax(misfit.fast, misfit.slow), misfit.health);
+        if (fmax(fabs(misfit.tau[0].deviation), fabs(misfit.tau[0].mean_deviation)) >= fmax(fast, slow)) {
+            TEST_ASSERT_EQUAL(0, misfit.worst);
+        }
+        was_fast = was_fast || (misfit.fast > misfit.slow);
+        was_slow = was_slow || (misfit.fast < misfit.slow);
+    }
+    TEST_ASSERT_TRUE(was_fast && was_slow);
+}
+
 static void test_a_tolerance_takes_an_alarm_away(void)
 {
     set_tau(1, 2U, 1.0, 400.0);
@@ -205,6 +232,7 @@ int main(void)
     RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_named);
     RUN_TEST(test_nothing_to_compare_is_no_health);
     RUN_TEST(test_the_sign_and_the_worst_tau);
+    RUN_TEST(test_health_is_the_larger_of_fast_and_slow);
     RUN_TEST(test_a_tolerance_takes_an_alarm_away);
     RUN_TEST(test_the_mean_of_four_windows_deviates_twice_as_much);
     RUN_TEST(test_overlap_weighs_as_much_as_it_brings);
