@@ -28,6 +28,11 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
         refused(DAVAR_ERR_SCALE);
         config.full_scale = bad_numbers[i];
         TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
+        TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_f32(&config));
+        setUp();
+        config.full_scale = 1.0;
+        config.unit_per_count = bad_numbers[i]; /* not asked of floats */
+        TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_f32(&config));
         setUp();
     }
     const double far[] = {0.999e-20, 1.001e20}; /* of float's range, beyond what the quantum allows */
