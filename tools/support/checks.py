@@ -346,6 +346,7 @@ def guest():
     lab()  # the guest could not keep what it makes
     command, variables = wire()
     variables["PATH"] = f"{Path(command[0]).parent}:{os.environ['PATH']}"
+    variables["DAVAR_SEEN"] = os.environ.get("DAVAR_SEEN", "")
     return ["tools/support/uml/run", "-T", "-t", HANG_S, linux(), "env",
             *(f"{name}={value}" for name, value in variables.items()), *command], {}
 
@@ -480,6 +481,17 @@ def run_parts(parts, seconds=None):
     return total
 
 
+def keep_objects(variables):
+    """What is compiled once is not compiled again, in whatever build or temporary copy: ccache for all of CMake's."""
+    if not shutil.which("ccache"):
+        return
+    variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
+    variables.setdefault("CCACHE_DIR", str(BUILD / "cache/ccache"))
+    variables.setdefault("CCACHE_MAXSIZE", "1G")
+    if not ROOT.is_relative_to(tempfile.gettempdir()):  # there only names of folders change
+        variables.setdefault("CCACHE_BASEDIR", os.path.realpath(tempfile.gettempdir()))
+
+
 def main():
     parser = argparse.ArgumentParser(prog="tools/test")
     parser.add_argument("--only", default="")
@@ -498,6 +510,7 @@ def main():
         os.environ.setdefault("DAVAR_REAL_DATA", str(real))
     LOGS.mkdir(parents=True, exist_ok=True)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a job has one core
+    keep_objects(os.environ)
     total = run_parts({name: PARTS[name][1] for name in names}, remembered.Seconds(LOGS / "seconds.json", GUESS))
     print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
     return 1 if total.failed else 0
