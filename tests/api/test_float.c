@@ -1,6 +1,5 @@
 /* davar tests - the float door: its error bound for ever, its weather, and the same decisions as fixed point. */
 #include "davar/davar.h"
-#include "fitted.h"
 #include "random.h"
 #include "unity.h"
 
@@ -62,7 +61,7 @@ static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
         const float rate = (float)((burst ? 1999.0 : 0.02) * (2.0 * random_uniform(&random) - 1.0) + 0.5);
         sample[n] = (double)rate;
         (void)davar_push_f32(&davar, &rate, 1U);
-        if (take_fitted(&davar, &result) && ((n % 37U) == 0U)) {
+        if (davar_take(&davar, &result) && ((n % 37U) == 0U)) {
             for (uint32_t t = 0U; t < TAUS; t++) {
                 const double exact = brute_force(sample, n + 1U, 200U, taus[t]);
                 TEST_ASSERT_DOUBLE_WITHIN(bound + (1e-14 * exact), exact, result.tau[t].adev);
@@ -88,8 +87,8 @@ static void test_float_and_fixed_decide_alike(void)
         const float rate = (float)count;
         (void)davar_push_q31(&fixed, &count, 1U);
         (void)davar_push_f32(&floating, &rate, 1U);
-        const bool ready = take_fitted(&fixed, &result);
-        TEST_ASSERT_EQUAL(ready, take_fitted(&floating, &other));
+        const bool ready = davar_take(&fixed, &result);
+        TEST_ASSERT_EQUAL(ready, davar_take(&floating, &other));
         if (ready) {
             TEST_ASSERT_EQUAL_UINT32(result.window_samples, other.window_samples);
             TEST_ASSERT_EQUAL(result.unstable, other.unstable);
@@ -117,7 +116,7 @@ static void test_a_quiet_sensor_keeps_its_kurtosis(void)
         const float rate = (float)((double)count / 524288.0);
         (void)davar_push_q31(&fixed, &count, 1U);
         (void)davar_push_f32(&floating, &rate, 1U);
-        if (take_fitted(&fixed, &result) && take_fitted(&floating, &other)) {
+        if (davar_take(&fixed, &result) && davar_take(&floating, &other)) {
             TEST_ASSERT_EQUAL_DOUBLE(result.kurtosis, other.kurtosis);
             TEST_ASSERT_EQUAL(result.unstable, other.unstable);
             TEST_ASSERT_DOUBLE_WITHIN(1.0, 3.0, other.kurtosis);
@@ -141,7 +140,7 @@ static void test_not_a_number_and_infinity_are_left_out_as_gaps(void)
     uint32_t results = 0U;
     for (size_t i = 0U; i < 700U;) {
         i += davar_push_f32(&davar, &block[i], 700U - i);
-        results += take_fitted(&davar, &result) ? 1U : 0U;
+        results += davar_take(&davar, &result) ? 1U : 0U;
     }
     const davar_health_t health = davar_health(&davar);
     TEST_ASSERT_EQUAL_UINT32(4U, health.not_finite);
@@ -217,7 +216,7 @@ static void test_rounding_at_the_door(void)
             TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
             const float block[4] = {0.0F, 0.0F, 0.0F, (float)(sign * quanta[i % 4U] * quantum)};
             (void)davar_push_f32(&davar, block, 4U);
-            TEST_ASSERT_TRUE(take_fitted(&davar, &result));
+            TEST_ASSERT_TRUE(davar_take(&davar, &result));
             /* three differences, the last one of `expected` quanta: adev = quantum * expected / sqrt 6 */
             const double adev = quantum * expected[i % 4U] / sqrt(6.0);
             TEST_ASSERT_DOUBLE_WITHIN(1e-12 * quantum, adev, result.tau[0].adev);
@@ -246,7 +245,7 @@ static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t
         done += consumed;
         memset(&result, 0, sizeof result);
         memset(&expected, 0, sizeof expected);
-        TEST_ASSERT_EQUAL_INT(take_fitted(other, &expected), take_fitted(davar, &result));
+        TEST_ASSERT_EQUAL_INT(davar_take(other, &expected), davar_take(davar, &result));
         TEST_ASSERT_EQUAL_MEMORY(&expected, &result, sizeof result);
         TEST_ASSERT_EQUAL_MEMORY(&other->health, &davar->health, sizeof davar->health);
     }

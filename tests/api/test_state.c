@@ -1,4 +1,5 @@
 /* davar tests - a state that is saved and restored goes on bit for bit; a foreign one is refused. */
+#include "fitted.h"
 #include "state_fixture.h"
 
 #define SAMPLES 700U

@@ -1,5 +1,6 @@
 """What a build leaves out (davar/options.h) is refused by name, all else has the same bits; a wrong combination does not compile."""
 
+import functools
 import subprocess
 import tempfile
 import unittest
@@ -22,6 +23,7 @@ def compiled(folder, *options):
     return done.stdout, program if done.returncode == 0 else None
 
 
+@functools.cache
 def ways(*options):
     """{way: (what init says, the sum over the results)}."""
     with tempfile.TemporaryDirectory() as folder:

@@ -2,13 +2,17 @@
 
 import contextlib
 import io
+import re
+import subprocess
 import sys
+import tempfile
 import threading
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import checks  # noqa: E402
+import remembered  # noqa: E402
 
 
 def printed(parts):
@@ -23,7 +27,7 @@ def breaks():
 
 
 class Parts(unittest.TestCase):
-    def test_as_many_jobs_run_at_once_as_there_are_cores(self):
+    def test_at_least_as_many_jobs_run_at_once_as_there_are_cores(self):
         cores = int(checks.JOBS)
         meeting = threading.Barrier(cores)
 
@@ -44,6 +48,54 @@ class Parts(unittest.TestCase):
         self.assertEqual(["    no compiler", "    at all"], lines[at + 1:at + 3])
         self.assertEqual(1, lines.count("    no compiler"), "the same failure is told once")
         self.assertIn("    KeyError: 'it'", lines)
+
+    def test_the_jobs_that_took_longest_are_begun_first_also_in_a_tree_that_knows_only_a_guess(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, begun = Path(folder, "log/seconds.json"), []
+            parts = {"a": [checks.partial(lambda name: begun.append(name) or checks.Tally(1), name) for name in "xyz"]}
+            seconds = remembered.Seconds(path, {"a y": 3, "a": 1})
+            self.assertEqual([1, 3, 1, 0], [seconds.expected(name) for name in ("a x", "a y", "a z", "b")])
+            with contextlib.redirect_stdout(io.StringIO()):
+                checks.run_parts(parts, seconds)
+            self.assertEqual({"a x", "a y", "a z"}, set(remembered.Seconds(path, {}).known))
+            self.assertEqual("xyz", "".join(sorted(begun)))
+            path.write_text('{"a z": 9, "a')  # cut short: as if there were none
+            self.assertEqual(3, remembered.Seconds(path, {"a y": 3}).expected("a y"))
+
+    def test_the_shares_of_a_module_are_its_tests_each_once(self):
+        module = "import unittest\nclass A(unittest.TestCase):\n" + "".join(f"    def test_{n}(self): print('ran', {n})\n" for n in range(7))
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "test_seven.py").write_text(module)
+            ran = [subprocess.run([sys.executable, "-B", checks.ROOT / "tools/support/share.py", share, folder, "test_seven.py"], text=True,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout for share in checks.shares(3)]
+        self.assertEqual(list("0123456"), sorted(re.findall(r"ran (\d)", "".join(ran))))
+        self.assertEqual([3, 2, 2], [text.count("ran ") for text in ran])
+
+    def test_every_job_has_a_name_of_its_own(self):
+        names = [checks.named(part, job) for part, (_, jobs) in checks.PARTS.items() for job in jobs]
+        self.assertEqual(len(set(names)), len(names))
+        for guess in checks.GUESS:
+            self.assertTrue(any(guess in (name, name.split()[0]) for name in names), f"no such job: {guess}")
+
+    def test_what_passed_is_asked_again_when_anything_it_reads_has_changed_or_when_it_failed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source, header, asked = Path(folder, "a.c"), Path(folder, "a.h"), []
+            entry = {"directory": folder, "command": f"gcc -O1 -o a.o -c {source}"}
+            passed = remembered.Passed(Path(folder, "cache"))
+
+            def ask(answer, *settings):
+                key = remembered.content_key("1.0", entry["command"], *settings, *remembered.compiled_from(entry))
+                return passed.check(key, lambda: asked.append(1) or answer)
+
+            source.write_text('#include "a.h"\n#include <stdio.h>\n')
+            header.write_text("")
+            self.assertEqual({"a.c", "a.h", "stdio.h"}, {path.name for path in remembered.compiled_from(entry)} & {"a.c", "a.h", "stdio.h"})
+            self.assertEqual([False, False, True, True], [ask(False), ask(False), ask(True), ask(False)])
+            self.assertEqual(3, len(asked))
+            header.write_text("/* NOLINT */")
+            self.assertFalse(ask(False))
+            self.assertFalse(ask(False, "-bugprone-*"))
+            self.assertEqual(5, len(asked))
 
     def test_what_two_parts_need_is_made_once_and_its_failure_is_that_of_both(self):
         made = []

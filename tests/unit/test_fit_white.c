@@ -17,6 +17,7 @@ typedef struct {
     double effective[DAVAR_TAUS_MAX]; /* differences, mirror images and window ends considered */
     double edf[DAVAR_TAUS_MAX];
     double y[DAVAR_TAUS_MAX];
+    double covariance[DAVAR_TAUS_MAX][DAVAR_TAUS_MAX];
     double white; /* N^2 */
     double share[TERMS];
     double variance[TERMS];
@@ -67,14 +68,25 @@ static void expect_data(expected_t *e)
     }
 }
 
+/* Of white noise, between every two cluster sizes. */
+static void expect_covariances(expected_t *e)
+{
+    for (int i = 0; i < e->count; i++) {
+        for (int j = i; j < e->count; j++) {
+            const double s = overlap(e->m[i], e->m[j]);
+            e->covariance[i][j] = s / (2.0 * e->m[i] * e->m[j]) / e->effective[i];
+            e->covariance[j][i] = e->covariance[i][j];
+        }
+    }
+}
+
 static double variance_of(const expected_t *e, const double f[], double *size)
 {
     double variance = 0.0;
     *size = 0.0;
     for (int i = 0; i < e->count; i++) {
         for (int j = 0; j < e->count; j++) {
-            const double s = (i < j) ? overlap(e->m[i], e->m[j]) : overlap(e->m[j], e->m[i]);
-            const double part = f[i] * f[j] * s / (2.0 * e->m[i] * e->m[j]) / e->effective[(i < j) ? i : j];
+            const double part = f[i] * f[j] * e->covariance[i][j];
             variance += part;
             *size += fabs(part);
         }
@@ -124,6 +136,7 @@ static void expect(expected_t *e)
 {
     static const int order[TERMS] = {WHITE, 0, 2, 3, 4};
     expect_data(e);
+    expect_covariances(e);
     expect_weights(e);
     e->near_threshold = 1e9;
     e->explains = true;

@@ -2,7 +2,6 @@
 #include "window/number_q15.h"
 
 #include "davar/davar.h"
-#include "fitted.h"
 #include "track/window.h"
 #include "unity.h"
 #include "window/stages.h"
@@ -90,7 +89,7 @@ static bool feed(davar_t *davar, uint32_t n, davar_result_t *result)
         davar_gap(davar, 1U);
     }
     (void)davar_push_q15(davar, &sample, 1U);
-    return take_fitted(davar, result);
+    return davar_take(davar, result);
 }
 
 static void same(const davar_result_t *a, const davar_result_t *b)
@@ -125,7 +124,7 @@ static void wrapped(uint32_t before)
     }
     while (davar_flush(&plain)) {
         TEST_ASSERT_TRUE(davar_flush(&wrapping));
-        TEST_ASSERT_TRUE(take_fitted(&plain, &result[0]) && take_fitted(&wrapping, &result[1]));
+        TEST_ASSERT_TRUE(davar_take(&plain, &result[0]) && davar_take(&wrapping, &result[1]));
         same(&result[0], &result[1]);
     }
     TEST_ASSERT_FALSE(davar_flush(&wrapping));
@@ -217,8 +216,8 @@ static void forgotten(uint32_t later)
         }
         (void)davar_push_q15(&plain, &sample, 1U);
         (void)davar_push_q15(&late, &sample, 1U);
-        const bool ready = take_fitted(&plain, &result[0]);
-        TEST_ASSERT_EQUAL(ready, take_fitted(&late, &result[1]));
+        const bool ready = davar_take(&plain, &result[0]);
+        TEST_ASSERT_EQUAL(ready, davar_take(&late, &result[1]));
         if (ready) {
             same(&result[0], &result[1]);
         }

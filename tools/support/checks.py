@@ -23,6 +23,8 @@ from pathlib import Path
 
 import coverage_report
 import mcdc_report
+import remembered
+import targets
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
@@ -182,22 +184,33 @@ def sources(*suffixes):
                   if path.suffix in suffixes)
 
 
-def compiled(preset):
-    """The sources that this machine's build compiles, from the repository's root."""
-    commands = json.loads((BUILD / preset / "compile_commands.json").read_text())
-    return {os.path.relpath(entry["file"], ROOT) for entry in commands}
-
-
-def clang_tidy():
+@once
+def tidy_entries():
+    """(what every answer depends on, {source: its entry of compile_commands.json})."""
     build("debug")
-    tally = Tally()
+    if not shutil.which("clang-tidy"):
+        raise Broken("clang-tidy is not installed")
+    version = subprocess.run(["clang-tidy", "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
+    commands = json.loads((BUILD / "debug/compile_commands.json").read_text())
+    return version, {os.path.relpath(entry["file"], ROOT): entry for entry in commands}
 
-    def check(source):
-        return tool("clang-tidy", "--quiet", "-p", "build/debug", source, log=f"tidy-{source.replace('/', '-')}.log")
 
-    with ThreadPoolExecutor(int(JOBS)) as pool:
-        for part in pool.map(check, sorted(compiled("debug").intersection(sources(".c")))):
-            tally.add(part)
+def clang_tidy(share, shares):
+    """Each source whose content, headers, settings or compiler's command line changed since it passed."""
+    version, entries = tidy_entries()
+    passed, tally = remembered.Passed(BUILD / "cache/tidy"), Tally()
+    for source in sorted(set(entries).intersection(sources(".c")))[share::shares]:
+        entry, answer = entries[source], Tally(passed=1)
+
+        def check():
+            answer.passed = 0
+            answer.add(tool("clang-tidy", "--quiet", "-p", "build/debug", source, log=f"tidy-{source.replace('/', '-')}.log"))
+            return not answer.failed
+
+        settings = sorted(path for folder in Path(ROOT, source).parents if folder.is_relative_to(ROOT)
+                          for path in folder.glob(".clang-tidy"))
+        passed.check(remembered.content_key(version, entry["command"], *settings, *remembered.compiled_from(entry)), check)
+        tally.add(answer)
     return tally
 
 
@@ -217,17 +230,23 @@ def plain():
     return [sys.executable], {}
 
 
-def suite(part, folder=None, setting=plain):
-    """The unittest modules of tests/<folder>, a job each. setting(): builds what they need; the command that a Python ends,
-    and variables for its environment."""
-    folder = f"tests/{folder or part}"
-    return [partial(python_module, part, folder, path.name, setting) for path in sorted((ROOT / folder).glob("test_*.py"))]
+def suite(part, folder=None, setting=plain, shared=None):
+    """The unittest modules of tests/<folder>, a job each, or as many as `shared` {module: jobs} says. setting(): builds what
+    they need; the command that a Python ends, and variables for its environment."""
+    folder, shared = f"tests/{folder or part}", shared or {}
+    return [partial(python_module, part, folder, path.name, setting, share) for path in sorted((ROOT / folder).glob("test_*.py"))
+            for share in shares(shared.get(path.name, 1))]
 
 
-def python_module(part, folder, name, setting):
+def shares(count):
+    return [f"{share}/{count}" for share in range(1, count + 1)]
+
+
+def python_module(part, folder, name, setting, share="1/1"):
     command, variables = setting()
-    status, output = run([*command, "-B", "-m", "unittest", "discover", "-v", "-s", folder, "-p", name],
-                         f"{part}-{Path(name).stem}.log", {**os.environ, **variables})
+    log = f"{part}-{Path(name).stem}{'' if share == '1/1' else '-' + share.split('/')[0]}.log"
+    runner = ["-m", "unittest", "discover", "-v", "-s", folder, "-p", name] if share == "1/1" else ["tools/support/share.py", share, folder, name]
+    status, output = run([*command, "-B", *runner], log, {**os.environ, **variables})
     ran = re.search(r"^Ran (\d+) test", output, re.MULTILINE)
     if not ran:
         raise Broken(output)
@@ -327,6 +346,7 @@ def guest():
     lab()  # the guest could not keep what it makes
     command, variables = wire()
     variables["PATH"] = f"{Path(command[0]).parent}:{os.environ['PATH']}"
+    variables["DAVAR_SEEN"] = os.environ.get("DAVAR_SEEN", "")
     return ["tools/support/uml/run", "-T", "-t", HANG_S, linux(), "env",
             *(f"{name}={value}" for name, value in variables.items()), *command], {}
 
@@ -387,7 +407,8 @@ PARTS = {
     "workbench": ("tools/davarlab open in a real browser", suite("workbench", setting=workbench)),
     "package": ("the Python package as pip installs it, outside of the checkout", suite("package", setting=package)),
     "targets": ("the suites of lib/ and its cost on ten emulated boards",
-                suite("targets", "target", partial(simulator, "release"))[::-1]),  # the longest, test_suites.py, first
+                suite("targets", "target", partial(simulator, "release"),
+                      {"test_suites.py": len(targets.MACHINES) + 1, "test_mcu.py": 3})),
     "fuzz": ("libFuzzer targets of tests/fuzz, a bounded number of runs each", [partial(fuzz, name) for name in FUZZ]),
     "mutants": ("small faults in lib/, sixty of them, each found by a fast suite", [mutants]),
     "consumer": ("find_package and add_subdirectory from outside", suite("consumer")),
@@ -395,12 +416,26 @@ PARTS = {
     "packages": ("every package of tools/release with the tool of its ecosystem", suite("packages", setting=packages)),
     "style": ("the house rules: includes, no heap, function length, one version", suite("style")),
     "format": ("clang-format", [partial(tool, "clang-format", "--dry-run", "-Werror", *sources(".c", ".h"))]),
-    "tidy": ("clang-tidy", [clang_tidy]),
+    "tidy": ("clang-tidy", [partial(clang_tidy, share, 8) for share in range(8)]),
     "cppcheck": ("cppcheck", [cppcheck]),
     "shell": ("shellcheck", [shell]),
 }
-# Begun first, in this order: the short jobs then fill what is left of the other cores.
-LONGEST = ("targets", "lab", "kernel")
+# Seconds of the long jobs on a quiet core, for a tree that has not run them yet: the longest are begun first, and the short ones
+# fill what is left at the end. How long a job took is remembered in build/log.
+GUESS = {"coverage": 150, "sanitize": 130, "release": 120, "m32": 60, "mcdc": 100, "debug": 60, "mutants": 100,
+         "proofs tests/proofs test_proofs.py": 110, "consumer tests/consumer test_install.py": 110, "consumer tests/consumer test_options.py": 90,
+         "consumer tests/consumer test_amalgamate.py": 80, "lab tests/lab test_lab.py": 150, "lab tests/lab test_awkward_input.py": 110,
+         "kernel tests/kernel test_ten_hours.py": 130, "kernel tests/kernel test_can.py": 130, "kernel tests/kernel test_readme.py": 90,
+         "kernel tests/kernel test_live.py": 90, "kernel tests/kernel test_gpio.py": 60, "kernel tests/kernel test_serial.py": 60,
+         "targets tests/target test_cost.py": 95, "targets tests/target test_porting.py": 60, "lab tests/lab test_elsewhere.py": 80,
+         # and any other job of a part
+         "targets": 55, "kernel": 50, "lab": 50, "workbench": 50, "hypothesis": 40, "packages": 40, "package": 40, "fuzz": 30, "tidy": 20}
+
+
+def named(part, job):
+    """What a job is called in build/log/seconds.json."""
+    words = [str(word) for word in job.args if isinstance(word, (str, int))] if isinstance(job, partial) else []
+    return " ".join(word for word in dict.fromkeys([part, *words]) if word != "1/1")[:200]
 
 
 def attempt(job):
@@ -424,19 +459,38 @@ def show(name, results):
     return tally
 
 
-def run_parts(parts):
-    """Runs the jobs of these parts {name: jobs}, one on each core, and prints a part when its last job is done."""
-    total, order = Tally(), sorted(parts, key=lambda name: LONGEST.index(name) if name in LONGEST else len(LONGEST))
-    with ThreadPoolExecutor(int(JOBS)) as pool:
-        futures = {name: [pool.submit(attempt, job) for job in parts[name]] for name in order}
+def run_parts(parts, seconds=None):
+    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done. One job more
+    than there are cores: some wait for a lock or for the network."""
+    total, taken = Tally(), {}
+    jobs = [(seconds.expected(named(part, job)) if seconds else 0, part, number) for part, them in parts.items() for number, job in enumerate(them)]
+    futures = {part: [None] * len(them) for part, them in parts.items()}
+    with ThreadPoolExecutor(int(JOBS) + 1) as pool:
+        for _, part, number in sorted(jobs, key=lambda job: -job[0]):
+            futures[part][number] = pool.submit(attempt, parts[part][number])
         try:
-            for _ in as_completed(future for jobs in futures.values() for future in jobs):
-                for name in [name for name, jobs in futures.items() if all(job.done() for job in jobs)]:
-                    total.add(show(name, [job.result() for job in futures.pop(name)]))
+            for _ in as_completed(future for them in futures.values() for future in them):
+                for part in [part for part, them in futures.items() if all(job.done() for job in them)]:
+                    results = [job.result() for job in futures.pop(part)]
+                    taken |= {named(part, job): round(spent, 1) for job, (_, spent) in zip(parts[part], results)}
+                    total.add(show(part, results))
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+    if seconds:
+        seconds.keep(taken)
     return total
+
+
+def keep_objects(variables):
+    """What is compiled once is not compiled again, in whatever build or temporary copy: ccache for all of CMake's."""
+    if not shutil.which("ccache"):
+        return
+    variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
+    variables.setdefault("CCACHE_DIR", str(BUILD / "cache/ccache"))
+    variables.setdefault("CCACHE_MAXSIZE", "1G")
+    if not ROOT.is_relative_to(tempfile.gettempdir()):  # there only names of folders change
+        variables.setdefault("CCACHE_BASEDIR", os.path.realpath(tempfile.gettempdir()))
 
 
 def main():
@@ -457,7 +511,8 @@ def main():
         os.environ.setdefault("DAVAR_REAL_DATA", str(real))
     LOGS.mkdir(parents=True, exist_ok=True)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a job has one core
-    total = run_parts({name: PARTS[name][1] for name in names})
+    keep_objects(os.environ)
+    total = run_parts({name: PARTS[name][1] for name in names}, remembered.Seconds(LOGS / "seconds.json", GUESS))
     print(f"{total.passed} passed, {total.failed} failed, {total.skipped} skipped")
     return 1 if total.failed else 0
 

@@ -24,15 +24,16 @@ quietly() {
 }
 
 compiles() { echo 'int main(void) { return 0; }' | gcc "$@" -x c -o /dev/null - >/dev/null 2>&1; }
+includes() { gcc -fsyntax-only -include "$1" -x c /dev/null >/dev/null 2>&1; }
 
 # have PACKAGE: does the machine already have what this Debian package brings, from wherever?
 have() {
     case $1 in
     libc6-dev) compiles -include stdio.h ;;
-    zlib1g-dev) compiles -include zlib.h ;;
+    zlib1g-dev) includes zlib.h ;;
     gcc-12-multilib) compiles -m32 -include stdio.h ;;
     python3-venv) python3 -c 'import ensurepip, venv' >/dev/null 2>&1 ;;
-    libgpiod-dev) compiles -include gpiod.h ;;
+    libgpiod-dev) includes gpiod.h ;;
     linux-source-6.1) [[ -e /usr/src/linux-source-6.1.tar.xz ]] && dpkg-query --show "$1" >/dev/null 2>&1 ;;
     can-utils) command -v candump >/dev/null ;;
     gpiod) command -v gpiomon >/dev/null ;;
@@ -63,11 +64,12 @@ export target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-ar
     picolibc-riscv64-unknown-elf qemu-system-misc gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-riscv64-linux-gnu
     libc6-dev-riscv64-cross qemu-user)
 
-# need PACKAGE...: installs what is missing, or names it.
+# need PACKAGE...: installs what is missing, or names it. DAVAR_SEEN: what tools/test has seen to already, so that each of the
+# thousand commands of a test run need not look again.
 need() {
     local package missing=()
     for package; do
-        have "$package" || missing+=("$package")
+        [[ " ${DAVAR_SEEN:-} " == *" $package "* ]] || have "$package" || missing+=("$package")
     done
     ((${#missing[@]})) || return 0
     if ((EUID != 0)) || ! command -v apt-get >/dev/null; then

@@ -41,11 +41,14 @@ def build(target, kind="target", image=None):
     where.mkdir(parents=True, exist_ok=True)
     with open(where / "lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two at once take turns
-        run(["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
-             f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
-             f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
-             f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}"],
-            f"configuring {target}")
+        command = ["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
+                   f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
+                   f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
+                   f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}"]
+        asked, stamp = "\n".join([*command, json.dumps(MACHINES[target])]), where / "configured"  # make sees to what changes in the CMake files
+        if not stamp.exists() or stamp.read_text(encoding="utf-8") != asked:
+            run(command, f"configuring {target}")
+            stamp.write_text(asked, encoding="utf-8")
         run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2),
              *(["--target", image] if image else [])], f"building {target}")
     return where
