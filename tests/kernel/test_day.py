@@ -1,6 +1,6 @@
 """A day of davarlab live: its memory does not grow, each result is recorded once, every counter adds up.
 
-DAVAR_DAY=node: davar-node at 100 Hz, a result every 0.6 s (a quarter of an hour on a core, by hand), instead of davar-sim at 0.4 Hz, one every half minute."""
+DAVAR_DAY=node: davar-node at 50 Hz, a result every 1.2 s (half an hour, by hand), instead of davar-sim at 0.4 Hz, one every half minute."""
 
 import csv
 import json
@@ -20,7 +20,7 @@ HOURS, RUNS = 24, 12  # the sender is started anew every two hours
 WARM_H = 2  # from here on nothing may grow
 BLOCKS = 100  # of memory that Python may hold more: less than one for six results
 RSS_KIB = 512
-NODE_HZ, NODE_STRIDE = 100, 60
+NODE_HZ, NODE_STRIDE = 50, 60
 
 # davarlab live, and every hour a line on a descriptor: blocks and objects that Python holds, resident memory in KiB, open files.
 LIVE = """
@@ -51,7 +51,7 @@ class Day(KernelCase):
                                  pass_fds=(file.fileno(),))
         reader = threading.Thread(target=lambda: self.shown.extend(self.key(json.loads(line)) for line in process.stdout))
         reader.start()
-        self.addCleanup(reader.join)
+        self.addCleanup(lambda: (process.kill(), reader.join()))
         wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)
         return process, reader
 
@@ -86,7 +86,8 @@ class Day(KernelCase):
             told = self.last_words(node)
             first = 600 // NODE_STRIDE * NODE_STRIDE // 2 - 1
             self.assertEqual(HOURS * 3600 // RUNS * NODE_HZ, told["samples"])
-            self.assertEqual({"samples", "results"}, set(told), "nothing is lost")
+            self.assertLessEqual(set(told), {"samples", "results", "alarms"}, "nothing is lost")
+            print(f"run {run + 1}: {told['results']} results", flush=True)
             wanted.append([{"epoch": str(first + n)} for n in range(0, told["results"] * NODE_STRIDE, NODE_STRIDE)])
             settle()
         return wanted
