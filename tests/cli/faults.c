@@ -53,16 +53,20 @@ static bool is_short(void)
     return strcmp(kind, "short") == 0;
 }
 
+/* From here on: for a program that is past its start, by way of ctypes. */
+void arm_fault(const char *fault)
+{
+    long n = 0;
+    left = (sscanf(fault, "%31[^:]:%31[^:]:%ld", function, kind, &n) == 3) ? n : 0;
+}
+
 __attribute__((constructor)) static void start(void)
 {
     const char *fault = getenv("FAULT");
     const char *where = getenv("FAULT_MARK");
     if ((fault != NULL) && (where != NULL)) {
         (void)snprintf(mark, sizeof mark, "%s", where);
-        long n = 0;
-        if (sscanf(fault, "%31[^:]:%31[^:]:%ld", function, kind, &n) == 3) {
-            left = n;
-        }
+        arm_fault(fault);
     }
     (void)unsetenv("LD_PRELOAD"); /* the device of davar-sim is another program */
 }

@@ -111,7 +111,7 @@ class Day(KernelCase):
         self.assertAlmostEqual(HOURS * 3600, time.monotonic() - self.start_s, delta=300)
         settle()
         live.send_signal(2)
-        live.wait(timeout=60)
+        live.wait(timeout=700)
         reader.join()
         told = live.stderr.read()
         print(told, flush=True)

@@ -39,7 +39,7 @@ class Sender:
     def __call__(self, name, faults, say):
         return self
 
-    def frames(self, idle_s):
+    def frames(self, idle_s, stopped):
         for part in self.parts:
             yield from part
             self.blocks[self.count], self.files[self.count] = held()
