@@ -239,6 +239,7 @@ static void farewell(gateway_t *gateway)
         outbox_flush(&gateway->outbox);
         davar_link_wait(gateway->outbox.link, 1U);
     }
+    outbox_drop(&gateway->outbox);
     if (gateway->pin != NULL) {
         (void)gpio_output_set(gateway->pin, false);
     }
@@ -317,6 +318,7 @@ int main(int argc, char **argv)
     (void)sigaction(SIGTERM, &action, NULL);
     gateway_t *gateway = calloc(1U, sizeof *gateway);
     if (gateway == NULL) {
+        (void)fprintf(stderr, "davar-node: %s\n", strerror(ENOMEM));
         return 2;
     }
     const int status = work(gateway, argc, argv);

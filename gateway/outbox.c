@@ -27,3 +27,10 @@ void outbox_flush(outbox_t *outbox)
         outbox->count--;
     }
 }
+
+void outbox_drop(outbox_t *outbox)
+{
+    for (; outbox->count > 0U; outbox->count--) {
+        davar_link_dropped(outbox->link);
+    }
+}

@@ -22,4 +22,7 @@ void outbox_put_all(outbox_t *outbox, davar_encoder_t *encoder);
 /* Sends what goes now. */
 void outbox_flush(outbox_t *outbox);
 
+/* Gives up what is left: dropped and counted. */
+void outbox_drop(outbox_t *outbox);
+
 #endif

@@ -112,6 +112,7 @@ typedef struct {
     FILE *file;
     const char *path;
     size_t channels;
+    size_t rest;    /* words of a result behind its head */
     size_t healths; /* told so far: the last words of a whole file */
     davar_health_t health;
 } results_t;
@@ -126,7 +127,7 @@ static bool take_result(results_t *results, const davar_port_t *port, uint64_t *
     static davar_result_t result;
     const size_t rest = davar_job_result_rest(words);
     size_t channel;
-    if ((rest == 0U) || (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, results->file) != rest)) {
+    if ((rest != results->rest) || (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, results->file) != rest)) {
         return fail_broken(results, error);
     }
     davar_job_decode_result(&channel, &result, words);
@@ -162,7 +163,10 @@ static bool take_all(results_t *results, const davar_port_t *port, sim_error_t *
 static bool read_results(const places_t *places, replay_t *replay, const engine_t *engine, davar_health_t *health,
                          sim_error_t *error)
 {
-    results_t results = {.file = fopen(places->results, "rb"), .path = places->results, .channels = engine->count};
+    results_t results = {.file = fopen(places->results, "rb"),
+                         .path = places->results,
+                         .channels = engine->count,
+                         .rest = (6U * (size_t)engine->config.tau_count) + ((size_t)4U * DAVAR_COEFFICIENT_COUNT)};
     if (results.file == NULL) {
         return sim_fail(error, "%s: the device left no results", places->results);
     }

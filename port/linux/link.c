@@ -1,6 +1,7 @@
 /* davar for Linux - a link of either kind: opening, losing, reopening, counting. */
 #include "link.h"
 
+#include <errno.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,6 +30,13 @@ void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by)
     link->count[item] += (by < room) ? by : room;
 }
 
+/* But for one that lacks nothing but its end, which is written when the link is back. */
+void link_give_up(davar_link_t *link)
+{
+    link_count(link, DAVAR_HEALTH_FRAMES_DROPPED, (link->pending > 1U) ? 1U : 0U);
+    link->pending = 0;
+}
+
 void link_lost(davar_link_t *link)
 {
     (void)close(link->descriptor);
@@ -36,7 +44,7 @@ void link_lost(davar_link_t *link)
     link->passive = false;
     link->off = false;
     link->recovering = false;
-    link->pending = 0;
+    link_give_up(link);
     link->retry_ms = link_now_ms() + LINK_RETRY_MS;
     link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
 }
@@ -70,8 +78,12 @@ davar_link_t *davar_link_open(const davar_link_options_t *options, char *why, si
 {
     const link_kind_t *kind = NULL;
     const char *name = parse(options->where, &kind);
-    davar_link_t *link = check(options, name, kind, why, size) ? calloc(1U, sizeof *link) : NULL;
+    if (!check(options, name, kind, why, size)) {
+        return NULL;
+    }
+    davar_link_t *link = calloc(1U, sizeof *link);
     if (link == NULL) {
+        (void)snprintf(why, size, "%s: %s", options->where, strerror(ENOMEM));
         return NULL;
     }
     link->kind = kind;

@@ -39,6 +39,9 @@ extern const link_kind_t link_tty;
 
 void link_count(davar_link_t *link, davar_health_item_t item, uint32_t by);
 
+/* The line that is pending will never be whole: its frame is counted as dropped. */
+void link_give_up(davar_link_t *link);
+
 /* Closes the descriptor and counts the loss. */
 void link_lost(davar_link_t *link);
 

@@ -113,6 +113,7 @@ static void watch_peer(davar_link_t *link)
     const bool there = !hung_up(link);
     if (link->peer && !there) {
         (void)tcflush(link->descriptor, TCIOFLUSH);
+        link_give_up(link);
         link->text[0] = '\r';
         link->pending = 1U;
         link_count(link, DAVAR_HEALTH_LINK_LOST, 1U);
@@ -135,7 +136,7 @@ static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame
     }
     link->pending = davar_slcan_encode(frame, link->text);
     (void)push_pending(link);
-    return (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : DAVAR_PORT_SEND_DONE;
+    return DAVAR_PORT_SEND_DONE; /* or it is given up, and counted */
 }
 
 /* Commands of an SLCAN host (O, C, S6, V, t..., and their answers) are no noise. */

@@ -1,17 +1,21 @@
 /* davar tests - loaded in front of the C library (LD_PRELOAD): the n-th call of one function fails, is cut short or comes with a
- * signal. FAULT is "function:kind:n", kind an errno, "short" or "signal<number>"; the file FAULT_MARK says that it has happened. */
+ * signal. FAULT is "function:kind:n", kind an errno, "short", "torn" (short; the line is full, then gone) or "signal<number>"; the file FAULT_MARK
+ * says that it has happened. */
 #define _GNU_SOURCE /* NOLINT: for RTLD_NEXT */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/types.h>
+#include <termios.h>
 #include <unistd.h>
 
 static char function[32];
@@ -49,18 +53,29 @@ static bool is_short(void)
     return strcmp(kind, "short") == 0;
 }
 
+/* From here on: for a program that is past its start, by way of ctypes. */
+void arm_fault(const char *fault)
+{
+    long n = 0;
+    left = (sscanf(fault, "%31[^:]:%31[^:]:%ld", function, kind, &n) == 3) ? n : 0;
+}
+
 __attribute__((constructor)) static void start(void)
 {
     const char *fault = getenv("FAULT");
     const char *where = getenv("FAULT_MARK");
     if ((fault != NULL) && (where != NULL)) {
         (void)snprintf(mark, sizeof mark, "%s", where);
-        long n = 0;
-        if (sscanf(fault, "%31[^:]:%31[^:]:%ld", function, kind, &n) == 3) {
-            left = n;
-        }
+        arm_fault(fault);
     }
     (void)unsetenv("LD_PRELOAD"); /* the device of davar-sim is another program */
+}
+
+/* The next call of the same function is the one, too. */
+static void next_is(const char *what)
+{
+    (void)strncpy(kind, what, sizeof kind - 1U);
+    left = 1;
 }
 
 static void *real(const char *name)
@@ -88,6 +103,15 @@ ssize_t write(int descriptor, const void *from, size_t bytes)
     if (!is_the_one("write")) {
         return ((write_t)real("write"))(descriptor, from, bytes);
     }
+    if (strcmp(kind, "torn") == 0) {
+        next_is("full");
+        return ((write_t)real("write"))(descriptor, from, (bytes + 6U) / 7U);
+    }
+    if (strcmp(kind, "full") == 0) {
+        next_is("5"); /* EIO */
+        errno = EAGAIN;
+        return -1;
+    }
     return is_short() ? ((write_t)real("write"))(descriptor, from, (bytes + 6U) / 7U) : -1;
 }
 
@@ -99,14 +123,59 @@ ssize_t pread64(int descriptor, void *to, size_t bytes, off64_t offset)
     return is_short() ? ((pread_t)real("pread64"))(descriptor, to, (bytes + 6U) / 7U, offset) : -1;
 }
 
+static int open_or_not(const char *name, const char *path, int flags, va_list rest)
+{
+    const int mode = ((flags & O_CREAT) != 0) ? va_arg(rest, int) : 0;
+    return is_the_one("open") ? -1 : ((open_t)real(name))(path, flags, mode);
+}
+
 int open64(const char *path, int flags, ...)
 {
     va_list rest;
     va_start(rest, flags);
-    const int mode = ((flags & O_CREAT) != 0) ? va_arg(rest, int) : 0;
+    const int descriptor = open_or_not("open64", path, flags, rest);
     va_end(rest);
-    return is_the_one("open") ? -1 : ((open_t)real("open64"))(path, flags, mode);
+    return descriptor;
 }
+
+int open(const char *path, int flags, ...)
+{
+    va_list rest;
+    va_start(rest, flags);
+    const int descriptor = open_or_not("open", path, flags, rest);
+    va_end(rest);
+    return descriptor;
+}
+
+ssize_t pread(int descriptor, void *to, size_t bytes, off_t offset)
+{
+    return pread64(descriptor, to, bytes, offset);
+}
+
+/* What only fails. */
+#define FAILS(type, name, failure, parameters, arguments)                                                              \
+    type name parameters                                                                                               \
+    {                                                                                                                  \
+        return is_the_one(#name) ? (failure) : ((type(*) parameters)real(#name))arguments;                             \
+    }
+
+FAILS(int, dup, -1, (int descriptor), (descriptor))
+FAILS(int, fstat, -1, (int descriptor, struct stat *what), (descriptor, what))
+FAILS(int, fstat64, -1, (int descriptor, struct stat64 *what), (descriptor, what))
+FAILS(int, posix_openpt, -1, (int flags), (flags))
+FAILS(int, grantpt, -1, (int descriptor), (descriptor))
+FAILS(int, unlockpt, -1, (int descriptor), (descriptor))
+FAILS(int, tcgetattr, -1, (int descriptor, struct termios *how), (descriptor, how))
+FAILS(int, tcsetattr, -1, (int descriptor, int when, const struct termios *how), (descriptor, when, how))
+FAILS(int, poll, -1, (struct pollfd * list, nfds_t count, int ms), (list, count, ms))
+FAILS(int, ftruncate64, -1, (int descriptor, off64_t size), (descriptor, size))
+FAILS(off64_t, lseek64, -1, (int descriptor, off64_t offset, int whence), (descriptor, offset, whence))
+FAILS(char *, mkdtemp, NULL, (char *path), (path))
+FAILS(FILE *, fopen64, NULL, (const char *path, const char *mode), (path, mode))
+FAILS(size_t, fread, 0, (void *to, size_t size, size_t count, FILE *file), (to, size, count, file))
+FAILS(int, fclose, EOF, (FILE * file), (file))
+FAILS(int, fflush, EOF, (FILE * file), (file))
+FAILS(int, system, -1, (const char *command), (command))
 
 int mkstemp64(char *path)
 {

@@ -35,7 +35,8 @@ class Device(SimCase):
     def test_results_that_are_not_whole_are_refused(self):
         for name, results in {"empty": b"", "cut in a head": result()[:40], "cut in a result": result()[:-8],
                               "no health": result(), "foreign channel": result(channel=10 ** 9),
-                              "foreign taus": result(taus=33), "cut health": result() + words(HEALTH, 0)}.items():
+                              "foreign taus": result(taus=33), "more taus": result(taus=2) + words(*[0] * 6) + head(HEALTH),
+                              "no taus": result(taus=0) + head(HEALTH), "cut health": result() + words(HEALTH, 0)}.items():
             for options in ((), ("--out", "jsonl")):
                 with self.subTest(name, options=options):
                     done = self.device(results, *options)

@@ -1,5 +1,6 @@
 """tools/davarlab on options, outputs and own effects that cannot be used: one line, exit status 2, nothing left behind."""
 
+import gzip
 import math
 import re
 import subprocess
@@ -56,6 +57,19 @@ class BadInput(Folder):
         for command, words in REFUSED.items():
             with self.subTest(command):
                 self.refused(words, *command.format(rec=self.recording, model=self.model, out=self.out).split())
+
+    def test_a_gzip_file_that_would_fill_the_memory(self):
+        """In its rows, and in front of them."""
+        packed = self.work / "packed.csv.gz"
+        for text in (b"time_s,gyro_z_dps\n" + b"0,0\n" * (20 << 20), b"# a: b\n" * (10 << 20)):
+            packed.write_bytes(gzip.compress(text, 9))
+            self.assertLess(packed.stat().st_size, 700_000)
+            self.refused("gzip data of more than 64 MiB and 100 times its size", "fit", packed, "-m", self.model)
+
+    def test_what_standard_output_cannot_take_is_told(self):
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run([ROOT / "tools/davarlab", "effects"], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual((2, "davarlab: standard output: no space left on device\n"), (done.returncode, done.stderr))
 
     def test_results_are_no_recording(self):
         results = self.work / "results.csv"

@@ -3,7 +3,6 @@
 import argparse
 import contextlib
 import json
-import os
 import sys
 import warnings
 from dataclasses import replace
@@ -14,7 +13,7 @@ from . import axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
-from .errors import BadInput, internal_error, printable
+from .errors import BadInput, internal_error, outside_error, printable, shown
 from .logs import door
 from .report import parameters, terminal, values
 
@@ -26,7 +25,7 @@ def progress(text):
 
 
 def emit(options, data, text):
-    print(json.dumps(values.plain(data), indent=2) if options.json else text, flush=True)
+    shown(json.dumps(values.plain(data), indent=2) if options.json else text)
 
 
 def log_options(options):
@@ -448,7 +447,8 @@ def main(arguments):
         print("davarlab: not enough memory for that much data", file=sys.stderr)
         return 2
     except BrokenPipeError:  # the reader had enough (| head)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as why:
+        return outside_error(why)
     except Exception as why:
         return internal_error(why)

@@ -1,5 +1,6 @@
 """What went wrong, in one line: by a person, or by this program."""
 
+import errno
 import os
 import sys
 import traceback
@@ -14,6 +15,34 @@ class BadInput(Exception):
 def printable(text):
     """A text in one line that any terminal shows as it is: what it would act upon, and what is no character, as Python writes it."""
     return "".join(one if one.isprintable() else one.encode("unicode_escape", "surrogatepass").decode() for one in str(text))
+
+
+WORLD = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
+
+
+def outside_error(why):
+    """An OSError that is the machine's: one line, status 2. Any other is a fault of this program."""
+    if why.errno not in WORLD:
+        return internal_error(why)
+    print(f"davarlab: {printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}", file=sys.stderr)
+    return 2
+
+
+def shown(text):
+    """Prints to standard output. What cannot be written is not tried again at the end."""
+    try:
+        print(text, flush=True)
+    except OSError as why:
+        forget_output()
+        why.filename = "standard output"
+        raise
+
+
+def forget_output():
+    """Whatever standard output still has to say goes nowhere."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 def internal_error(why):

@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import gzip
+import os
 import re
 import zlib
 from dataclasses import dataclass
@@ -20,9 +21,29 @@ FORMS = {"whole": r"[+-]?[0-8]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')  # what no name of a column holds
 SHOWN = 80  # characters of a field in a message
+UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
 RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
+
+
+class Unpacked(gzip.GzipFile):
+    """The text of a gzip file, as far as it is believed: so that a few kilobytes do not fill the memory. As davar-sim."""
+
+    def __init__(self, raw, path):
+        super().__init__(fileobj=raw)
+        self.path, self.most = path, max(UNPACKED_BYTES, UNPACKED_TIMES * os.fstat(raw.fileno()).st_size)
+
+    def believed(self, text):
+        if self.tell() > self.most:
+            raise BadInput(f"{self.path}: gzip data of more than 64 MiB and 100 times its size; not a recording (if it is one, unpack it first)")
+        return text
+
+    def read(self, size=-1):
+        return self.believed(super().read(size))
+
+    def readline(self, size=-1):
+        return self.believed(super().readline(size))
 
 
 @contextlib.contextmanager
@@ -32,7 +53,7 @@ def opened(path):
         with open(path, "rb") as raw:
             packed = raw.read(2) == b"\x1f\x8b"
             raw.seek(0)
-            yield gzip.GzipFile(fileobj=raw) if packed else raw
+            yield Unpacked(raw, path) if packed else raw
     except (EOFError, zlib.error, gzip.BadGzipFile) as why:
         raise BadInput(f"{path}: damaged gzip file ({why})") from None
     except OSError as why:

@@ -17,6 +17,7 @@ DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
 LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/codec.h
+HELD_MAX = 64  # results of a channel that wait for a frame with the session; a sender sends one with each
 HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
 
 
@@ -382,16 +383,18 @@ class Receiver:
             self.ready.append(channel.result)
         elif channel.result:
             channel.held.append(channel.result)
+            self._release(channel, HELD_MAX)
         channel.result = None
 
-    def _release(self, channel):
-        """No more can be known of what is held: the part that is vouched for is passed on, a result without one is counted."""
-        for result in channel.held:
+    def _release(self, channel, newest=0):
+        """No more can be known of what is held, but for so many: the part that is vouched for is passed on, a result without one is counted."""
+        over = max(0, len(channel.held) - newest)
+        for result in channel.held[:over]:
             if result.values:
                 self.ready.append(result)
             else:
                 self.faults.doubtful_results += 1
-        channel.held = []
+        del channel.held[:over]
 
     def _check_epoch(self, channel, ahead, tag):
         """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step between results is known."""

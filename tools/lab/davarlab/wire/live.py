@@ -2,10 +2,12 @@
 
 import contextlib
 import json
+import select
 import signal
 import sys
 from dataclasses import asdict
 
+from ..errors import forget_output, shown
 from . import frames as wire
 from .raw_record import RawRecorder
 from .record import Recorder, row
@@ -45,11 +47,44 @@ def summary(receiver):
     return "\n".join(lines)
 
 
+def is_writable(file):
+    """Would a line find room? True too of what is no file of the system."""
+    try:
+        return bool(select.select([], [file], [], 0)[1])
+    except (OSError, ValueError):
+        return True
+
+
+class Stop:
+    """SIGINT, SIGTERM and SIGHUP: noted, so that nothing stays half done; only who waits for a reader is interrupted."""
+
+    def __init__(self):
+        self.came = self.at_once = False
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, self.note)
+
+    def note(self, number, frame):
+        self.came = True
+        if self.at_once and not is_writable(sys.stdout):
+            raise KeyboardInterrupt
+
+    def show(self, text):
+        """Prints a line; a reader who has not taken it when a signal comes gets no more."""
+        try:
+            self.at_once = True
+            shown(text)
+            self.at_once = False
+        except KeyboardInterrupt:
+            self.at_once = False
+            forget_output()
+
+
 class Viewer:
     """Shows results, and records them, and raw samples, if asked."""
 
-    def __init__(self, receiver, recorder, raw, as_json):
-        self.receiver, self.recorder, self.raw, self.as_json, self.shown = receiver, recorder, raw, as_json, 0
+    def __init__(self, receiver, recorder, raw, as_json, stop):
+        self.receiver, self.recorder, self.raw, self.as_json, self.stop, self.shown = receiver, recorder, raw, as_json, stop, 0
         self.stretches = {}  # channel -> the newest stretch that was said
 
     def show(self, result):
@@ -59,7 +94,7 @@ class Viewer:
         values = row(result, result.of)
         if self.recorder:
             self.recorder.add(result, result.of)
-        print(json.dumps(values) if self.as_json else line(values), flush=True)
+        self.stop.show(json.dumps(values) if self.as_json else line(values))
         self.shown += 1
 
     def keep(self):
@@ -70,29 +105,28 @@ class Viewer:
 
 
 def follow(source, receiver, viewer, options):
-    """Shows the stream to its end, to --count or to SIGINT; the last result is complete when nothing more comes."""
-    with contextlib.suppress(KeyboardInterrupt):
-        for identifier, data in source.frames(options.idle):
-            result = receiver.push(identifier, data)
-            viewer.keep()
-            if result:
-                viewer.show(result)
-            if viewer.shown == options.count:
-                return
+    """Shows the stream to its end, to --count or to a signal; the last result is complete when nothing more comes."""
+    for identifier, data in source.frames(options.idle, lambda: viewer.stop.came):
+        result = receiver.push(identifier, data)
+        viewer.keep()
+        if result:
+            viewer.show(result)
+        if viewer.shown == options.count:
+            return
     for result in receiver.finish():
         viewer.show(result)
     viewer.keep()
 
 
 def run(options):
-    """The command: until --count, --idle, the end of a pty, SIGINT or SIGTERM. Returns the exit status."""
+    """The command: until --count, --idle, the end of a pty, SIGINT, SIGTERM or SIGHUP. Returns the exit status."""
+    stop = Stop()
     receiver = wire.Receiver(options.base)
     receiver.wants_raw = bool(options.raw)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with contextlib.closing(Source(options.source, receiver.faults, say)) as source, contextlib.ExitStack() as stack:
         recorder = stack.enter_context(contextlib.closing(Recorder(options.record, say))) if options.record else None
         raw = stack.enter_context(contextlib.closing(RawRecorder(options.raw, say))) if options.raw else None
-        follow(source, receiver, Viewer(receiver, recorder, raw, options.json), options)
+        follow(source, receiver, Viewer(receiver, recorder, raw, options.json, stop), options)
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
         say(f"{recorder.path}: {recorder.left_out} values left out: they had no column when the header was written")

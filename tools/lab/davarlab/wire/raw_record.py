@@ -12,14 +12,17 @@ class RawRecorder:
     is there is touched. A disk that is full costs samples, which are counted."""
 
     def __init__(self, path, say):
-        self.given, self.say, self.outputs, self.unrecorded, self.failing = Path(path), say, {}, 0, False
+        self.given, self.say, self.unrecorded, self.failing = Path(path), say, 0, False
+        self.outputs = {}  # channel's number -> (stretch, Output) of its newest recording
         if not self.given.parent.is_dir():
             raise BadInput(f"--raw: {path}: No such file or directory")
 
     def add(self, number, channel, samples):
         """Samples (index, deg/s) of a Channel."""
         try:
-            output = self.outputs.get((number, channel.stretch)) or self._begin(number, channel)
+            stretch, output = self.outputs.get(number, (None, None))
+            if stretch != channel.stretch:
+                output = self._begin(number, channel)
             rate = written(channel.setup["rate_hz"])
             output.append("".join(f"{index / rate:.12g},{value:.9g}\n" for index, value in samples).encode())
             if self.failing:
@@ -33,7 +36,7 @@ class RawRecorder:
 
     def path(self, number):
         """Where the newest samples of a channel are; None: there are none."""
-        return next((output.path for (one, _), output in reversed(self.outputs.items()) if one == number), None)
+        return self.outputs[number][1].path if number in self.outputs else None
 
     def _begin(self, number, channel):
         path, count = self.given, 1
@@ -42,11 +45,13 @@ class RawRecorder:
             path = self.given.with_name(f"{self.given.stem}-{count}{self.given.suffix}")
         output = Output(path)
         output.append(f"# channel: {number}\n# unit_per_count_dps: {written(channel.setup['unit_per_count'])!r}\ntime_s,gyro_{'xyz'[number % 3]}_dps\n".encode())
-        self.outputs[number, channel.stretch] = output
-        if len(self.outputs) > 1:
+        if number in self.outputs:
+            self.outputs[number][1].file.close()
+        self.outputs[number] = channel.stretch, output
+        if path != self.given:
             self.say(f"channel {number}: raw samples go to {path}")
         return output
 
     def close(self):
-        for output in self.outputs.values():
+        for _, output in self.outputs.values():
             output.file.close()

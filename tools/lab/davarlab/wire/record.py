@@ -2,8 +2,6 @@
 
 What is in the file already stays: a later run goes on behind it, as later stretches. (channel, stretch, epoch) comes once."""
 
-import csv
-import io
 import itertools
 import math
 import os
@@ -126,6 +124,7 @@ class Recorder:
         """Writes the rows whose columns have names, and begins the file when there is none yet."""
         ready = [one for one in self.waiting if self._is_named(one)]
         self.waiting = [one for one in self.waiting if not self._is_named(one)]
+        self._forget()
         rows = [row(*one) for one in ready]
         try:
             for number, values in enumerate(rows):
@@ -140,6 +139,12 @@ class Recorder:
             if not self.failing:
                 self.say(f"--record: {self.path}: {why.strerror}: results are shown, and not recorded")
             self.failing = True
+
+    def _forget(self):
+        """The patience of stretches that are over."""
+        newest = dict(sorted(self.patient))  # channel -> stretch
+        still = {*newest.items(), *((one.channel, one.stretch) for one, _ in self.waiting)}
+        self.patient = {key: may for key, may in self.patient.items() if key in still}
 
     def _begin(self, rows):
         """The file whose columns hold these rows, with its header."""
@@ -165,9 +170,7 @@ class Recorder:
         return sorted(names & {"model_health"}) + sorted(names - {"model_health"}, key=cluster_order)
 
     def _write(self, values):
-        text, known = io.StringIO(), {name: f"{value:.9g}" if isinstance(value, float) else value
-                                      for name, value in values.items() if value is not None}
+        known = {name: f"{value:.9g}" if isinstance(value, float) else value for name, value in values.items() if value is not None}
         known["stretch"] += self.before
-        csv.DictWriter(text, self.columns, restval="", lineterminator="\n", extrasaction="ignore").writerow(known)
-        self.output.append(text.getvalue().encode())
+        self.output.append((",".join(str(known.get(name, "")) for name in self.columns) + "\n").encode())
         self.left_out += len(values.keys() - set(self.columns))

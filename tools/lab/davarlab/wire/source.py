@@ -126,10 +126,11 @@ class Source:
         """May anything come any more: not of a pty that has been closed, whose name may be another's next time."""
         return self.port is not None or not self.where.startswith("/dev/pts/")
 
-    def frames(self, idle_s=None):
-        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), or nothing may come."""
+    def frames(self, idle_s=None, stopped=lambda: False):
+        """Yields (identifier, data) until nothing has come for idle_s seconds (None: for ever), nothing may come, or stopped() is true: that is
+        asked every POLL_S."""
         heard = time.monotonic()
-        while self.may_come:
+        while self.may_come and not stopped():
             for frame in self._read():
                 heard = time.monotonic()
                 yield frame

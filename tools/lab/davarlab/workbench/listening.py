@@ -113,7 +113,7 @@ class Listening:
     def standing(self):
         """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
         channels = list(self.receiver.channels.items())
-        return {"source": self.source.name, "path": str(self.recorder.path), "raw": sorted({number for number, _ in list(self.raw.outputs)}), "said": self.said, "ended": self.ended,
+        return {"source": self.source.name, "path": str(self.recorder.path), "raw": sorted(list(self.raw.outputs)), "said": self.said, "ended": self.ended,
                 "faults": {name: count for name, count in asdict(self.receiver.faults).items() if count},
                 "health": {index: {name: count for name, count in dict(channel.health).items() if count} for index, channel in channels}}
 

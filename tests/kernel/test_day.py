@@ -1,0 +1,134 @@
+"""A day of davarlab live: its memory does not grow, each result is recorded once, every counter adds up.
+
+DAVAR_DAY=node: davar-node at 50 Hz, a result every 1.2 s (half an hour, by hand), instead of davar-sim at 0.4 Hz, one every half minute."""
+
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+import unittest
+from pathlib import Path
+
+from kernel_case import NODE, ROOT, SIM, KernelCase, near, settle, wait_for
+from test_readme import listeners
+
+HOURS, RUNS = 24, 12  # the sender is started anew every two hours
+WARM_H = 2  # from here on nothing may grow
+BLOCKS = 100  # of memory that Python may hold more: less than one for six results
+RSS_KIB = 512
+NODE_HZ, NODE_STRIDE = 50, 60
+
+# davarlab live, and every hour a line on a descriptor: blocks and objects that Python holds, resident memory in KiB, open files.
+LIVE = """
+import argparse, gc, json, os, signal, sys
+from davarlab.wire import live, source
+
+def tell(*_):
+    gc.collect()
+    rss = next(line.split()[1] for line in open("/proc/self/status", encoding="ascii") if line.startswith("VmRSS"))
+    os.write(int(sys.argv[3]), f"{sys.getallocatedblocks()} {len(gc.get_objects())} {rss} {len(os.listdir('/proc/self/fd'))}\\n".encode())
+
+source.POLL_S = float(sys.argv[2])
+signal.signal(signal.SIGALRM, tell)
+signal.setitimer(signal.ITIMER_REAL, 3600, 3600)
+sys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))
+"""
+
+
+class Day(KernelCase):
+    hang_s = 2 * HOURS * 3600
+
+    def live(self, interface, record, poll_s):
+        """Starts it; what it tells by the hour goes to the file `hours`, the results shown to the list `shown`."""
+        self.hours, self.shown = self.folder / "hours", []
+        options = {"source": f"can:{interface}", "base": 0x5D0, "record": str(record), "raw": None, "count": None, "idle": None, "json": True}
+        with open(self.hours, "wb") as file:
+            process = self.start(sys.executable, "-B", "-c", LIVE, json.dumps(options), poll_s, file.fileno(), cwd=ROOT / "tools/lab",
+                                 pass_fds=(file.fileno(),))
+        reader = threading.Thread(target=lambda: self.shown.extend(self.key(json.loads(line)) for line in process.stdout))
+        reader.start()
+        self.addCleanup(lambda: (process.kill(), reader.join()))
+        wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)
+        return process, reader
+
+    @staticmethod
+    def key(row):
+        return int(row["stretch"]), int(row["epoch"])
+
+    def of_simulator(self, interface):
+        """Runs of davar-sim, half an hour each, and silence between them; the rows that the recording must have for each."""
+        path, value, rate = self.folder / "gyro.csv", 1, 0.1
+        with open(path, "w", encoding="ascii") as file:
+            file.write("gyro_z_dps\n")
+            for _ in range(int(HOURS * 3600 // RUNS * rate)):
+                value = (1103515245 * value + 12345) % 2 ** 31
+                file.write(f"{((value >> 16) % 200 - 100) * 0.01:.2f}\n")
+        options = [SIM, str(path), "--rate", str(rate), "--lsb", "0.01", "--stride", "12", "--progress", "never"]
+        wanted = list(csv.DictReader(subprocess.run(options, text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()))
+        for run in range(1, RUNS + 1):
+            subprocess.run([*options, "--pace", "4", "--out", f"can:{interface}"], check=True)
+            time.sleep(self.start_s + run * HOURS * 3600 / RUNS - time.monotonic())
+        return [wanted] * RUNS
+
+    def of_node(self, interface):
+        """Runs of davar-node, whose counts come by the second."""
+        wanted = []
+        for run in range(RUNS):
+            node = self.start(NODE, "--source", "-", "--rate", NODE_HZ, "--lsb", "0.05", "--stride", NODE_STRIDE, "--out", f"can:{interface}",
+                              stdin=subprocess.PIPE)
+            for second in range(HOURS * 3600 // RUNS):
+                self.feed(node, NODE_HZ, first=second + run)
+                time.sleep(1)
+            told = self.last_words(node)
+            first = 600 // NODE_STRIDE * NODE_STRIDE // 2 - 1
+            self.assertEqual(HOURS * 3600 // RUNS * NODE_HZ, told["samples"])
+            self.assertLessEqual(set(told), {"samples", "results", "alarms"}, "nothing is lost")
+            print(f"run {run + 1}: {told['results']} results", flush=True)
+            wanted.append([{"epoch": str(first + n)} for n in range(0, told["results"] * NODE_STRIDE, NODE_STRIDE)])
+            settle()
+        return wanted
+
+    def check_memory(self):
+        hours = [list(map(int, line.split())) for line in self.hours.read_text(encoding="ascii").splitlines()]
+        self.assertGreaterEqual(len(hours), HOURS - 1)
+        for number, (blocks, objects, rss, files) in enumerate(hours, 1):
+            print(f"hour {number:2}: {blocks} blocks, {objects} objects, {rss} KiB, {files} open files", flush=True)
+        warm = list(map(max, *hours[WARM_H - 1:WARM_H + 1]))  # in the middle of a run, and between two
+        for later in hours[WARM_H + 1:]:
+            for what, before, after, most in zip(("blocks", "objects", "KiB", "open files"), warm, later, (BLOCKS, BLOCKS, RSS_KIB, 0)):
+                self.assertLessEqual(after - before, most, (what, hours))
+
+    def test_a_day_of_results_is_recorded_whole_in_memory_that_does_not_grow(self):
+        by_node = os.environ.get("DAVAR_DAY") == "node"
+        interface, record = self.vcan(), self.folder / "arw.csv"
+        live, reader = self.live(interface, record, 0.05 if by_node else 600)
+        self.start_s = time.monotonic()
+        wanted = (self.of_node if by_node else self.of_simulator)(interface)
+        self.assertAlmostEqual(HOURS * 3600, time.monotonic() - self.start_s, delta=300)
+        settle()
+        live.send_signal(2)
+        live.wait(timeout=700)
+        reader.join()
+        told = live.stderr.read()
+        print(told, flush=True)
+        with open(record, encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.check_memory()
+        self.assertEqual(0, live.returncode, told)
+        keys = [(stretch, int(row["epoch"])) for stretch, of in enumerate(wanted, 1) for row in of]
+        self.assertEqual(keys, [self.key(row) for row in rows])
+        self.assertEqual(keys, self.shown)
+        sent = int(Path(f"/sys/class/net/{interface}/statistics/tx_packets").read_text(encoding="ascii"))
+        counted = {name: int(count) for count, name in re.findall(r"(\d+) ([a-z ]+)", told.split("received: ")[1].splitlines()[0])}
+        self.assertEqual({"good": sent, "restarts": RUNS - 1}, {name: count for name, count in counted.items() if count})
+        for row, given in zip(rows, (one for of in wanted for one in of)):
+            if given.get("arw_deg_per_sqrt_h"):
+                self.assertTrue(near(float(row["arw_deg_per_sqrt_h"]), float(given["arw_deg_per_sqrt_h"])), (row, given))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,120 @@
+"""davarlab live takes no more memory, nor open files, the longer it listens. A day of it by the clock: tests/kernel/test_day.py."""
+
+import argparse
+import contextlib
+import csv
+import gc
+import os
+import sys
+import tempfile
+import unittest
+from array import array
+from pathlib import Path
+from unittest import mock
+
+from senders import ROOT, run, seeded
+from test_raw import counts, stream
+
+sys.path.insert(0, str(ROOT / "tools/lab"))
+from davarlab.wire import frames as wire, live, record  # noqa: E402
+
+WARM, RESTARTS = 40, 240
+SETUP, HEALTH = 6, 5
+BLOCKS = 60  # of memory that Python may hold more at most; one for each restart is more
+
+
+def held():
+    """(blocks of memory that Python holds, open files)."""
+    gc.collect()
+    return sys.getallocatedblocks(), len(os.listdir("/proc/self/fd"))
+
+
+class Sender:
+    """A source of frames in place of an interface."""
+
+    def __init__(self, parts):
+        self.parts, self.count = parts, 0
+        self.blocks, self.files = array("q", bytes(8 * RESTARTS)), array("q", bytes(8 * RESTARTS))  # held behind each part
+
+    def __call__(self, name, faults, say):
+        return self
+
+    def frames(self, idle_s, stopped):
+        for part in self.parts:
+            yield from part
+            self.blocks[self.count], self.files[self.count] = held()
+            self.count += 1
+
+    def close(self):
+        pass
+
+
+class Growth(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def live(self, parts, **options):
+        """The command, in this process; the Sender, and what it said."""
+        sender = Sender(parts)
+        with mock.patch.object(live, "Source", sender), tempfile.TemporaryFile("w+", encoding="utf-8") as said, open(os.devnull, "w", encoding="ascii") as shown:
+            with contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown):
+                status = live.run(argparse.Namespace(**{"source": "can:x", "base": wire.BASE, "record": str(self.folder / "arw.csv"), "raw": None,
+                                                        "count": None, "idle": None, "json": True, **options}))
+            said.seek(0)
+            self.assertEqual(0, status)
+            return sender, said.read()
+
+    def test_hundreds_of_restarts(self):
+        samples = counts(seeded("growth"), 300, gaps=0)
+        runs = [stream(samples, session=session) for session in (7, 9)]
+        sender, said = self.live((runs[n % 2] for n in range(RESTARTS)), raw=str(self.folder / "raw.csv"))
+        self.assertEqual({sender.files[WARM]}, set(sender.files[WARM:]))
+        self.assertLess(max(sender.blocks[RESTARTS // 2:]) - max(sender.blocks[WARM:RESTARTS // 2]), BLOCKS)
+        self.assertIn(f" 0 doubtful samples, {RESTARTS - 1} restarts\n", said)
+        raw = list(self.folder.glob("raw*.csv"))
+        self.assertEqual({len(samples) + 3}, {path.read_bytes().count(b"\n") for path in raw})
+        self.assertEqual(RESTARTS, len(raw))
+        with open(self.folder / "arw.csv", encoding="ascii") as file:
+            keys = [(int(row["stretch"]), int(row["epoch"])) for row in csv.DictReader(file)]
+        self.assertEqual([(stretch, epoch) for stretch in range(1, RESTARTS + 1) for epoch in (99, 199, 299)], [key for key in keys if key[1] < 300])
+
+    def test_rows_that_wait_for_their_names_in_hundreds_of_stretches(self):
+        recorder = record.Recorder(self.folder / "x.csv")
+        for stretch in range(1, 3000):
+            recorder.add(wire.Result(0, 0, 99, {}, {0: 1.0}, stretch=stretch), wire.Channel(stretch))
+        self.assertLessEqual(len(recorder.patient), record.WAITING_MAX + 1)
+        recorder.close()
+        with open(self.folder / "x.csv", encoding="ascii") as file:
+            self.assertEqual(list(range(1, 3000)), [int(row["stretch"]) for row in csv.DictReader(file)])
+
+    def test_a_session_that_is_never_told(self):
+        """Health and Setup kept out by a filter on the way: no result is beyond doubt, none is held for ever, each is counted."""
+        one, none = run(1, 900, session=7), (SETUP, HEALTH)
+        receiver = wire.Receiver()
+        cut = [[frame for frame in result if frame[0] & 15 not in none] for result in one.results]
+        for frame in (frame for result in cut for frame in result):
+            self.assertIsNone(receiver.push(*frame))
+            self.assertLessEqual(len(receiver.channels[0].held), wire.HELD_MAX)
+        self.assertEqual(900 - 1 - wire.HELD_MAX, receiver.faults.doubtful_results)
+        self.assertEqual([], receiver.finish())
+        self.assertEqual(900, receiver.faults.doubtful_results)
+
+    def test_a_session_that_is_told_late(self):
+        one, none = run(1, 900, session=7), (SETUP, HEALTH)
+        sent = [frame for result in one.results[:500] for frame in result if frame[0] & 15 not in none] + \
+            [frame for result in one.results[500:] for frame in result]
+        receiver, found = wire.Receiver(), []
+        for frame in sent:
+            result = receiver.push(*frame)
+            found += [result.epoch] if result else []
+        found += [result.epoch for result in receiver.finish()]
+        self.assertEqual(900, len(found) + receiver.faults.doubtful_results)
+        self.assertEqual(list(range(found[0], 90000, 100)), found)
+        self.assertLessEqual(500 - found[0] // 100, wire.HELD_MAX + 1)
+        self.assertEqual(len(sent), receiver.faults.good)
+
+
+if __name__ == "__main__":
+    unittest.main()
