@@ -74,6 +74,35 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.taus = NULL, refused(DAVAR_ERR_NULL);
 }
 
+static void accepted(void)
+{
+    TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_q15(&config));
+    setUp();
+}
+
+/* The last value of each range, and the first beyond it. */
+static void test_each_range_ends_where_it_says(void)
+{
+    static const double ends[2] = {1e-20, 1e20};
+    for (unsigned i = 0U; i < 2U; i++) {
+        config.full_scale = ends[i];
+        TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_f32(&config));
+        config.full_scale = nextafter(ends[i], (i == 0U) ? 0.0 : 1e30);
+        TEST_ASSERT_EQUAL(0U, davar_memory_size_f32(&config));
+        setUp();
+    }
+    config.sample_bits = 2U, accepted();
+    config.sample_bits = 16U, accepted();
+    config.window_min = config.window_max, accepted();
+    config.segment = config.window_min - 1U, accepted();
+    config.segment = config.window_min, refused(DAVAR_ERR_SEGMENT);
+    config.kurtosis_low = config.kurtosis_high, accepted();
+    config.kurtosis_low = nextafter(config.kurtosis_high, 1e30), refused(DAVAR_ERR_KURTOSIS);
+    config.contribution_low = config.contribution_high, accepted();
+    config.contribution_low = nextafter(config.contribution_high, 1e30), refused(DAVAR_ERR_CONTRIBUTION);
+    config.stride = 1U << 24U, accepted();
+}
+
 static void test_bad_pointers_and_memory_are_refused(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q15(NULL, &config, memory, sizeof memory));
@@ -272,6 +301,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_each_bad_setting_is_refused_with_its_own_code);
+    RUN_TEST(test_each_range_ends_where_it_says);
     RUN_TEST(test_bad_pointers_and_memory_are_refused);
     RUN_TEST(test_sums_that_could_overflow_are_refused_and_fit_the_wider_type);
     RUN_TEST(test_memory_never_shrinks_as_windows_grow);

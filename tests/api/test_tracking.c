@@ -648,6 +648,47 @@ static void test_a_cut_is_unstable(void)
     }
 }
 
+/* (10.14): the cut is eight blocks old at most, or not reached yet. At every result, for each size of a block. */
+static void test_young_is_what_was_cut_eight_blocks_ago_at_most(void)
+{
+    static const uint32_t blocks[] = {5U, 10U, 25U};
+    for (unsigned k = 0U; k < sizeof blocks / sizeof blocks[0]; k++) {
+        uint32_t youngs = 0U;
+        config.block = blocks[k];
+        init(Q15, 0U);
+        for (uint32_t n = 0U; n < SAMPLES; n++) {
+            (void)push(Q15, n, 1U);
+            if (!davar_take(&davar, &result)) {
+                continue;
+            }
+            const bool cut_lately = (result.cut_age_samples <= (8U * config.block));
+            const bool reaches = (result.cut_age_samples < result.window_samples);
+            const bool young = (davar_health(&davar).cuts > 0U) && (cut_lately || reaches);
+            TEST_ASSERT_EQUAL(young, result.young);
+            youngs += young ? 1U : 0U;
+        }
+        TEST_ASSERT_GREATER_THAN_UINT32(0U, youngs);
+    }
+}
+
+/* No other policy knows a cut. */
+static void test_without_a_detector_nothing_is_young(void)
+{
+    config.policy = DAVAR_POLICY_FIXED;
+    config.grow = 0U;
+    init(Q15, 0U);
+    for (uint32_t n = 0U; n < 3000U; n++) {
+        (void)push(Q15, n, 1U);
+        if (davar_take(&davar, &result)) {
+            TEST_ASSERT_FALSE(result.young || result.alarm);
+            TEST_ASSERT_EQUAL_UINT32(0U, result.cut_age_samples);
+            TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
+            TEST_ASSERT_TRUE(isnan(result.dispersion));
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(0U, result.window_samples);
+}
+
 static void refused(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
@@ -722,6 +763,8 @@ int main(void)
     RUN_TEST(test_kurtosis_is_kept_beside_it_when_asked_for);
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
+    RUN_TEST(test_young_is_what_was_cut_eight_blocks_ago_at_most);
+    RUN_TEST(test_without_a_detector_nothing_is_young);
     RUN_TEST(test_what_init_refuses);
     RUN_TEST(test_a_reset_takes_no_alarm_along);
     return UNITY_END();

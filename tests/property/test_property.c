@@ -199,13 +199,36 @@ static void expect_next(const trial_t *trial, reference_t *reference, const dava
     same_epoch(trial, reference, &epoch, result);
 }
 
+/* A part of the record, and a reset: what comes then must not know of it, in whatever state the instance was. */
+static void push_and_reset(davar_t *davar, const trial_t *trial)
+{
+    davar_result_t result;
+    random_t random = random_seeded(~trial->seed);
+    for (uint32_t resets = between(&random, 0U, 1U); resets > 0U; resets--) {
+        const int64_t end = between(&random, 0U, (uint32_t)trial->count);
+        for (int64_t i = 0; i < end;) {
+            if (trial->gap_before[i]) {
+                davar_gap(davar, 1U);
+            }
+            i += (int64_t)push(davar, trial, i, i + 1);
+            (void)take_fitted(davar, &result);
+        }
+        if ((random_next(&random) % 4U) == 0U) {
+            (void)davar_flush(davar);
+        }
+        davar_reset(davar);
+    }
+}
+
 static void run_trial(const trial_t *trial, random_t *random)
 {
     davar_t davar;
     davar_result_t result;
     reference_t reference;
     reference_epoch_t left = {0};
+    memset(memory, 0xA5, sizeof memory);
     TEST_ASSERT_EQUAL_MESSAGE(DAVAR_OK, start(&davar, trial), context(trial, &left, "init"));
+    push_and_reset(&davar, trial);
     const reference_record_t record = {trial->sample, trial->gap_before, trial->count};
     reference_start(&reference, &trial->config, record);
     int64_t i = 0;

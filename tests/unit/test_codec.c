@@ -61,6 +61,16 @@ static void test_the_content_decides_how_many_frames_a_result_has(void)
     TEST_ASSERT_EQUAL(5, count_frames(0U, 10U));
 }
 
+/* A frame for each tau, or for each that an FD frame has no room for: it holds eight. */
+static void test_every_number_of_taus_has_its_frames(void)
+{
+    for (uint8_t count = 1U; count <= 10U; count++) {
+        TEST_ASSERT_EQUAL(5U, count_frames(0U, count));
+        TEST_ASSERT_EQUAL(5U + count, count_frames(DAVAR_SEND_ADEV, count));
+        TEST_ASSERT_EQUAL(3U + ((count > 8U) ? (count - 8U) : 0U), count_frames(DAVAR_SEND_FD, count));
+    }
+}
+
 static void test_an_encoder_without_a_result_has_no_frame(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
@@ -270,19 +280,28 @@ static void test_every_value_of_an_fd_frame_is_looked_at(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
 }
 
+/* Every session beside every item of either message. */
 static void test_health_and_setup_tell_the_session(void)
 {
-    size_t told = 0;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
-    davar_encoder_session(&encoder, 201U);
-    davar_encoder_begin(&encoder, &result, &health);
-    while (davar_encoder_next(&encoder, &frame)) {
-        TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-        const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) || (wire.message == DAVAR_MESSAGE_SETUP);
-        TEST_ASSERT_EQUAL(tells ? 201U : 0U, wire.session);
-        told += tells ? 1U : 0U;
+    for (uint32_t session = 0U; session < 256U; session++) {
+        size_t told[DAVAR_MESSAGE_COUNT] = {0};
+        uint8_t items = 0U;
+        TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, 0U));
+        davar_encoder_session(&encoder, (uint8_t)session);
+        for (size_t n = 0; n < 12U; n++) {
+            davar_encoder_begin(&encoder, &result, &health);
+            while (davar_encoder_next(&encoder, &frame)) {
+                TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+                const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) || (wire.message == DAVAR_MESSAGE_SETUP);
+                TEST_ASSERT_EQUAL(tells ? session : 0U, wire.session);
+                told[wire.message] += tells ? 1U : 0U;
+                items = (wire.message == DAVAR_MESSAGE_SETUP) && (wire.index > items) ? wire.index : items;
+            }
+        }
+        TEST_ASSERT_EQUAL(12, told[DAVAR_MESSAGE_HEALTH]);
+        TEST_ASSERT_EQUAL(12, told[DAVAR_MESSAGE_SETUP]);
+        TEST_ASSERT_GREATER_THAN_UINT32(2U, items);
     }
-    TEST_ASSERT_EQUAL(2, told);
 }
 
 static void next_change(davar_change_item_t item)
@@ -646,6 +665,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_the_content_decides_how_many_frames_a_result_has);
+    RUN_TEST(test_every_number_of_taus_has_its_frames);
     RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_refused);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdint.h>
 
 void setUp(void) {}
 
@@ -288,6 +289,30 @@ static double exact_correlation(davar_coefficient_kind_t noise, int m_i, int m_j
     return cross / sqrt(relative_variance(noise, m_i, 2000) * relative_variance(noise, m_j, 2000));
 }
 
+/* The table of (5.3) in long double, for every cluster size and number of differences up to 48, and never below one. */
+static void test_edf_is_the_formula_of_the_table(void)
+{
+    for (int m = 1; m <= 48; m++) {
+        for (int n = 1; n <= 48; n++) {
+            const long double l = m;
+            const long double near = (n > m) ? n - m : 0;
+            const long double far = (n > 2 * m) ? n - 2 * m : 0;
+            const long double edf[DAVAR_COEFFICIENT_COUNT] = {
+                36.0L * n * n / (36.0L * n + 32.0L * near + 2.0L * far),
+                12.0L * l / (8.0L * l * l + 10.0L) * (n + l / 2.0L),
+                1.167L * (n / l + 0.5L) * (l * l * l / (l * l * l + 1.0L / 3.0L)),
+                0.927L * (n / l + 0.36L),
+                0.927L * (n / l + 0.36L),
+            };
+            for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+                const double expected = (edf[k] > 1.0L) ? (double)edf[k] : 1.0;
+                TEST_ASSERT_DOUBLE_WITHIN(1e-14 * expected, expected,
+                                          davar_noise_edf((davar_coefficient_kind_t)k, m, n));
+            }
+        }
+    }
+}
+
 static void test_correlation_between_cluster_sizes_is_close(void)
 {
     for (int ratio = 1; ratio <= 16; ratio *= 2) {
@@ -311,6 +336,7 @@ int main(void)
     RUN_TEST(test_edf_is_within_two_percent_up_to_a_sixth_of_the_window);
     RUN_TEST(test_edf_is_cautious_beyond_and_one_at_the_end);
     RUN_TEST(test_edf_agrees_with_sp_1065);
+    RUN_TEST(test_edf_is_the_formula_of_the_table);
     RUN_TEST(test_correlation_between_cluster_sizes_is_close);
     return UNITY_END();
 }

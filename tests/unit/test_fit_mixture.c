@@ -1,6 +1,7 @@
 /* davar tests - the general fit of a mix of noise terms: which terms it takes in, which out, and that it agrees with the short
  * cut for white noise. */
 #include "fit/mixture.h"
+#include "fit/noise.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
 
@@ -56,6 +57,28 @@ static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
 }
 
+/* Of one term the degrees of freedom are those of its noise, the lost differences apart, and one at least. */
+static void test_degrees_of_freedom_of_one_term(void)
+{
+    uint32_t clamped = 0U;
+    const uint32_t window = 64U;
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        davar_mixture_t model = {.data = &result, .count = 1, .terms = 1U << (unsigned)k};
+        model.a[k] = 0.7;
+        result.window_samples = window;
+        for (uint32_t m = 1U; m <= (window / 2U); m++) {
+            const uint32_t all = window - (2U * m) + 1U;
+            for (uint32_t left = 1U; left <= all; left++) {
+                const davar_adev_t tau = {.m = m, .differences = left, .adev = 1.0};
+                const double edf = davar_noise_edf((davar_coefficient_kind_t)k, m, all) * left / all;
+                TEST_ASSERT_DOUBLE_WITHIN(1e-8 * edf, (edf > 1.0) ? edf : 1.0, davar_mixture_edf(&model, &tau));
+                clamped += (edf < 1.0) ? 1U : 0U;
+            }
+        }
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(1000U, clamped);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
@@ -63,5 +86,6 @@ int main(void)
     RUN_TEST(test_a_superfluous_term_is_taken_out_again);
     RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
     RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
+    RUN_TEST(test_degrees_of_freedom_of_one_term);
     return UNITY_END();
 }

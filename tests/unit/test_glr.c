@@ -659,6 +659,149 @@ static void test_the_second_channel_is_as_the_formula_says(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);
 }
 
+/* (10.6) for every size of a block: rounded down to 16 digits, half of one on the average; a constant that is one digit off shows. */
+static void test_thresholds_of_every_block_are_the_formulas(void)
+{
+    double alarm = 0.0;
+    double cut = 0.0;
+    double least = 0.0;
+    davar_glr_wish_t wish = usual;
+    for (wish.block = GLR_BLOCK_MIN; wish.block <= GLR_BLOCK_MAX; wish.block++) {
+        const double blocks = 100.0 / wish.block;
+        wish.false_alarms_per_hour = 0.01;
+        davar_glr_start(&config, &wish);
+        alarm += (double)config.alarm - (65536.0 * (log(360000.0 * blocks) + 1.2));
+        cut += config.cut - (65536.0 * (log(300.0 * blocks) + 1.8));
+        wish.false_alarms_per_hour = 1e6;
+        davar_glr_start(&config, &wish);
+        least += (double)config.alarm - (65536.0 * (log(fmin(6000U / wish.block, GLR_LONGEST)) + 1.0));
+    }
+    const double sizes = (double)(GLR_BLOCK_MAX - GLR_BLOCK_MIN + 1U);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, alarm / sizes);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, cut / sizes);
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, least / sizes);
+}
+
+static uint32_t at_least_one(uint32_t count)
+{
+    return (count > 0U) ? count : 1U;
+}
+
+/* What glr.h says of each constant, for every size of a block and windows about those that need one level more. */
+static void test_constants_of_every_block_are_as_stated(void)
+{
+    davar_glr_wish_t wish = usual;
+    for (wish.block = GLR_BLOCK_MIN; wish.block <= GLR_BLOCK_MAX; wish.block++) {
+        for (uint32_t i = 3U; i < 24U; i++) {
+            const uint32_t blocks = (6U << (i / 3U)) + 1U - (i % 3U);
+            const double nu = wish.block - 1.0;
+            const uint32_t longest = (blocks < 768U) ? blocks : 768U;
+            uint32_t levels = 1U;
+            while ((3U << (levels - 1U)) < longest) {
+                levels++;
+            }
+            wish.longest = (blocks * wish.block) + (blocks % wish.block);
+            davar_glr_start(&config, &wish);
+            TEST_ASSERT_EQUAL_UINT32(wish.block, config.block);
+            TEST_ASSERT_EQUAL_UINT32(256U * (wish.block - 1U), config.degrees);
+            TEST_ASSERT_EQUAL_UINT32(wish.block * (wish.block - 1U), config.floor);
+            TEST_ASSERT_EQUAL_UINT32(2U, config.least);
+            TEST_ASSERT_EQUAL_UINT32(longest, config.longest);
+            TEST_ASSERT_EQUAL_UINT32(levels, config.levels);
+            TEST_ASSERT_EQUAL_UINT32(2U, config.shock);
+            TEST_ASSERT_EQUAL_UINT32(256U * ((wish.block >= 18U) ? 3U : 5U), config.outlier);
+            TEST_ASSERT_DOUBLE_WITHIN(1.0, 65536.0 * nu * nu / (4.0 * (nu + 1.0)), config.step);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, 65536.0 * 8.0 * nu / 4.0, config.step_of_8);
+            TEST_ASSERT_DOUBLE_WITHIN(1.0, 65536.0 / (3.0 * nu), config.bias);
+            TEST_ASSERT_EQUAL_UINT32(at_least_one(150U / wish.block), config.near);
+            TEST_ASSERT_EQUAL_UINT32(at_least_one(600U / wish.block), config.far);
+        }
+    }
+}
+
+/* ... and of the second channel, whatever was in the memory. */
+static void test_constants_of_the_second_channel_are_as_stated(void)
+{
+    davar_glr_wish_t wish = usual;
+    double alarm = 0.0;
+    for (wish.block = GLR_BLOCK_MIN; wish.block <= GLR_BLOCK_MAX; wish.block++) {
+        memset(&config, 0xA5, sizeof config);
+        davar_glr_start_clusters(&config, &wish);
+        TEST_ASSERT_EQUAL_UINT32(wish.block, config.block);
+        TEST_ASSERT_EQUAL_UINT32(4U * wish.block, config.floor);
+        TEST_ASSERT_EQUAL_UINT32(97U, config.degrees);
+        TEST_ASSERT_EQUAL_UINT32(GLR_LONGEST, config.longest);
+        TEST_ASSERT_EQUAL_UINT32(GLR_LEVELS, config.levels);
+        TEST_ASSERT_DOUBLE_WITHIN(1.0, 65536.0 / (3.0 * (97.0 / 256.0)), config.bias);
+        TEST_ASSERT_EQUAL_UINT32(0U, config.outlier | config.shock | config.step | config.step_of_8 | config.half);
+        alarm += config.alarm - (65536.0 * (log(360000.0 * 100.0 / wish.block) + 1.0));
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, alarm / (double)(GLR_BLOCK_MAX - GLR_BLOCK_MIN + 1U));
+}
+
+static void is_empty(const davar_spread_t *sum)
+{
+    TEST_ASSERT_EQUAL_HEX64(0U, sum->low);
+    TEST_ASSERT_EQUAL_HEX32(0U, sum->high);
+    TEST_ASSERT_EQUAL_UINT32(0U, sum->blocks);
+}
+
+/* The state is saved as bytes: nothing of what was in the memory stays (what lies between the fields aside). */
+static void test_a_reset_leaves_nothing_of_what_was(void)
+{
+    memset(&state, 0xA5, sizeof state);
+    davar_glr_reset(&state);
+    for (uint32_t i = 0U; i < (GLR_LEVELS * GLR_RECORDS); i++) {
+        is_empty(&state.record[i / GLR_RECORDS][i % GLR_RECORDS]);
+    }
+    for (uint32_t i = 0U; i < GLR_SHOCK_MAX; i++) {
+        is_empty(&state.waiting[i]);
+    }
+    for (uint32_t i = 0U; i < GLR_CUTS; i++) {
+        is_empty(&state.past[i].sum);
+        TEST_ASSERT_EQUAL_UINT32(state.now.at, state.past[i].at);
+    }
+    for (uint32_t i = 0U; i < GLR_RECENT; i++) {
+        TEST_ASSERT_EQUAL_HEX16(0U, state.recent[i]);
+    }
+    is_empty(&state.eight);
+    is_empty(&state.now.sum);
+    is_empty(&state.alarm.sum);
+    is_empty(&state.cut.sum);
+    TEST_ASSERT_EQUAL_UINT32(state.now.at, state.alarm.at);
+    TEST_ASSERT_EQUAL_UINT32(state.now.at, state.cut.at);
+    TEST_ASSERT_EQUAL_UINT32(1U, state.counts);
+    TEST_ASSERT_EQUAL_UINT32(1U, state.settled);
+    TEST_ASSERT_EQUAL_UINT32(1U, state.cuts);
+    TEST_ASSERT_EQUAL_UINT32(0U, (uint32_t)state.turn + state.seen + state.pending);
+}
+
+/* The upper half of a product of two. */
+static uint32_t upper(uint32_t a, uint32_t b)
+{
+    return (uint32_t)(((uint64_t)a * b) >> 32U);
+}
+
+/* The formula that logarithm.c states, its tables computed anew: bit for bit, in each of its 32 stretches. */
+static void test_the_logarithm_is_the_formula_of_its_tables(void)
+{
+    for (uint32_t i = 0U; i < 32U; i++) {
+        const uint32_t edge = (uint32_t)llround(2147483648.0 * log(1.0 + (i / 32.0)));
+        const uint32_t inverse = (uint32_t)llround(2147483648.0 / (1.0 + (i / 32.0)));
+        for (uint32_t k = 0U; k < 1000U; k++) {
+            const uint32_t beyond = (k == 0U) ? 0U : ((uint32_t)random_next(&rng) & 0x3FFFFFFU);
+            const uint32_t x = upper(beyond << 5U, inverse);
+            const uint32_t square = upper(x, x);
+            const uint32_t rest = (x >> 4U) - (square >> 8U) + (((upper(square, x) >> 10U) * 83U) >> 8U);
+            TEST_ASSERT_EQUAL_INT32((edge + rest) >> 7U, davar_logarithm(((32U + i) << 26U) | beyond, -31));
+        }
+    }
+    const int32_t ln_2 = (int32_t)lround(16777216.0 * log(2.0));
+    for (int32_t exponent = -63; exponent <= 64; exponent++) {
+        TEST_ASSERT_EQUAL_INT32((exponent + 31) * ln_2, davar_logarithm(0x80000000U, exponent));
+    }
+}
+
 static void test_the_state_is_small(void)
 {
     TEST_ASSERT_LESS_THAN(1024U, sizeof(davar_glr_t));
@@ -1064,6 +1207,11 @@ int main(void)
     RUN_TEST(test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions);
     RUN_TEST(test_the_count_of_blocks_wraps);
     RUN_TEST(test_the_second_channel_is_as_the_formula_says);
+    RUN_TEST(test_thresholds_of_every_block_are_the_formulas);
+    RUN_TEST(test_constants_of_every_block_are_as_stated);
+    RUN_TEST(test_constants_of_the_second_channel_are_as_stated);
+    RUN_TEST(test_a_reset_leaves_nothing_of_what_was);
+    RUN_TEST(test_the_logarithm_is_the_formula_of_its_tables);
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
     RUN_TEST(test_noise_that_dies_is_a_change_too);
