@@ -672,7 +672,8 @@ static void test_thresholds_of_every_block_are_the_formulas(void)
         cut += config.cut - (65536.0 * (log(300.0 * blocks) + 1.8));
         wish.false_alarms_per_hour = 1e6;
         davar_glr_start(&config, &wish);
-        least += (double)config.alarm - (65536.0 * (log(fmin(6000U / wish.block, GLR_LONGEST)) + 1.0));
+        const uint32_t longest = 6000U / wish.block;
+        least += (double)config.alarm - (65536.0 * (log(fmin(longest, GLR_LONGEST)) + 1.0));
     }
     const double sizes = (double)(GLR_BLOCK_MAX - GLR_BLOCK_MIN + 1U);
     TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, alarm / sizes);
