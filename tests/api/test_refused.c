@@ -1,6 +1,7 @@
 /* davar tests - where asserts are off a push of another type than the init's, or behind the end of a record, is refused and harms
  * nothing; and a whole block with all its results in one call. Compiled with the library's sources and without asserts, whatever
  * the build. */
+#include "davar/state.h"
 #include "stream_fixture.h"
 
 #include <string.h>
@@ -111,6 +112,45 @@ static void test_a_push_behind_the_end_is_refused_until_the_reset(void)
     }
 }
 
+/* Two slots in RAM. */
+static unsigned char cells[16384];
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    return true;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(&cells[offset], data, bytes);
+    return true;
+}
+
+/* What was saved behind the end of its record is restored there: it takes neither samples nor gaps. */
+static void test_behind_a_restored_end_nothing_is_taken(void)
+{
+    const davar_storage_t storage = {read_cells, write_cells, NULL, sizeof cells / 2U};
+    make_samples();
+    config.full_scale = 100.0;
+    for (uint32_t type = 0U; type < 3U; type++) {
+        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
+        push_all(type);
+        TEST_ASSERT_TRUE(davar_flush(&davar));
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
+        TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
+        for (uint32_t other = 0U; other < 3U; other++) {
+            TEST_ASSERT_EQUAL_size_t(0U, push(other));
+        }
+        const davar_t as_it_was = davar;
+        davar_gap(&davar, 3U);
+        TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
+    }
+}
+
 static void test_a_block_gives_every_result(void)
 {
     make_samples();
@@ -140,6 +180,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_push_of_another_type_is_refused_and_touches_nothing);
     RUN_TEST(test_a_push_behind_the_end_is_refused_until_the_reset);
+    RUN_TEST(test_behind_a_restored_end_nothing_is_taken);
     RUN_TEST(test_a_block_gives_every_result);
     return UNITY_END();
 }

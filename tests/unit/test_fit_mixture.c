@@ -57,6 +57,48 @@ static void test_an_uncertain_term_that_the_others_cannot_replace_stays(void)
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
 }
 
+/* Five terms, each of which rules some octaves: found one after the other, without a suspect to begin with, and exactly. */
+static void test_all_five_terms_are_found_from_white_noise_alone(void)
+{
+    const double mix[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
+    set_octaves(UINT32_C(1) << 24U, 22);
+    set_model(mix);
+    davar_mixture_t model = {
+        .data = &result, .weight = plan.weight, .count = 22, .misfit_spread = (double)plan.misfit_spread};
+    davar_mixture_fit(&model, 1.0, 0U);
+    TEST_ASSERT_EQUAL_UINT((1U << DAVAR_COEFFICIENT_COUNT) - 1U, model.terms);
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        TEST_ASSERT_DOUBLE_WITHIN(1e-4 * mix[k], mix[k], model.a[k]);
+    }
+}
+
+/* An exact mix of any of them: beside those that are there, nothing is left for the others. */
+static void test_beside_an_exact_mix_absent_terms_are_nothing(void)
+{
+    const double all[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
+    set_octaves(UINT32_C(1) << 24U, 22);
+    for (unsigned terms = 0U; terms < 32U; terms++) {
+        double mix[DAVAR_COEFFICIENT_COUNT] = {0};
+        if ((terms & (1U << DAVAR_ANGLE_RANDOM_WALK)) == 0U) {
+            continue;
+        }
+        for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
+            mix[k] = ((terms & (1U << k)) != 0U) ? all[k] : 0.0;
+        }
+        set_model(mix);
+        davar_mixture_t model = {
+            .data = &result, .weight = plan.weight, .count = 22, .misfit_spread = (double)plan.misfit_spread};
+        davar_mixture_fit(&model, 1.0, 0U);
+        TEST_ASSERT_EQUAL_UINT(terms, model.terms);
+        for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
+            if ((terms & (1U << k)) == 0U) {
+                TEST_ASSERT_TRUE(fabs(model.beside[k]) < (1e-3 * sqrt(model.variance[k])));
+                TEST_ASSERT_TRUE(isfinite(model.variance[k]));
+            }
+        }
+    }
+}
+
 /* Of one term the degrees of freedom are those of its noise, the lost differences apart, and one at least. */
 static void test_degrees_of_freedom_of_one_term(void)
 {
@@ -86,6 +128,8 @@ int main(void)
     RUN_TEST(test_a_superfluous_term_is_taken_out_again);
     RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
     RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
+    RUN_TEST(test_all_five_terms_are_found_from_white_noise_alone);
+    RUN_TEST(test_beside_an_exact_mix_absent_terms_are_nothing);
     RUN_TEST(test_degrees_of_freedom_of_one_term);
     return UNITY_END();
 }

@@ -674,7 +674,8 @@ static void test_thresholds_of_every_block_are_the_formulas(void)
         cut += config.cut - (65536.0 * (log(300.0 * blocks) + 1.8));
         wish.false_alarms_per_hour = 1e6;
         davar_glr_start(&config, &wish);
-        least += (double)config.alarm - (65536.0 * (log(fmin(6000U / wish.block, GLR_LONGEST)) + 1.0));
+        const uint32_t longest = 6000U / wish.block;
+        least += (double)config.alarm - (65536.0 * (log(fmin(longest, GLR_LONGEST)) + 1.0));
     }
     const double sizes = (double)(GLR_BLOCK_MAX - GLR_BLOCK_MIN + 1U);
     TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, alarm / sizes);
@@ -1143,6 +1144,28 @@ static void test_a_trailing_detector_remembers_no_cuts(void)
 }
 
 /* 2^32 blocks from the start the count of blocks is 0 again, a place that every power of two divides. */
+/* The age at which so many blocks were accepted, counted one by one; dropped ones have an age, too. */
+static void test_an_age_counts_the_accepted_blocks(void)
+{
+    for (uint32_t trial = 0U; trial < 200U; trial++) {
+        const uint32_t dropped = 1U + (uint32_t)(random_next(&rng) % 40U);
+        state.now.at = (uint32_t)random_next(&rng);
+        for (uint32_t i = 0U; i < GLR_RECENT; i++) {
+            state.recent[i] = ((random_next(&rng) % dropped) == 1U) ? 0U : 512U;
+        }
+        uint32_t accepted = 0U;
+        for (uint32_t age = 1U; age <= GLR_RECENT; age++) {
+            const uint32_t before = accepted;
+            accepted += (state.recent[(state.now.at - age) % GLR_RECENT] != 0U) ? 1U : 0U;
+            if (accepted != before) {
+                TEST_ASSERT_EQUAL_UINT32(age, davar_glr_age_of(&state, accepted));
+            }
+        }
+        TEST_ASSERT_EQUAL_UINT32(0U, davar_glr_age_of(&state, 0U));
+        TEST_ASSERT_EQUAL_UINT32(GLR_RECENT, davar_glr_age_of(&state, accepted + 1U));
+    }
+}
+
 static void test_the_count_of_blocks_wraps(void)
 {
     davar_glr_wish_t wish = usual;
@@ -1205,6 +1228,7 @@ int main(void)
     RUN_TEST(test_the_logarithm_is_within_2e_minus_7);
     RUN_TEST(test_the_gain_is_the_formulas_and_the_bound_never_below);
     RUN_TEST(test_thresholds_are_the_logarithm_of_the_blocks_between_false_decisions);
+    RUN_TEST(test_an_age_counts_the_accepted_blocks);
     RUN_TEST(test_the_count_of_blocks_wraps);
     RUN_TEST(test_the_second_channel_is_as_the_formula_says);
     RUN_TEST(test_thresholds_of_every_block_are_the_formulas);
