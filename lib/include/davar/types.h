@@ -172,7 +172,7 @@ typedef struct {
         cut_age_samples;   /* glr: at least so many samples of one noise, up to the newest one; 0 for other policies */
     davar_change_t change; /* glr: the newest one; m is 0 for other policies */
     bool unstable;         /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
-    /* glr: the window was cut less than nine blocks ago, or is to be (centred: a change is beside it): the estimate leans to what made the
+    /* glr: the window was cut at most eight blocks ago, or is to be (centred: a change is beside it): the estimate leans to what made the
      * cut, or holds older noise still. Its intervals are wider, and hold less often (10.14). */
     bool young;
     bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
