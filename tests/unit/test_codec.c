@@ -621,6 +621,32 @@ static void test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc(void)
     TEST_ASSERT_EQUAL_FLOAT(1.25F, float_at(32U));
 }
 
+static void test_the_bits_of_a_change_are_those_of_the_dbc(void)
+{
+    static const float value[4] = {0.0F, 0.25F, 0.75F, 17.5F};
+    config.policy = DAVAR_POLICY_GLR;
+    for (uint32_t flags = 0U; flags < 4U; flags++) {
+        result.alarm = (flags & 1U) != 0U;
+        result.young = (flags & 2U) != 0U;
+        result.cut_age_samples = 0xA5A5AU;
+        result.dispersion = 1.254;
+        result.change = (davar_change_t){.m = 0xA5AU, .older = 0.25, .newer = 0.75, .gain = 17.5};
+        encode_all(DAVAR_SEND_ADEV);
+        for (uint32_t item = 0U; item < 4U; item++) {
+            TEST_ASSERT_TRUE(find_frame(DAVAR_MESSAGE_CHANGE));
+            TEST_ASSERT_EQUAL(item, bits_at(16U, 2U));
+            TEST_ASSERT_EQUAL(flags, bits_at(18U, 2U));
+            TEST_ASSERT_EQUAL_HEX16(0xA5AU, bits_at(20U, 12U));
+            if (item == 0U) {
+                TEST_ASSERT_EQUAL_HEX32(0xA5A5AU, bits_at(32U, 20U));
+                TEST_ASSERT_EQUAL(125, bits_at(52U, 12U));
+            } else {
+                TEST_ASSERT_EQUAL_FLOAT(value[item], float_at(32U));
+            }
+        }
+    }
+}
+
 static void test_the_bits_of_raw_samples_are_those_of_the_dbc(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x5D0U, 0U, DAVAR_SEND_RAW));
@@ -687,6 +713,7 @@ int main(void)
     RUN_TEST(test_the_bits_of_coefficients_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_an_fd_frame_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc);
+    RUN_TEST(test_the_bits_of_a_change_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_raw_samples_are_those_of_the_dbc);
     RUN_TEST(test_the_checksum_is_sae_j1850_s);
     return UNITY_END();
