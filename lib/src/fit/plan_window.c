@@ -4,7 +4,7 @@
 #include "fit/plan.h"
 #include "number/aligned.h"
 
-/* 2^-bits, and 1. */
+/* 2^-bits */
 static scaled_t half_to_the(int32_t bits)
 {
     const scaled_t scaled = {SCALED_TOP, -31 - bits};
@@ -120,7 +120,7 @@ static void plan_white(davar_plan_t *plan, scaled_t variance)
 static uint32_t fixed_sigma(scaled_t sigma)
 {
     const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
-    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U; /* 0 is as much as it can be */
+    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U; /* 0: unknown */
 }
 
 /* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */
