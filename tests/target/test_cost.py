@@ -11,6 +11,7 @@ import target_cost
 import targets
 
 WORSE = 1.02
+WITHOUT_DOUBLE_FPU = ("cortex-m0", "cortex-m3", "cortex-m4f", "cortex-m33", "rv32imac")
 
 
 class Cost(unittest.TestCase):
@@ -25,19 +26,23 @@ class Cost(unittest.TestCase):
             for name, value in measured.items():
                 with self.subTest(target=target, figure=name):
                     self.assertLessEqual(value, WORSE * self.recorded[target][name])
+            with self.subTest(target=target, figure="floating point"):
+                self.check_floating_point(target, targets.folder(target))
+
+    def check_floating_point(self, target, where):
+        """ARW with a plan of the host links no more floating point of the compiler than ADEV: none on a core without a double FPU."""
+        names = {}
+        for use in ("adev", "adev_arw"):
+            found = target_cost.symbols(target, where / f"linked-{target_cost.LINKED[use][0]}.elf")
+            names[use] = {name for name in found if re.match(r"__aeabi_[fd]|__\w*[sd]f(2|3|si|di)?$", name)}
+        self.assertIn("davar_fit_white_ready_4_taus", found)
+        self.assertEqual(names["adev"], names["adev_arw"])
+        if target in WITHOUT_DOUBLE_FPU:
+            self.assertEqual(set(), names["adev"])
 
     def test_readme_and_docs_show_the_recorded_tables(self):
         for page, _, columns in target_cost.TABLES:
             self.assertIn(target_cost.table(self.recorded, columns), page.read_text(encoding="utf-8"))
-
-    def test_arw_with_a_plan_of_the_host_links_no_floating_point_of_the_compiler(self):
-        for target in targets.BARE:
-            where = targets.build(target)
-            with self.subTest(target=target):
-                target_cost.linked_bytes(target, where, *target_cost.LINKED["adev_arw"])
-                names = target_cost.symbols(target, where / "linked-2.elf")
-                self.assertIn("davar_fit_white_ready_4_taus", names)
-                self.assertEqual([], [name for name in names if re.match(r"__aeabi_[fd]|__\w*[sd]f(2|3|si|di)?$", name)])
 
     def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):
         for target in targets.BARE:
