@@ -45,20 +45,19 @@ static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t
 
 static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_result_t *result)
 {
-    scaled_t units[DAVAR_COEFFICIENT_COUNT];
-    davar_square_units(rate_hz, units);
+    double unit[DAVAR_COEFFICIENT_COUNT];
+    davar_square_units(rate_hz, unit);
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
-        const double unit = scaled_to_double(units[k]);
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {
             double low;
             double high;
             davar_chi_square_interval(2.0 * a * a / model->variance[k], &low, &high);
-            write_present(&result->coefficient[k], a * unit, model->least[k] * unit, davar_root(high));
+            write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], davar_root(high));
         } else {
             const double sigma = davar_root(model->variance[k]);
             const double square = bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
-            write_absent(&result->coefficient[k], davar_root(square * unit));
+            write_absent(&result->coefficient[k], davar_root(square * unit[k]));
         }
     }
 }

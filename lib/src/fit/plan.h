@@ -47,7 +47,7 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result);
 void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
 
 /* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2). */
-void davar_square_units(double rate_hz, scaled_t unit[]);
+void davar_square_units(double rate_hz, double unit[]);
 
 /* Makes the plan fit a rate: from roots of amplitudes to the coefficients in their units. */
 void davar_plan_rate(davar_plan_t *plan, double rate_hz);

@@ -18,30 +18,32 @@ static scaled_t scaled_ratio(uint32_t dividend, uint32_t divisor)
 
 /* --- the rate ---------------------------------------------------------------------------------------------------------- */
 
-/* (1.2): factor * rate^(k - 2) */
-void davar_square_units(double rate_hz, scaled_t unit[])
+/* (1.2): factor * rate^(k - 2), in doubles and correctly rounded: two rates that differ in the last bit give results that differ no
+ * more. */
+static const double factor[] = {1.0 / 3.0, 3600.0, 3600.0 * 3600.0 * 2.2661800709135971 /* pi / (2 ln 2) */,
+                                216000.0 * 216000.0 * 3.0, 12960000.0 * 12960000.0 * 2.0};
+
+/* 1 for a power that is not above 0. */
+static double power_of(double rate_hz, int power)
 {
-    static const double factor[] = {1.0 / 3.0, 3600.0, 3600.0 * 3600.0 * 2.2661800709135971 /* pi / (2 ln 2) */,
-                                    216000.0 * 216000.0 * 3.0, 12960000.0 * 12960000.0 * 2.0};
-    const scaled_t rate = scaled_of_double(rate_hz);
-    const scaled_t time = scaled_inverse(rate);
+    if (power <= 0) {
+        return 1.0;
+    }
+    return (power == 1) ? rate_hz : davar_scale(rate_hz, rate_hz);
+}
+
+void davar_square_units(double rate_hz, double unit[])
+{
     for (int k = 0; k < TERMS; k++) {
-        unit[k] = scaled_of_double(factor[k]);
-        for (int power = k; power < 2; power++) {
-            unit[k] = scaled_times(unit[k], time);
-        }
-        for (int power = 2; power < k; power++) {
-            unit[k] = scaled_times(unit[k], rate);
-        }
+        unit[k] = davar_scale(factor[k], power_of(rate_hz, k - 2)) / power_of(rate_hz, 2 - k);
     }
 }
 
 void davar_plan_rate(davar_plan_t *plan, double rate_hz)
 {
-    scaled_t unit[DAVAR_COEFFICIENT_COUNT];
-    davar_square_units(rate_hz, unit);
     for (int k = 0; k < TERMS; k++) {
-        plan->root[k] = scaled_to_double(scaled_root(scaled_times(scaled_of_float(plan->unit[k]), unit[k])));
+        const double square = davar_scale(factor[k], scaled_to_double(scaled_of_float(plan->unit[k])));
+        plan->root[k] = davar_root_of_quotient(davar_scale(square, power_of(rate_hz, k - 2)), power_of(rate_hz, 2 - k));
     }
     plan->rate_hz = rate_hz;
 }
