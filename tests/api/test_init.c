@@ -91,6 +91,18 @@ static void test_each_range_ends_where_it_says(void)
         TEST_ASSERT_EQUAL(0U, davar_memory_size_f32(&config));
         setUp();
     }
+    static const double far[2] = {1e-50, 1e50};
+    for (unsigned i = 0U; i < 2U; i++) {
+        const double beyond = (i == 0U) ? 0.0 : 1e60;
+        config.rate_hz = far[i], accepted();
+        config.rate_hz = nextafter(far[i], beyond), refused(DAVAR_ERR_RATE);
+        config.unit_per_count = far[i], accepted();
+        config.unit_per_count = nextafter(far[i], beyond), refused(DAVAR_ERR_SCALE);
+    }
+    config.kurtosis_high = 1e300, accepted();
+    config.kurtosis_high = 1.001e300, refused(DAVAR_ERR_KURTOSIS);
+    config.contribution_high = 1e300, accepted();
+    config.contribution_high = 1.001e300, refused(DAVAR_ERR_CONTRIBUTION);
     config.sample_bits = 2U, accepted();
     config.sample_bits = 16U, accepted();
     config.window_min = config.window_max, accepted();

@@ -716,8 +716,20 @@ static void test_what_init_refuses(void)
     setUp();
     config.stride = 7U, config.window_min = 1200U, refused();
     config.window_max = 7690U, refused();
+    config.window_max = 7680U; /* 768 blocks of 10 */
+    TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_q15(&config));
+    setUp();
     config.false_alarms_per_hour = 0.0, refused();
     config.cut_interval_s = -1.0, refused();
+    static const double ends[2] = {1e-9, 1e9};
+    for (unsigned i = 0U; i < 2U; i++) {
+        const double beyond = (i == 0U) ? 0.0 : 1e10;
+        config.false_alarms_per_hour = ends[i], config.cut_interval_s = ends[1U - i];
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+        setUp();
+        config.false_alarms_per_hour = nextafter(ends[i], beyond), refused();
+        config.cut_interval_s = nextafter(ends[i], beyond), refused();
+    }
 }
 
 /* What is begun anew has had no alarm. */

@@ -175,15 +175,6 @@ static uint32_t tracks_wait(const track_t *tracks, uint8_t count, uint32_t recei
     return wait;
 }
 
-static void grid_schedule_sums(grid_t *grid, const allan_t *allan, uint32_t received)
-{
-    uint32_t wait = UINT32_MAX;
-    for (uint32_t t = 0U; t < allan->count; t++) {
-        wait = smaller(wait, tracks_sum_wait(grid, t, received));
-    }
-    grid->sum_next = received + wait;
-}
-
 static void grid_schedule(grid_t *grid, uint32_t received)
 {
     uint32_t wait = tracks_wait(grid->tail, grid->tail_count, received, UINT32_MAX);

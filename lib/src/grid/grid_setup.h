@@ -101,7 +101,6 @@ static uint32_t strides_over(int32_t distance, uint32_t stride)
 /* Starts the records of one track at its first position; those in front of the start come from their mirror images. */
 static void track_start(track_t *track, int32_t first, uint32_t stride, const allan_t *allan)
 {
-    track->mirrored_left = 0U;
     track->slot = 0U;
     track->due = (uint32_t)first;
     if (first < 0) {
@@ -157,7 +156,6 @@ DAVAR_RARE static void grid_start(grid_t *grid, const davar_config_t *config, co
     tracks_start(grid->tail, &tail, config->stride, allan);
     tracks_start(grid->head, &head, config->stride, allan);
     tracks_start(grid->middle, &middle, config->stride, allan);
-    grid_schedule_sums(grid, allan, 0U);
     grid_schedule(grid, 0U);
 }
 
