@@ -261,7 +261,7 @@ static void test_every_epoch_equals_brute_force_for_random_configurations_and_ch
 {
     static trial_t trial;
     const char *const one = getenv("DAVAR_TEST_SEED");
-    const uint64_t first = (one == NULL) ? 1U : strtoull(one, NULL, 10);
+    const uint64_t first = (one == NULL) ? PROPERTY_FIRST : strtoull(one, NULL, 10);
     const uint64_t trials = (one == NULL) ? PROPERTY_TRIALS : 1U;
     for (uint64_t seed = first; seed < (first + trials); seed++) {
         random_t random = random_seeded(seed);

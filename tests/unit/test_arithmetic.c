@@ -213,6 +213,10 @@ static void test_small_factors_and_squares_agree_however_they_are_made(void)
         TEST_ASSERT_EQUAL_UINT64(product, davar_multiply_by_i16(positive, b));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)b * (int16_t)a), davar_multiply_i32_by_parts(b, (int16_t)a));
     }
+    for (int32_t a = 65530; a < 65545; a++) { /* where one multiplication is no longer enough */
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)a * a), davar_square_i32_by_parts(a));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)a * a), davar_square_i32_by_parts(-a));
+    }
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 62U, davar_square_i32_by_parts(INT32_MIN));
     TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)INT32_MAX * INT16_MIN),
                              davar_multiply_by_i16_by_parts(INT32_MAX, INT16_MIN));

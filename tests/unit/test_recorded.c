@@ -1,0 +1,453 @@
+/* davar tests - every bit as it was when it was recorded here, on every machine. That the values are right is for the other tests to
+ * say; that none changes unnoticed, not even the last digit of a table, for this one. A change that is meant renews the number
+ * that the failure prints, and stands in CHANGELOG.md. */
+#include "davar/codec.h"
+#include "davar/davar.h"
+#include "fit/noise.h"
+#include "number/logarithm.h"
+#include "number/real.h"
+#include "track/dispersion.h"
+#include "track/likelihood.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <float.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define TRIALS 20000U
+
+static uint64_t sum;
+static random_t rng;
+
+void setUp(void)
+{
+    sum = UINT64_C(14695981039346656037);
+    rng = random_seeded(1U);
+}
+
+void tearDown(void) {}
+
+/* FNV-1a, a word at a time. */
+static void add(uint64_t value)
+{
+    sum = (sum ^ value) * UINT64_C(1099511628211);
+}
+
+static void expect(uint64_t recorded)
+{
+    char found[48];
+    (void)snprintf(found, sizeof found, "now 0x%08" PRIX32 "%08" PRIX32, (uint32_t)(sum >> 32U), (uint32_t)sum);
+    TEST_ASSERT_TRUE_MESSAGE(sum == recorded, found);
+}
+
+static uint32_t random_mantissa(void)
+{
+    return (uint32_t)random_next(&rng) | UINT32_C(0x80000000);
+}
+
+/* ---- arithmetic ---- */
+
+static void test_logarithm(void)
+{
+    for (uint32_t edge = 0U; edge < 64U; edge++) {
+        for (int32_t beside = -2; beside <= 2; beside++) {
+            add((uint32_t)davar_logarithm(
+                (UINT32_C(0x80000000) + (edge << 25U) + (uint32_t)beside) | UINT32_C(0x80000000), 3));
+        }
+    }
+    for (uint32_t i = 0U; i < TRIALS; i++) {
+        const uint32_t mantissa = random_mantissa();
+        add((uint32_t)davar_logarithm(mantissa, (int32_t)(i % 130U) - 65));
+        add((uint32_t)davar_logarithm_of_count((i % 1023U) + 1U));
+    }
+    expect(UINT64_C(0x4C5DC210F7778A0D));
+}
+
+static void test_reciprocal_and_roots(void)
+{
+    for (uint32_t i = 0U; i < TRIALS; i++) {
+        const uint32_t mantissa = random_mantissa();
+        add(davar_reciprocal_of_mantissa(mantissa));
+        add(davar_root_of_mantissa_by_integers(mantissa >> (i % 2U)));
+        add(davar_divided(mantissa, (i % 5000U) + 1U));
+    }
+    expect(UINT64_C(0x0027F042EA847C72));
+}
+
+static void test_limits_of_chi_square(void)
+{
+    for (uint32_t i = 1U; i <= TRIALS; i++) {
+        add(davar_chi_square_low((UINT32_C(1) << 30U) / TRIALS * i));
+        const scaled_t edf = {random_mantissa(), (int32_t)(i % 20U) - 31};
+        scaled_t low;
+        scaled_t high;
+        davar_chi_square(edf, &low, &high);
+        add(low.mantissa);
+        add((uint32_t)low.exponent);
+        add(high.mantissa);
+        add((uint32_t)high.exponent);
+    }
+    expect(UINT64_C(0x27738D4A07288338));
+}
+
+static void test_likelihood(void)
+{
+    for (uint32_t i = 0U; i < TRIALS; i++) {
+        const uint32_t blocks = 2U + (uint32_t)(random_next(&rng) % 1022U);
+        const uint32_t of_older = 1U + (uint32_t)(random_next(&rng) % (blocks - 1U));
+        const uint64_t a = (random_next(&rng) >> (24U + (i % 20U))) * of_older;
+        const uint64_t b = (random_next(&rng) >> (24U + ((i + (i / 20U)) % 20U))) * (blocks - of_older);
+        const davar_spread_t older = {a + 1U, 0U, of_older};
+        const davar_spread_t whole = {a + b + 2U, 0U, blocks};
+        davar_stretch_t stretch;
+        davar_stretch(&stretch, &whole, 256U * (1U + (i % 30U)));
+        for (uint32_t limit = 64U; limit < 100000U; limit *= 3U) {
+            add(davar_likelihood_may_reach(&stretch, &older, limit) ? 1U : 0U);
+        }
+        add((uint32_t)davar_likelihood_gain(&stretch, &older));
+    }
+    expect(UINT64_C(0x7C5CFC985022907C));
+}
+
+static void test_dispersion(void)
+{
+    davar_dispersion_t dispersion;
+    davar_dispersion_start(&dispersion);
+    for (uint32_t i = 0U; i < TRIALS; i++) {
+        const uint32_t loud = (uint32_t)random_next(&rng) >> (6U + ((i / 2000U) % 4U));
+        davar_dispersion_learn(&dispersion, (int32_t)loud, 30000U + i, 6U + (i % 4U));
+        add(dispersion.phi);
+    }
+    expect(UINT64_C(0x5DDB0AC15A940E69));
+}
+
+/* ---- results ---- */
+
+#define SAMPLES 6000U
+
+static const uint32_t taus[] = {1U, 2U, 5U, 11U, 32U};
+static uint64_t memory[20000];
+static davar_t davar;
+static davar_plan_t plan;
+static davar_result_t result;
+
+static void add_double(double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    add(isnan(value) ? 1U : bits);
+}
+
+static void add_result(double rate_hz)
+{
+    add(result.epoch);
+    add(result.window_samples);
+    add(result.mirrored_samples);
+    add((result.unstable ? 1U : 0U) + (result.cut_age_samples * 2U));
+    add_double(result.kurtosis);
+    const bool is_white = davar_fit_white(&plan, rate_hz, &result);
+    add(is_white ? 1U : 0U);
+    for (uint32_t t = 0U; t < result.tau_count; t++) {
+        add_double(result.tau[t].adev);
+        add(result.tau[t].differences);
+    }
+    for (uint32_t k = 0U; is_white && (k < DAVAR_COEFFICIENT_COUNT); k++) {
+        add_double(result.coefficient[k].value);
+        add_double(result.coefficient[k].high);
+    }
+}
+
+/* Nearly Gaussian noise of 12 counts: loud for a while, a ramp, a line, knocks, saturation. */
+static int32_t sample_at(uint32_t i)
+{
+    int32_t value = 0;
+    for (uint32_t k = 0U; k < 6U; k++) {
+        value += (int32_t)(random_next(&rng) >> 60U) - 8;
+    }
+    value *= (((i / 900U) % 3U) == 1U) ? 4 : 1;
+    value += ((i > 4000U) ? (int32_t)((i - 4000U) / 20U) : 0) + (((i / 8U) % 2U) == 0U ? 2 : -2);
+    value += ((i % 1500U) == 1100U) ? 700 : 0;
+    return ((i % 2500U) == 2400U) ? 32767 : value;
+}
+
+static void take_all(double rate_hz)
+{
+    while (davar_take(&davar, &result)) {
+        add_result(rate_hz);
+    }
+}
+
+static void run_stream(bool is_wide, const davar_config_t *config)
+{
+    rng = random_seeded(7U);
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        const int32_t value = sample_at(i);
+        const int16_t narrow = (int16_t)value;
+        const int32_t wide = value * 1000;
+        (void)(is_wide ? davar_push_q31(&davar, &wide, 1U) : davar_push_q15(&davar, &narrow, 1U));
+        take_all(config->rate_hz);
+        if ((i % 1700U) == 1300U) {
+            davar_gap(&davar, 1U + (i / 1000U));
+        }
+    }
+    while (davar_flush(&davar)) {
+        take_all(config->rate_hz);
+    }
+    const davar_health_t health = davar_health(&davar);
+    add(health.gaps + (health.restarts * 16U) + (health.saturated * 256U));
+    add(health.shocks + (health.alarms * 1024U) + (health.cuts * 1048576U));
+}
+
+/* In memory that has been used for something else, and once more behind a reset, with the same bits. */
+static void run(bool is_wide, const davar_config_t *config)
+{
+    for (uint32_t i = 0U; i < (sizeof memory / sizeof memory[0]); i++) {
+        memory[i] = UINT64_C(0x0000002800000028); /* what could pass for a counter */
+    }
+    memset(&davar, 0xA5, sizeof davar);
+    const davar_status_t status = is_wide ? davar_init_q31(&davar, config, memory, sizeof memory)
+                                          : davar_init_q15(&davar, config, memory, sizeof memory);
+    TEST_ASSERT_EQUAL_STRING("ok", davar_status_text(status));
+    const uint64_t before = sum;
+    run_stream(is_wide, config);
+    const uint64_t first = sum;
+    davar_reset(&davar);
+    sum = before;
+    run_stream(is_wide, config);
+    TEST_ASSERT_TRUE_MESSAGE(sum == first, "other bits behind a reset");
+}
+
+static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32_t stride)
+{
+    davar_config_t config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    config.full_scale = 500.0;
+    config.window_max = 600U;
+    config.window_min = (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
+    config.segment = ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
+    config.policy = policy;
+    config.mode = mode;
+    config.stride = stride;
+    config.taus = taus;
+    config.tau_count = 5U;
+    config.gaps_max = 3U;
+    return config;
+}
+
+static void run_policies(bool is_wide)
+{
+    static const davar_policy_t policies[] = {DAVAR_POLICY_FIXED, DAVAR_POLICY_KURTOSIS, DAVAR_POLICY_OR,
+                                              DAVAR_POLICY_AND, DAVAR_POLICY_GLR};
+    davar_plan_init(&plan, taus, 5U);
+    static const uint32_t strides[] = {1U, 20U, 7U, 23U}; /* the latter two: windows whose edges lie between results */
+    for (uint32_t p = 0U; p < sizeof policies / sizeof policies[0]; p++) {
+        for (uint32_t way = 0U; way < 8U; way++) {
+            davar_config_t config = config_of(
+                policies[p], ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING, strides[way / 2U]);
+            config.mirrored_end = (way == 1U);
+            if ((policies[p] == DAVAR_POLICY_GLR) && (way > 3U)) { /* whose centred windows are of whole strides */
+                config.mode = DAVAR_MODE_TRAILING;
+                config.long_cluster = (way % 2U) * 80U;
+            }
+            run(is_wide, &config);
+        }
+    }
+}
+
+static void test_results_of_q15(void)
+{
+    run_policies(false);
+    expect(UINT64_C(0xF722CF13D11C12CD));
+}
+
+static void test_results_of_q31(void)
+{
+    run_policies(true);
+    expect(UINT64_C(0xCFEEF307D4A46F8C));
+}
+
+/* ---- fits of made-up deviations: every mixture of the five terms ---- */
+
+#if FLT_EVAL_METHOD == 0 /* a double is one: not on the x87 */
+#define OCTAVES 10U
+#define WINDOW 6000U
+
+/* The Allan variance of the terms in `mask`, each times a random size, and up to 6 % of scatter. */
+static void make_deviations(uint32_t mask)
+{
+    double size[5];
+    for (uint32_t k = 0U; k < 5U; k++) {
+        const double random = (double)(random_next(&rng) >> 44U) / 1048576.0;
+        size[k] = ((mask >> k) & 1U) != 0U ? (0.05 + random) : 0.0;
+    }
+    result = (davar_result_t){.window_samples = WINDOW, .epoch = WINDOW - 1U, .tau_count = OCTAVES};
+    for (uint32_t t = 0U; t < OCTAVES; t++) {
+        const double m = (double)(1U << t);
+        const double scatter = 0.94 + (0.12 * (double)(random_next(&rng) >> 44U) / 1048576.0);
+        const double variance =
+            (size[0] / (m * m)) + (size[1] / m) + (size[2] * 0.01) + (size[3] * 1e-4 * m) + (size[4] * 1e-6 * m * m);
+        result.tau[t].m = 1U << t;
+        result.tau[t].differences = WINDOW + 1U - (2U << t);
+        result.tau[t].adev = sqrt(variance * scatter);
+    }
+}
+
+static void test_fits_of_mixtures(void)
+{
+    static const uint32_t octaves[OCTAVES] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U, 512U};
+    davar_plan_init(&plan, octaves, OCTAVES);
+    for (uint32_t i = 0U; i < 310U; i++) {
+        make_deviations(1U + (i % 31U));
+        davar_fit(&plan, 100.0, &result);
+        for (uint32_t k = 0U; k < DAVAR_COEFFICIENT_COUNT; k++) {
+            add_double(result.coefficient[k].value);
+            add_double(result.coefficient[k].low);
+            add_double(result.coefficient[k].high);
+        }
+        for (uint32_t t = 0U; t < OCTAVES; t++) {
+            add_double(result.tau[t].low);
+            add_double(result.tau[t].high);
+        }
+    }
+    expect(UINT64_C(0x118437C38BF2F074));
+}
+#endif
+
+/* ---- frames, and what a receiver reads in them ---- */
+
+static void add_float(float value)
+{
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    add(isnan(value) ? 1U : bits);
+}
+
+static void add_frame(const davar_frame_t *frame)
+{
+    davar_wire_t wire = {0};
+    add(frame->identifier + (frame->length * UINT64_C(65536)));
+    for (uint32_t i = 0U; i < frame->length; i++) {
+        add(frame->data[i]);
+    }
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(frame, DAVAR_WIRE_BASE, &wire));
+    add(wire.message + (wire.channel * 256U) + (wire.counter * 65536U) + ((uint32_t)wire.result << 24U));
+    add(wire.session + (wire.index * 256U) + (wire.worst * 65536U) + ((uint32_t)wire.unstable << 24U) +
+        ((uint32_t)wire.alarm << 25U) + ((uint32_t)wire.young << 26U));
+    add(wire.number + ((uint64_t)wire.window_samples << 32U));
+    add((uint32_t)wire.count[0] + ((uint64_t)(uint32_t)wire.count[1] << 32U));
+    add(wire.change_m + ((uint64_t)wire.cut_age_samples << 32U));
+    add_float(wire.value);
+    add_float(wire.relative_uncertainty);
+    add_float(wire.kurtosis);
+    add_float(wire.contribution);
+    add_float(wire.dispersion);
+    for (uint32_t t = 0U; t < DAVAR_FD_TAUS; t++) {
+        add_float(wire.adev[t]);
+    }
+    for (uint32_t k = 0U; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        add_float(wire.coefficient[k]);
+    }
+}
+
+static double random_size(void)
+{
+    return 1e-4 + ((double)(random_next(&rng) >> 44U) / 65536.0);
+}
+
+/* A result with something in every field that goes out. */
+static void make_result(uint32_t turn)
+{
+    result = (davar_result_t){.epoch = random_next(&rng) >> 24U,
+                              .tau_count = 10U,
+                              .window_samples = 1U + (uint32_t)(random_next(&rng) >> 44U),
+                              .unstable = (turn % 2U) != 0U,
+                              .kurtosis = 2.0 + (random_size() / 10.0),
+                              .contribution = random_size() / 40.0,
+                              .alarm = (turn % 3U) == 0U,
+                              .young = (turn % 5U) == 0U,
+                              .change = {1U << (turn % 8U), random_size(), random_size(), 9.0 + random_size()},
+                              .cut_age_samples = (uint32_t)(random_next(&rng) >> 46U),
+                              .dispersion = random_size() / 2.0};
+    for (uint32_t t = 0U; t < 10U; t++) {
+        const double adev = random_size();
+        result.tau[t] =
+            (davar_adev_t){.m = 1U << t, .adev = adev, .low = 0.8 * adev, .high = 1.3 * adev, .differences = 100U};
+    }
+    for (uint32_t k = 0U; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        const double value = random_size();
+        result.coefficient[k] = (davar_coefficient_t){.value = value, .low = 0.7 * value, .high = 1.6 * value};
+    }
+}
+
+static void send_results(const davar_config_t *config, uint8_t content, const davar_misfit_t *misfit)
+{
+    davar_encoder_t encoder;
+    davar_frame_t frame;
+    davar_wire_health_t health = {{0}};
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, config, DAVAR_WIRE_BASE, 1U, content));
+    davar_encoder_monitor(&encoder, misfit);
+    davar_encoder_session(&encoder, 77U);
+    for (uint32_t turn = 0U; turn < 30U; turn++) {
+        make_result(turn);
+        health.count[turn % DAVAR_HEALTH_COUNT] += (uint32_t)(random_next(&rng) >> 33U);
+        davar_encoder_begin(&encoder, &result, &health);
+        while (davar_encoder_next(&encoder, &frame)) {
+            add_frame(&frame);
+        }
+        for (uint32_t i = 0U; i < 3U; i++) {
+            const int32_t count = (int32_t)((uint32_t)random_next(&rng) >> ((turn % 2U) * 17U));
+            if (davar_encoder_raw(&encoder, turn * 50U + i, count, &frame)) {
+                add_frame(&frame);
+            }
+        }
+        if (davar_encoder_raw_rest(&encoder, &frame)) {
+            add_frame(&frame);
+        }
+        davar_encoder_raw_f32(&encoder, turn, (float)random_size(), &frame);
+        add_frame(&frame);
+    }
+    davar_encoder_finish(&encoder, &health);
+    while (davar_encoder_next(&encoder, &frame)) {
+        add_frame(&frame);
+    }
+}
+
+static void test_frames(void)
+{
+    static const uint32_t octaves[10] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U, 512U};
+    davar_misfit_t misfit = {.health = 0.7, .worst = 2U, .tau_count = 10U};
+    for (uint32_t t = 0U; t < 10U; t++) {
+        misfit.tau[t] =
+            (davar_misfit_tau_t){.deviation = 0.5 - (0.125 * (double)t), .mean_deviation = 0.25 * (double)t};
+    }
+    davar_config_t config = config_of(DAVAR_POLICY_GLR, DAVAR_MODE_TRAILING, 20U);
+    config.taus = octaves;
+    config.tau_count = 10U;
+    for (uint32_t content = 0U; content < 64U; content++) {
+        config.policy = ((content % 3U) == 0U) ? DAVAR_POLICY_OR : DAVAR_POLICY_GLR;
+        send_results(&config, (uint8_t)content, &misfit);
+    }
+    expect(UINT64_C(0x0BB295A207BF76BC));
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_logarithm);
+    RUN_TEST(test_reciprocal_and_roots);
+    RUN_TEST(test_limits_of_chi_square);
+    RUN_TEST(test_likelihood);
+    RUN_TEST(test_dispersion);
+    RUN_TEST(test_results_of_q15);
+    RUN_TEST(test_results_of_q31);
+    RUN_TEST(test_frames);
+#if FLT_EVAL_METHOD == 0
+    RUN_TEST(test_fits_of_mixtures);
+#endif
+    return UNITY_END();
+}
