@@ -6,7 +6,9 @@ Called by tools/davar-bench. Standard library only.
 """
 
 import argparse
+import hashlib
 import json
+import os
 import re
 import subprocess
 import sys
@@ -44,26 +46,43 @@ def symbols(target, path):
 def sources(target, where):
     """Symbol -> source file of lib/ that it comes from."""
     src = where / "davar/lib/CMakeFiles/davar.dir/src"
-    return {name: str(path.relative_to(src))[:-4] for path in src.rglob("*.obj") for name in symbols(target, path)}
+    lines = tool(target, "nm", "-A", "--defined-only", *sorted(src.rglob("*.obj"))).splitlines()
+    places = {line.split()[-1]: line.split(":", 1)[0] for line in lines if line.split()[-2] in "tTrRwW"}
+    return {name: str(Path(path).relative_to(src))[:-4] for name, path in places.items()}
+
+
+def compiled(target, where, flags, files):
+    """Objects of these sources in a folder of these flags."""
+    folder = where / "linked" / hashlib.sha256(" ".join(map(str, flags)).encode()).hexdigest()[:12]
+    folder.mkdir(parents=True, exist_ok=True)
+    launcher = os.environ.get("CMAKE_C_COMPILER_LAUNCHER", "").split()
+    objects = []
+    for file in files:
+        objects.append(folder / f"{'-'.join(file.parts[-3:])}.o")
+        targets.run([*launcher, targets.MACHINES[target]["toolchain"] + "gcc", *map(str, flags), "-c", str(file), "-o", str(objects[-1])],
+                    f"compiling {file.name} for {target}")
+    return objects
 
 
 def linked_bytes(target, where, what, options):
     """Text and data of a program of tests/target/linked.c at -Os, with all that the compiler adds."""
-    flags = next(line for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines() if line.startswith("C_FLAGS"))
-    cpu = [*targets.MACHINES[target]["cpu"].split(), *(word for word in flags.split() if word.startswith(("-mthumb", "--specs")))]
-    image = where / f"linked-{what}.elf"
-    plan = where / "linked_plan.c"
+    lib, plan = targets.ROOT / "lib", where / "linked_plan.c"
+    made = next(line for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines() if line.startswith("C_FLAGS"))
+    cpu = [*targets.MACHINES[target]["cpu"].split(), *(word for word in made.split() if word.startswith(("-mthumb", "--specs")))]
+    flags = [*cpu, "-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections", "-ffreestanding", *options,
+             f"-I{lib / 'include'}", f"-I{lib / 'src'}"]
     targets.run(["sh", "-c", '"$0" --taus 1,2,4,8 --name plan > "$1"', targets.ROOT / "tools/davar-plan", plan], "davar-plan")
-    tool(target, "gcc", *cpu, "-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections", "-ffreestanding", *options, f"-DWHAT={what}",
-         "-I", targets.ROOT / "lib/include", "-I", targets.ROOT / "lib/src", targets.ROOT / "tests/target/linked.c", plan,
-         *sorted((targets.ROOT / "lib/src").rglob("*.c")), "-nostartfiles", "-Wl,--gc-sections", "-o", image, "-lm")
+    objects = [*compiled(target, where, [*flags, f"-DWHAT={what}"], [targets.ROOT / "tests/target/linked.c"]),
+               *compiled(target, where, flags, [plan, *sorted((lib / "src").rglob("*.c"))])]
+    image = where / f"linked-{what}.elf"
+    tool(target, "gcc", *cpu, *objects, "-nostartfiles", "-Wl,--gc-sections", "-o", image, "-lm")
     text, data = tool(target, "size", image).splitlines()[1].split()[:2]
     return int(text) + int(data)
 
 
 def linked(target, where):
     """What each use of the library links, a program that does nothing taken off."""
-    nothing = linked_bytes(target, where, 0, ())
+    nothing = linked_bytes(target, where, 0, LEAN)
     return {f"linked_{name}_bytes": linked_bytes(target, where, *how) - nothing for name, how in LINKED.items()}
 
 
