@@ -1,7 +1,8 @@
-/* Statement: davar_push_q15 and davar_gap, of any samples, read and write inside the instance, its memory and the samples,
- * and nothing overflows that is signed. Every sample is any int16. Gaps: any one place among the pushes, any
+/* Statement: davar_push_q15 (WIDE 1: davar_push_q31) and davar_gap, of any samples, read and write inside the instance, its memory and
+ * the samples, and nothing overflows that is signed. Every sample is any of its type. Gaps: any one place among the pushes, any
  * number missing; then two more, each GAP_APART pushes on (gaps_max 2, so the window restarts). Bound: PUSHES pushes from the
- * start, which turns the ring over; window 8, cluster sizes 1, 2 (octaves) or 1, 3; centred and trailing, policy fixed. */
+ * start, which turns the ring over; window 8, cluster sizes 1, 2 (octaves) or 1, 3; centred and trailing; policy fixed, or with
+ * ADAPTIVE 1 the window follows kurtosis and contribution; a result every STRIDE samples, on a grid or with EDGES 1 by edges. */
 #include "davar/davar.h"
 
 #include "proof.h"
@@ -13,15 +14,48 @@
 #define GAPS PUSHES
 #endif
 #define GAP_APART 3U
+#ifndef WIDE
+#define WIDE 0
+#endif
+#ifndef ADAPTIVE
+#define ADAPTIVE 0
+#endif
+#ifndef STRIDE
+#define STRIDE 1
+#endif
+#ifndef EDGES
+#define EDGES 0
+#endif
 
-static uint64_t memory[DAVAR_MEMORY_Q15(8U, 3U, 2U, 2U) / 8U]; /* not a word more */
+#if WIDE
+#define MEMORY DAVAR_MEMORY_Q31
+#define MEMORY_GRID DAVAR_MEMORY_GRID_Q31
+#define INIT davar_init_q31
+typedef int32_t sample_t;
+#define ANY() any_i32(INT32_MIN, INT32_MAX)
+#define PUSH davar_push_q31
+#else
+#define MEMORY DAVAR_MEMORY_Q15
+#define MEMORY_GRID DAVAR_MEMORY_GRID_Q15
+#define INIT davar_init_q15
+typedef int16_t sample_t;
+#define ANY() any_i32(INT16_MIN, INT16_MAX)
+#define PUSH davar_push_q15
+#endif
+
+/* Not a word more. */
+#if (STRIDE == 1) || EDGES
+static uint64_t memory[MEMORY(8U + STRIDE - 1U, 3U, 2U, 2U) / 8U];
+#else
+static uint64_t memory[MEMORY_GRID(8U, 0U, 0U, STRIDE, 3U, 2U, 2U) / 8U];
+#endif
 static const uint32_t octaves[2] = {1U, 2U};
 static const uint32_t others[2] = {1U, 3U};
 
 static void push(davar_t *davar)
 {
-    const int16_t sample = (int16_t)any_i32(INT16_MIN, INT16_MAX);
-    const size_t consumed = davar_push_q15(davar, &sample, 1U);
+    const sample_t sample = (sample_t)ANY();
+    const size_t consumed = PUSH(davar, &sample, 1U);
     PROVE(consumed == 1U);
 }
 
@@ -32,14 +66,16 @@ static void stream(davar_mode_t mode, const uint32_t *taus, uint32_t gap)
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.mode = mode;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.policy = ADAPTIVE ? DAVAR_POLICY_OR : DAVAR_POLICY_FIXED;
     config.window_max = 8U;
-    config.window_min = 8U;
-    config.segment = 0U;
+    config.window_min = ADAPTIVE ? 6U : 8U;
+    config.segment = ADAPTIVE ? 3U : 0U;
+    config.stride = STRIDE;
+    config.engine = EDGES ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
     config.gaps_max = 2U;
     config.taus = taus;
     config.tau_count = 2U;
-    if (davar_init_q15(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
+    if (INIT(&davar, &config, memory, sizeof memory) != DAVAR_OK) {
         return; /* never, as tests/api shows; Eva knows no double by its bits */
     }
     for (uint32_t i = 0U; i < PUSHES; i++) {

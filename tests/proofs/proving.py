@@ -24,7 +24,7 @@ PROOFS = {
     "number": Proof(("number/real.c", "number/logarithm.c")),
     "slide": Proof((), 5000),
     "restore": Proof((*STREAM, "state.c"), 1100, ("-eva-split-return-function", "init_wide:0")),
-    "push": Proof(STREAM),
+    "push": Proof(STREAM, more=("-eva-split-return-function", "init_wide:0")),
 }
 OPTIONS = ("-c11", "-eva", "-main", "prove", "-machdep", "gcc_x86_64", "-warn-invalid-pointer", "-warn-special-float", "none",
            "-eva-slevel", "50", "-eva-split-return", "auto", "-eva-msg-key=-final-states,-initial-state", "-kernel-warn-key",

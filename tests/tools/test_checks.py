@@ -9,6 +9,7 @@ import tempfile
 import threading
 import unittest
 from pathlib import Path
+from unittest import mock
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import checks  # noqa: E402
@@ -91,11 +92,13 @@ class Parts(unittest.TestCase):
             header.write_text("")
             self.assertEqual({"a.c", "a.h", "stdio.h"}, {path.name for path in remembered.compiled_from(entry)} & {"a.c", "a.h", "stdio.h"})
             self.assertEqual([False, False, True, True], [ask(False), ask(False), ask(True), ask(False)])
-            self.assertEqual(3, len(asked))
+            self.assertEqual((3, 1), (len(asked), passed.known))
+            with mock.patch.dict("os.environ", DAVAR_AGAIN="1"):
+                self.assertFalse(ask(False))
             header.write_text("/* NOLINT */")
             self.assertFalse(ask(False))
             self.assertFalse(ask(False, "-bugprone-*"))
-            self.assertEqual(5, len(asked))
+            self.assertEqual(6, len(asked))
 
     def test_what_two_parts_need_is_made_once_and_its_failure_is_that_of_both(self):
         made = []

@@ -41,12 +41,14 @@ class Tally:
 
     def __init__(self, passed=0, failed=0, skipped=0, lines=()):
         self.passed, self.failed, self.skipped, self.lines = passed, failed, skipped, list(lines)
+        self.known = 0  # answers that were remembered
 
     def add(self, other):
         self.passed += other.passed
         self.failed += other.failed
         self.skipped += other.skipped
         self.lines += other.lines
+        self.known += other.known
 
     def must(self):
         """Nothing failed, or there is no going on."""
@@ -54,7 +56,7 @@ class Tally:
             raise Broken("\n".join(self.lines))
 
     def __str__(self):
-        return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
+        return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped" + (f", {self.known} answers known" if self.known else "")
 
 
 class Broken(Exception):
@@ -211,6 +213,7 @@ def clang_tidy(share, shares):
                           for path in folder.glob(".clang-tidy"))
         passed.check(remembered.content_key(version, entry["command"], *settings, *remembered.compiled_from(entry)), check)
         tally.add(answer)
+    tally.known = passed.known
     return tally
 
 
@@ -254,7 +257,9 @@ def python_module(part, folder, name, setting, share="1/1"):
     failed, skipped = counts.get("failures", 0) + counts.get("errors", 0), counts.get("skipped", 0)
     failed = max(failed, 1) if status or int(ran.group(1)) + skipped == 0 else failed
     lines = [f"skipped: {line}" for line in output.splitlines() if re.search(r" \.\.\. skipped ", line)]
-    return Tally(max(int(ran.group(1)) - failed - skipped, 0), failed, skipped, lines + ([output] if failed else []))
+    tally = Tally(max(int(ran.group(1)) - failed - skipped, 0), failed, skipped, lines + ([output] if failed else []))
+    tally.known = sum(map(int, re.findall(r"^remembered: (\d+)$", output, re.MULTILINE)))
+    return tally
 
 
 @once
@@ -277,18 +282,17 @@ def wire_python():
 
 def lab():
     """Makes what the commands in tools/ build on their first use, and every module would find missing at once. The lab's own
-    Python, for the modules that call it without a process of its own."""
-    python = set_up("build tools && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
-    return [python], {"DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"), "OPENBLAS_NUM_THREADS": "1"}
+    Python, for the modules that look at its parts or call it without a process of its own."""
+    python = set_up("build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
+    return [python], {"DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"), "OPENBLAS_NUM_THREADS": "1",
+                      "PYTHONPATH": str(ROOT / "tools/lab")}
 
 
 def hypothesis():
     """The lab's Python with Hypothesis beside it."""
     extra = set_up("python_environment venv-hypothesis tools/support/requirements-hypothesis.txt", "hypothesis-python.log")
-    library = set_up("build tools davar_lab && echo build/tools/tools/lab/libdavar_lab.so", "hypothesis-library.log")
     command, variables = lab()
-    return command, {**variables, "DAVAR_LAB_LIBRARY": str(ROOT / library),
-                     "PYTHONPATH": str(next(Path(extra).parents[1].glob("lib/python3*/site-packages")))}
+    return command, {**variables, "PYTHONPATH": str(next(Path(extra).parents[1].glob("lib/python3*/site-packages")))}
 
 
 def workbench():

@@ -1,22 +1,26 @@
-"""What the last runs of tools/test left behind: which sources clang-tidy has passed, and how long each job took. Standard library only."""
+"""What the last runs of tools/test left behind: which answers of a tool or an emulator are known, and how long each job took. Standard
+library only."""
 
 import hashlib
 import json
+import os
 import shlex
 import subprocess
 from pathlib import Path
 
 
 class Passed:
-    """Checks that need not be done again: their key is the content of everything that they depend on. Only passes are kept."""
+    """Checks that need not be done again: their key is the content of everything that they depend on, so their answer cannot be
+    another. Only passes are kept. With DAVAR_AGAIN in the environment (tools/test --again) all are done."""
 
     def __init__(self, folder):
-        self.folder = Path(folder)
+        self.folder, self.known = Path(folder), 0
 
     def check(self, key, work):
         """True if `work` is true, or was for this key."""
         stamp = self.folder / key
-        if stamp.exists():
+        if stamp.exists() and not os.environ.get("DAVAR_AGAIN"):
+            self.known += 1
             return True
         done = work()
         if done:

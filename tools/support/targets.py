@@ -1,6 +1,7 @@
 """The emulated boards: how to build for each and how to run an image on it. Standard library only."""
 
 import fcntl
+import functools
 import json
 import os
 import subprocess
@@ -76,6 +77,16 @@ def execute(target, image, arguments="", shift=None, serial="null", timeout=1200
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
                           check=False)
     return done.returncode, done.stdout
+
+
+@functools.cache
+def emulator_version(target):
+    return run([MACHINES[target]["emulator"].split()[0], "--version"], "asking the emulator")
+
+
+def identity(target, image):
+    """All that the answer of an image without input depends on: its bytes and who runs them (remembered.content_key)."""
+    return [emulator_version(target), *command(target, "image"), Path(image)]
 
 
 def main(arguments):
