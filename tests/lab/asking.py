@@ -1,12 +1,14 @@
-"""Asks davarlab from outside: writes files, runs its command line in this process, reads its JSON."""
+"""Asks davarlab from outside: writes files, runs its command line in this process or in a copy of it, reads its JSON."""
 
 import contextlib
 import io
 import json
+import multiprocessing
 import os
 import signal
-import sys
 import subprocess
+import sys
+import tempfile
 import time
 import traceback
 from pathlib import Path
@@ -61,3 +63,21 @@ def run(*arguments):
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         status = cli.main([*map(str, arguments)])
     return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
+
+
+def typed(*arguments):
+    """The same in a process of its own, as tools/davarlab would start it: a copy of this one, which has loaded the libraries once."""
+    from davarlab import cli
+
+    def answer():
+        os.dup2(out.fileno(), 1)
+        os.dup2(err.fileno(), 2)
+        sys.exit(cli.main([*map(str, arguments)]))
+
+    with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
+        process = multiprocessing.get_context("fork").Process(target=answer)
+        process.start()
+        process.join()
+        out.seek(0)
+        err.seek(0)
+        return subprocess.CompletedProcess(arguments, process.exitcode, out.read(), err.read())

@@ -89,7 +89,7 @@ def options():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--rate", type=float)
     parser.add_argument("--seconds", type=float)
-    parser.add_argument("--rows", metavar="FILE.json", help="also write every row there; with - alone, to standard output instead of lines")
+    parser.add_argument("--rows", metavar="FILE.json", help="also write every row there")
     return parser.parse_args()
 
 
@@ -103,11 +103,7 @@ def main(chosen):
     with multiprocessing.Pool(chosen.jobs) as pool:
         for row in pool.imap(one, jobs):
             rows.append(row)
-            if chosen.rows != "-":
-                print(line(row), flush=True)
-    if chosen.rows == "-":
-        print(json.dumps(rows))
-        return
+            print(line(row), flush=True)
     print(*summary(rows), sep="\n")
     if chosen.rows:
         Path(chosen.rows).write_text(json.dumps(rows, indent=1))

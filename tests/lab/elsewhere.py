@@ -225,6 +225,9 @@ def recording(case, seed):
     return make(effects, seed * 1000 + number, n=n, b=b, **how), effects, n, b
 
 
+def write(columns, path):
+    np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
+
+
 if __name__ == "__main__":
-    table = recording(sys.argv[1], int(sys.argv[2]))[0]
-    np.savetxt(sys.argv[3], np.column_stack(list(table.values())), fmt="%.9g", delimiter=",", header=",".join(table), comments="")
+    write(recording(sys.argv[1], int(sys.argv[2]))[0], sys.argv[3])

@@ -1,70 +1,56 @@
 """davarlab on a few recordings of awkward sensors (awkward.py), short ones; and the scoring of the benchmarks on made-up answers."""
 
-import json
-import subprocess
-import sys
 import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
+import benchmark_awkward
 import real_recordings
 import scoring
-
-ROOT = Path(__file__).resolve().parents[2]
-PYTHON = ROOT / "build/venv-lab/bin/python"
-
-
-def setUpModule():
-    subprocess.run([ROOT / "tools/davarlab", "effects"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 class Awkward(unittest.TestCase):
     """Short, so of each effect one that is seen in a few ten thousand samples. Where the benchmark allows a share of mistakes these allow none."""
 
-    def right(self, case, seed, *how):
-        done = subprocess.run([PYTHON, ROOT / "tests/lab/benchmark_awkward.py", str(seed), "1", case, "--rows", "-", *how], text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        row = json.loads(done.stdout)[0]
+    def right(self, case, seed, rate=None, seconds=None):
+        row = benchmark_awkward.one((case, seed, rate, seconds))
         self.assertEqual((row["outcome"], row["reasons"]), ("right", []), row)
         self.assertEqual(row["untrue_observations"], [], row)
 
     def test_nothing_there_beside_columns_that_move(self):
-        self.right("clean decoys", 1, "--rate", "20")
+        self.right("clean decoys", 1, rate=20.0)
 
     def test_a_temperature_felt_a_minute_late(self):
-        self.right("temperature_lag 10 Hz", 1, "--seconds", "7200")
+        self.right("temperature_lag 10 Hz", 1, seconds=7200.0)
 
     def test_a_supply_that_was_logged(self):
-        self.right("supply_voltage", 1, "--rate", "20")
+        self.right("supply_voltage", 1, rate=20.0)
 
     def test_a_line_with_a_width(self):
-        self.right("narrow_band", 1, "--seconds", "600")
+        self.right("narrow_band", 1, seconds=600.0)
 
     def test_two_samples_averaged(self):
-        self.right("two_tap_average", 1, "--seconds", "600")
+        self.right("two_tap_average", 1, seconds=600.0)
 
     def test_a_filter_of_second_order(self):
-        self.right("butterworth", 1, "--seconds", "600")
+        self.right("butterworth", 1, seconds=600.0)
 
     def test_noise_that_follows_the_temperature(self):
-        self.right("temperature_noise", 1, "--rate", "20")
+        self.right("temperature_noise", 1, rate=20.0)
 
     def test_turned_by_hand(self):
-        self.right("motion_turned", 1, "--rate", "20")
+        self.right("motion_turned", 1, rate=20.0)
 
     def test_samples_lost(self):
-        self.right("line + lost_samples", 1, "--rate", "20")
+        self.right("line + lost_samples", 1, rate=20.0)
 
     def test_an_angle_in_coarse_counts(self):
-        self.right("rounded_angle", 1, "--rate", "20")
+        self.right("rounded_angle", 1, rate=20.0)
 
     def test_a_rate_in_coarse_counts(self):
-        self.right("rounded_rate", 1, "--rate", "20")
+        self.right("rounded_rate", 1, rate=20.0)
 
     def test_a_step_of_the_bias(self):
-        self.right("bias_step", 1, "--rate", "20")
+        self.right("bias_step", 1, rate=20.0)
 
     def test_a_bias_that_the_driver_subtracts(self):
         self.right("bias_subtracted 1 Hz", 1)

@@ -61,7 +61,7 @@ class BadInput(Folder):
     def test_a_gzip_file_that_would_fill_the_memory(self):
         """In its rows, and in front of them."""
         packed = self.work / "packed.csv.gz"
-        for text in (b"time_s,gyro_z_dps\n" + b"0,0\n" * (20 << 20), b"# a: b\n" * (10 << 20)):
+        for text in (b"time_s,gyro_z_dps\n" + b"1.000000000,1.000000000\n" * (3 << 20), b"# a: %s\n" % (b"b" * 250) * (300 << 10)):
             packed.write_bytes(gzip.compress(text, 9))
             self.assertLess(packed.stat().st_size, 700_000)
             self.refused("gzip data of more than 64 MiB and 100 times its size", "fit", packed, "-m", self.model)

@@ -1,14 +1,12 @@
 """davarlab on recordings that its own simulator did not make (elsewhere.py); each of them was called something else once."""
 
-import json
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-PYTHON = ROOT / "build/venv-lab/bin/python"
-ENVIRONMENT = {"PYTHONPATH": ROOT / "tools/lab", "DAVAR_LAB_LIBRARY": ROOT / "build/tools/tools/lab/libdavar_lab.so"}
+import asking
+import elsewhere
+
 MODEL = """[sensor]
 rate_hz = 50.0
 column = "gyro_z_dps"
@@ -21,20 +19,14 @@ coefficient_deg_per_h = 5.0
 """
 
 
-def setUpModule():
-    subprocess.run([ROOT / "tools/davarlab", "effects"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
 class Elsewhere(unittest.TestCase):
     def diagnosed(self, case, seed):
         with tempfile.TemporaryDirectory() as folder:
             recording, model = Path(folder) / "rec.csv", Path(folder) / "model.toml"
             model.write_text(MODEL)
-            subprocess.run([PYTHON, ROOT / "tests/lab/elsewhere.py", case, str(seed), recording], check=True)
-            done = subprocess.run([ROOT / "tools/davarlab", "diagnose", recording, "-m", model, "--json"], text=True,
-                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        found = json.loads(done.stdout)
+            elsewhere.write(elsewhere.recording(case, seed)[0], recording)
+            found, status, wrong, _ = asking.ask(["diagnose", recording, "-m", model])
+        self.assertEqual((0, ""), (status, wrong))
         return "unknown" if found["verdict"] == "unknown" else found["missing"]
 
     def test_the_response_of_a_low_pass_is_that_of_the_sensor_not_of_the_simulator(self):
@@ -64,19 +56,6 @@ class Elsewhere(unittest.TestCase):
 
     def test_the_level_of_vibration_is_not_that_of_a_single_second(self):
         self.assertEqual(self.diagnosed("vibration_noise white", 4), ["vibration_noise"])
-
-
-class Inside(unittest.TestCase):
-    def test_small_things_against_brute_force(self):
-        self.passes("inside.py")
-
-    def test_what_is_said_of_made_up_results(self):
-        self.passes("saying.py")
-
-    def passes(self, name):
-        done = subprocess.run([PYTHON, ROOT / "tests/lab" / name], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              env={name: str(value) for name, value in ENVIRONMENT.items()})
-        self.assertEqual(done.returncode, 0, done.stdout)
 
 
 if __name__ == "__main__":

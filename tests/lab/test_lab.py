@@ -7,8 +7,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-COMMAND = ROOT / "tools/davarlab"
+from asking import ROOT, typed as run
+
 BASE = """[[effect]]
 kind = "angle_random_walk"
 coefficient_deg_per_sqrt_h = 0.3
@@ -22,14 +22,6 @@ EFFECT = Effect("square_of_temperature", "The bias bends with temperature.",
                 (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", -1e9, 1e9),), "Heat it.", "mean", "slow",
                 regressor=lambda recording, shape: (recording.column("temp_degC") - 25) ** 2, needs=("temp_degC",))
 '''
-
-
-def run(*arguments):
-    return subprocess.run([COMMAND, *map(str, arguments)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-
-
-def setUpModule():
-    run("effects")  # the first use makes the environment, and says so
 
 
 class Folder(unittest.TestCase):

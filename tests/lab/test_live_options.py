@@ -3,13 +3,12 @@ do: tests/kernel/test_live.py, tests/wire/test_dbc.py."""
 
 import os
 import pty
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-COMMAND = ROOT / "tools/davarlab"
+from asking import typed as run
+
 REFUSED = {
     ("live", "lin:0"): "can:IFACE or slcan:PATH expected, found 'lin:0'",
     ("live", "slcan:/nonexistent"): "slcan:/nonexistent: No such file or directory",
@@ -24,10 +23,6 @@ REFUSED = {
     ("dbc", "--channel", "-1", "-o", "{0}"): "--channel: a channel from 0 on expected, found '-1'",
     ("dbc", "-o", "/nonexistent/my.dbc"): "/nonexistent/my.dbc: cannot be written",
 }
-
-
-def run(*arguments):
-    return subprocess.run([COMMAND, *arguments], text=True, capture_output=True, check=False)
 
 
 class Options(unittest.TestCase):

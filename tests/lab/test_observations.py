@@ -1,17 +1,191 @@
-"""tests/lab/observing.py in davarlab's own environment."""
+"""What is in a record and no error of the sensor, on recordings made by formulas of this file."""
 
+import tempfile
 import unittest
+import warnings
+from pathlib import Path
 
-import test_elsewhere
+import elsewhere
+import numpy as np
+from davarlab.data import clock, observations, recording
+from davarlab.data.recording import Recording
+
+RATE = 100.0
+QUIET = ("clean sum", "clean coarse lsb", "noise_step", "vibration_noise band", "vibration_rectification band", "g_sensitivity band",
+         "telegraph fast", "shocks sample", "shocks ring", "sinusoid fan", "warm_up", "rate_random_walk", "quantization")
 
 
-def setUpModule():
-    test_elsewhere.setUpModule()
+def still(seconds=400, seed=1, axes="xyz", sigma=0.1):
+    """Three axes of white noise beside an accelerometer that stands still."""
+    rng, count = np.random.default_rng(seed), int(seconds * RATE)
+    columns = {f"gyro_{a}_dps": 0.3 + sigma * rng.standard_normal(count) for a in axes}
+    columns |= {f"accel_{a}_g": (a == "z") + 0.003 * rng.standard_normal(count) for a in "xyz"}
+    return columns
 
 
-class Inside(unittest.TestCase):
-    def test_small_things_against_formulas_of_their_own(self):
-        test_elsewhere.Inside.passes(self, "observing.py")
+def said(columns, column="gyro_x_dps", **more):
+    made = Recording(columns, RATE, **more)
+    found = observations.find(made, column)
+    return {entry.kind: entry for entry in found}, observations.kept(made, column, found)
+
+
+def read(columns):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "r.csv"
+        np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
+        return recording.read(path)
+
+
+def stamped(keep, jitter=0.0, seed=2):
+    """A recording at RATE of which only some samples are there, with stamps that stray."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(len(keep)) / RATE + jitter / RATE * rng.standard_normal(len(keep))
+    return {"time_s": np.maximum.accumulate(time - time[0])[keep], "gyro_x_dps": rng.standard_normal(len(keep))[keep]}
+
+
+class Motion(unittest.TestCase):
+    def test_errors_of_the_sensor_are_not_motion(self):
+        for case in QUIET:
+            with self.subTest(case):
+                made = Recording(elsewhere.recording(case, 301)[0], elsewhere.RATE)
+                kinds = [entry.kind for entry in observations.find(made, "gyro_z_dps")]
+                self.assertNotIn("motion", kinds)
+                self.assertNotIn("repeated_samples", kinds)
+
+    def test_a_turn_is_cut_out_and_little_beside_it(self):
+        columns, t = still(), np.arange(40000) / RATE
+        columns["gyro_z_dps"] += 15 * np.exp(-0.5 * ((t - 200) / 0.7) ** 2)
+        found, kept = said(columns)
+        (start, stop), = found["motion"].stretches
+        self.assertTrue(190 < start < 198 and 202 < stop < 210, (start, stop))
+        self.assertAlmostEqual(kept.mean(), 1 - (stop - start) / 400, delta=1e-3)
+
+    def test_a_knock_that_the_accelerometer_felt_is_motion_and_one_that_it_did_not_is_none(self):
+        decay = np.exp(-np.arange(80) / 20)
+        ring, shake = 1.5 * decay * np.sin(np.arange(80)), decay * np.cos(1.7 * np.arange(80))
+        for felt in (0.15, 0.0):
+            columns = still()
+            for axis, size in zip("xyz", (1, -0.6, 0.8)):
+                columns[f"gyro_{axis}_dps"][20000:20080] += size * ring
+                columns[f"accel_{axis}_g"][20000:20080] += felt * shake
+            found, kept = said(columns)
+            self.assertEqual("motion" in found, felt > 0, felt)
+            if felt:
+                self.assertFalse(kept[20002:20025].any())
+
+    def test_a_tilt_there_and_back_is_cut_out_whole(self):
+        columns, t = still(seconds=4000), np.arange(400000) / RATE
+        turn = 1.5 * (np.exp(-0.5 * ((t - 1500) / 3) ** 2) - np.exp(-0.5 * ((t - 1700) / 3) ** 2)) / (3 * np.sqrt(2 * np.pi))  # degrees
+        columns["gyro_x_dps"] += turn
+        columns["accel_y_g"] += np.sin(np.radians(np.cumsum(turn) / RATE))
+        found, kept = said(columns)
+        self.assertFalse(kept[150000:170000].any())
+        self.assertGreater(kept.mean(), 0.93)
+
+    def test_steps_of_the_bias_and_a_machine_for_a_while_are_not_motion(self):
+        t = np.arange(40000) / RATE
+        for course in (0.5 * (t > 170), 0.3 * np.sin(2 * np.pi * 7 * t) * ((t > 100) & (t < 180)), 0.2 * (t > 90) * (t < 270)):
+            columns = still()
+            columns["gyro_x_dps"] += course
+            self.assertNotIn("motion", said(columns)[0])
+
+
+class Samples(unittest.TestCase):
+    def test_white_noise_has_nothing_to_say(self):
+        found, kept = said(still())
+        self.assertEqual((found, kept.all()), ({}, True))
+
+    def test_repeats_are_found_and_their_share_is_right(self):
+        for lsb, chance in ((0.0, 0.0), (0.01, 0.03)):
+            rng, columns = np.random.default_rng(3), still(axes="x")
+            x = columns["gyro_x_dps"] if not lsb else np.round(columns["gyro_x_dps"] / lsb) * lsb
+            again = rng.random(len(x)) < 0.1
+            columns["gyro_x_dps"] = x[np.maximum.accumulate(np.where(again, 0, np.arange(len(x))))]
+            found, kept = said(columns)
+            self.assertAlmostEqual(found["repeated_samples"].share, again.mean(), delta=chance + 0.002)
+            self.assertFalse(kept[1:][again[1:]].any())
+
+    def test_every_tenth_repeated_is_said(self):
+        columns = still()
+        for name in ("gyro_x_dps", "gyro_y_dps", "gyro_z_dps"):
+            columns[name][9::10] = columns[name][8::10]
+        self.assertIn("every 10th", said(columns)[0]["repeated_samples"].detail)
+
+    def test_coarse_counts_by_themselves_are_no_repeats(self):
+        columns = {name: np.round(x / 0.08) * 0.08 for name, x in still().items()}
+        found, _ = said(columns)
+        self.assertIn("coarse_counts", found)
+        self.assertNotIn("repeated_samples", found)
+        self.assertNotIn("coarse_counts", said({name: np.round(x / 0.02) * 0.02 for name, x in still().items()})[0])
+
+    def test_fine_counts_by_themselves_are_no_repeats(self):
+        for lsb in (1e-5, 2e-5, 1e-4):
+            columns = {"gyro_x_dps": np.round(still(seconds=1200, axes="x")["gyro_x_dps"] / lsb) * lsb}
+            self.assertGreater(np.count_nonzero(np.diff(columns["gyro_x_dps"]) == 0), 1)
+            self.assertNotIn("repeated_samples", said(columns)[0], lsb)
+
+    def test_clipping_and_lone_wild_samples(self):
+        columns = still()
+        columns["gyro_x_dps"] = np.clip(columns["gyro_x_dps"], None, 0.5)
+        columns["gyro_x_dps"][[5000, 12345, 30000]] -= 3.0
+        found, kept = said(columns)
+        self.assertAlmostEqual(found["outliers"].share * 40000, 3)
+        self.assertAlmostEqual(found["clipped"].share, 0.02275, delta=0.003)  # beyond two standard deviations
+        self.assertFalse(kept[12345])
+
+
+class Awkward(unittest.TestCase):
+    def test_nothing_that_a_file_may_hold_is_too_much(self):
+        rng, t = np.random.default_rng(7), np.arange(1000) / RATE
+        for x in (np.sin(2 * np.pi * 5 * t), 20000 / 3600 ** 2 * t, np.where(t < 5, rng.standard_normal(1000), 0.1), np.round(t), np.zeros(1000),
+                  np.where(t == 3, 1e6, 0), rng.standard_normal(1000) ** 9, np.arange(1000) % 2.0):
+            for others in ({}, {"accel_x_g": rng.standard_normal(1000)}, {"accel_x_g": np.zeros(1000), "gyro_y_dps": x}):
+                with warnings.catch_warnings():
+                    warnings.simplefilter("error")
+                    found, kept = said({"gyro_x_dps": x} | others)
+                self.assertEqual(len(kept), 1000)
+                self.assertTrue(all(np.isfinite(entry.share) and entry.detail for entry in found.values()))
+
+
+class Clocks(unittest.TestCase):
+    def test_lost_samples_keep_their_places(self):
+        rng = np.random.default_rng(4)
+        for share, jitter in ((0.03, 0), (0.03, 0.05), (0.5, 0)):
+            keep = rng.random(20000) > share
+            keep[0] = keep[-1] = True
+            made = read(stamped(keep, jitter))
+            np.testing.assert_array_equal(made.known, keep)
+            np.testing.assert_allclose(made.columns["gyro_x_dps"][keep], stamped(keep, jitter)["gyro_x_dps"], rtol=1e-7)
+            self.assertAlmostEqual(made.rate_hz, RATE, delta=1e-3)
+            found = {entry.kind: entry for entry in observations.find(made, "gyro_x_dps")}
+            self.assertAlmostEqual(found["lost_samples"].share, 1 - keep.mean(), places=9)
+
+    def test_bursts_keep_the_time_between_them(self):
+        keep = np.arange(20000) % 400 < 150
+        made = read(stamped(keep))
+        np.testing.assert_array_equal(made.known, keep[:made.samples])
+
+    def test_arrival_times_of_an_even_clock_lose_nothing(self):
+        rng = np.random.default_rng(5)
+        time = np.sort(np.arange(20000) / RATE + rng.exponential(0.05, 20000))
+        found = clock.of(time, None, "r", 1)
+        self.assertEqual((found.kind, found.places), ("late", None))
+        self.assertAlmostEqual(found.rate_hz, RATE, delta=0.05)
+
+    def test_a_loop_that_waits_anew_is_uneven(self):
+        time = np.cumsum(np.random.default_rng(6).gamma(4, 0.25, 20000))
+        self.assertEqual(clock.of(time, None, "r", 1).kind, "uneven")
+
+    def test_stamps_in_coarse_units_lose_nothing(self):
+        self.assertIsNone(clock.of(np.round(np.arange(20000) / 58.3, 2), None, "r", 1).places)
+
+    def test_a_gap_of_a_fortnight_is_cut_short(self):
+        time = np.arange(5000) / RATE
+        time[2500:] += 1.2e6
+        found = clock.of(time, None, "r", 1)
+        self.assertLessEqual(found.places[-1], 4 * 5000)
+        (place, seconds), = found.cut
+        self.assertAlmostEqual(found.places[-1] / RATE + seconds, time[-1], delta=0.02)
 
 
 if __name__ == "__main__":

@@ -2,18 +2,17 @@
 
 import base64
 import json
-import os
 import random
 import re
-import subprocess
 import tempfile
 import unittest
 from decimal import Decimal
 from html.parser import HTMLParser
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-COMMAND = ROOT / "tools/davarlab"
+from asking import typed as run
+from davarlab.report import words
+
 SENSOR = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n'
 MODEL = """[[effect]]
 kind = "angle_random_walk"
@@ -25,10 +24,6 @@ coefficient_deg_per_h = 5.0
 TEMPERATURE = '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
 TINY = 1e-12  # smaller p-values are shown as "below" it
 FETCHING = {"src", "href", "srcset", "action", "data", "poster", "background", "xlink:href"}
-
-
-def run(*arguments):
-    return subprocess.run([COMMAND, *map(str, arguments)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
 def simulated(folder, name, effect="", seed=3):
@@ -87,7 +82,6 @@ class Pages(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        run("effects")  # the first use makes the environment, and says so
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.work = work = Path(folder.name)
@@ -168,13 +162,8 @@ class Numbers(unittest.TestCase):
     def test_a_number_of_any_size_is_written_rounded(self):
         draw = random.Random(4)
         values = [sign * 10 ** draw.uniform(-30, 12) for _ in range(1000) for sign in (-1, 1)] + [0.0]
-        program = ("import json, sys; from davarlab.report import words; "
-                   "print(json.dumps([words.number(v, d) for v in json.load(sys.stdin) for d in (3, 4, 9)]))")
-        run("effects")  # makes the environment
-        done = subprocess.run([ROOT / "build/venv-lab/bin/python", "-B", "-c", program], input=json.dumps(values), text=True,
-                              env={**os.environ, "PYTHONPATH": str(ROOT / "tools/lab")}, check=True, stdout=subprocess.PIPE)
-        for place, text in enumerate(json.loads(done.stdout)):
-            value, shown = values[place // 3], shown_number(text)
+        for value, text in ((value, words.number(value, digits)) for value in values for digits in (3, 4, 9)):
+            shown = shown_number(text)
             self.assertLessEqual(abs(float(shown) - value), 0.5001 * 10.0 ** shown.as_tuple().exponent, text)
             self.assertLessEqual(abs(float(shown) - value), 0.051 * abs(value), text)
 

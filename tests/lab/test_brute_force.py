@@ -1,4 +1,4 @@
-"""What of davarlab is small enough to be checked against brute force. Runs in davarlab's own environment: test_elsewhere.py starts it."""
+"""What of davarlab is small enough to be checked against brute force."""
 
 import itertools
 import unittest

@@ -1,4 +1,4 @@
-"""What davarlab says of a result, on made-up results. Runs in davarlab's own environment: test_elsewhere.py starts it."""
+"""What davarlab says of a result, on made-up results."""
 
 import unittest
 from types import SimpleNamespace as Made
