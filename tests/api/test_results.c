@@ -17,6 +17,21 @@ static void test_results_that_nobody_took_are_counted(void)
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
 }
 
+static void test_the_count_of_them_stays_at_its_end(void)
+{
+    start_q15();
+    davar.health.missed = UINT32_MAX - 4U;
+    (void)feed(0U, 1U);
+    for (uint32_t i = 1U; i < 30U; i++) {
+        const int16_t sample = ripple(i);
+        (void)davar_push_q15(&davar, &sample, 1U);
+        TEST_ASSERT_EQUAL_UINT32(UINT32_MAX - ((i < 20U)   ? 4U
+                                               : (i < 24U) ? (24U - i - 1U)
+                                                           : 0U),
+                                 davar_health(&davar).missed);
+    }
+}
+
 static void test_a_block_push_stops_at_each_result(void)
 {
     int16_t block[64];
@@ -170,6 +185,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_results_that_nobody_took_are_counted);
+    RUN_TEST(test_the_count_of_them_stays_at_its_end);
     RUN_TEST(test_a_block_push_stops_at_each_result);
     RUN_TEST(test_a_push_of_nothing_consumes_nothing);
     RUN_TEST(test_saturated_samples_are_counted_and_clamped);

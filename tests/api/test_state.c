@@ -2,6 +2,8 @@
 #include "fitted.h"
 #include "state_fixture.h"
 
+#include <math.h>
+
 #define SAMPLES 700U
 #ifndef CUTS_APART /* an emulated board makes fewer */
 #define CUTS_APART 23U
@@ -86,6 +88,20 @@ static void test_a_waiting_result_survives(void)
     TEST_ASSERT_TRUE(actual.unstable);
 }
 
+/* In the middle of a run of floats that are none: still one gap. */
+static void test_a_gap_that_goes_on_survives(void)
+{
+    const float none = NAN;
+    init(F32, &original, 0U);
+    (void)davar_push_f32(&original, &none, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    init(F32, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    (void)davar_push_f32(&restored, &none, 1U);
+    TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&restored).gaps);
+    TEST_ASSERT_EQUAL_UINT32(2U, davar_health(&restored).missing);
+}
+
 /* A record that was finished stays finished, and its results go on coming. */
 static void test_a_finished_record_survives(void)
 {
@@ -151,6 +167,63 @@ static void test_an_image_of_another_configuration_is_foreign(void)
     memcpy(cells, &image[SLOT], SLOT), memcpy(&cells[SLOT], image, SLOT), config.grow = 0U, foreign(Q15);
 }
 
+/* Every field of the configuration, one bit another: where init takes that, the image is foreign. */
+#define FIELD(name) #name, offsetof(davar_config_t, name), sizeof config.name
+static const struct {
+    const char *name;
+    size_t offset;
+    size_t bytes;
+} fields[] = {
+    {FIELD(rate_hz)},       {FIELD(unit_per_count)},
+    {FIELD(full_scale)},    {FIELD(sample_bits)},
+    {FIELD(mode)},          {FIELD(policy)},
+    {FIELD(window_max)},    {FIELD(window_min)},
+    {FIELD(segment)},       {FIELD(kurtosis_low)},
+    {FIELD(kurtosis_high)}, {FIELD(contribution_low)},
+    {FIELD(grow)},          {FIELD(contribution_high)},
+    {FIELD(shrink)},        {FIELD(stride)},
+    {FIELD(engine)},        {FIELD(false_alarms_per_hour)},
+    {FIELD(block)},         {FIELD(cut_interval_s)},
+    {FIELD(shock_blocks)},  {FIELD(long_cluster)},
+    {FIELD(tau_count)},     {FIELD(gaps_max)},
+    {FIELD(mirrored_end)},
+};
+
+static uint32_t bits_that_matter(size_t which)
+{
+    const davar_config_t before = config;
+    uint32_t taken = 0U;
+    const bool is_choice = (fields[which].offset == offsetof(davar_config_t, mirrored_end)); /* a bool has one bit */
+    for (uint32_t bit = 0U; bit < (is_choice ? 1U : (8U * (uint32_t)fields[which].bytes)); bit++) {
+        unsigned char *const byte = (unsigned char *)&config + fields[which].offset + (bit / 8U);
+        *byte ^= (unsigned char)(1U << (bit % 8U));
+        if (davar_init_q15(&restored, &config, memory[1], sizeof memory[1]) == DAVAR_OK) {
+            TEST_ASSERT_EQUAL_MESSAGE(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage),
+                                      fields[which].name);
+            taken++;
+        }
+        config = before;
+    }
+    return taken;
+}
+
+static void test_one_bit_of_the_configuration_makes_an_image_foreign(void)
+{
+    static uint32_t more_taus[DAVAR_TAUS_MAX];
+    uint32_t taken = 0U;
+    for (uint32_t t = 0U; t < DAVAR_TAUS_MAX; t++) {
+        more_taus[t] = t + 1U;
+    }
+    config.taus = more_taus;
+    init(Q15, &original, 0U);
+    feed(0U, 100U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    for (size_t i = 0U; i < (sizeof fields / sizeof fields[0]); i++) {
+        taken += bits_that_matter(i);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(500U, taken);
+}
+
 static void test_storage_that_is_too_small_is_refused(void)
 {
     init(Q15, &original, 0U);
@@ -198,9 +271,11 @@ int main(void)
     RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
     RUN_TEST(test_a_restored_grid_goes_on_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
+    RUN_TEST(test_a_gap_that_goes_on_survives);
     RUN_TEST(test_a_finished_record_survives);
     RUN_TEST(test_a_refused_image_leaves_the_instance_as_init_made_it);
     RUN_TEST(test_an_image_of_another_configuration_is_foreign);
+    RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_refused);
     RUN_TEST(test_an_image_of_another_size_is_foreign);
     RUN_TEST(test_saves_take_turns);

@@ -421,6 +421,9 @@ static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_ot
     TEST_ASSERT_TRUE(davar_encoder_raw_rest(&encoder, &frame));
     assert_raw(DAVAR_RAW_COUNT, 15U, INT32_MIN, 0);
     TEST_ASSERT_EQUAL_UINT8(5U, wire.counter);
+    TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, 16U, 7, &frame));
+    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 17U, -32769, &frame)); /* no pair, whichever is the wide one */
+    assert_raw(DAVAR_RAW_COUNT, 16U, 7, 0);
 }
 
 static void test_raw_rates_are_float32_and_what_cannot_be_is_refused(void)

@@ -654,6 +654,11 @@ static void test_the_second_channel_is_as_the_formula_says(void)
     TEST_ASSERT_EQUAL_UINT32(config.alarm, config.cut);
     TEST_ASSERT_DOUBLE_WITHIN(1e-3, 256.0 / (3.0 * config.degrees), config.bias / 65536.0);
     TEST_ASSERT_EQUAL(0, config.outlier);
+    davar_glr_push_clusters_q15(&state, &config, -1000, &event);
+    TEST_ASSERT_EQUAL_UINT64(6000000U + 80U, state.now.sum.low);
+    davar_glr_push_clusters_q31(&state, &config, INT64_C(1) << 40U, &event);
+    TEST_ASSERT_EQUAL_UINT64(6000000U + 160U, state.now.sum.low);
+    TEST_ASSERT_EQUAL_UINT32(6U << 16U, state.now.sum.high);
     wish.false_alarms_per_hour = 1e6;
     davar_glr_start_clusters(&config, &wish);
     TEST_ASSERT_DOUBLE_WITHIN(1e-4, log(768.0) + 1.0, config.alarm / 65536.0);
