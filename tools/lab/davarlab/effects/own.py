@@ -3,9 +3,9 @@ effect, when it is loaded or when one of its functions is first asked."""
 
 import contextlib
 import sys
+import types
 from collections.abc import Iterable
 from dataclasses import replace
-from importlib import util
 from pathlib import Path
 
 import numpy as np
@@ -16,16 +16,16 @@ from .base import Effect, Parameter
 
 
 def executed(path):
-    """The module of a Python file; what it prints goes to standard error."""
+    """The module of a Python file; what it prints goes to standard error. No bytecode is left beside it."""
     if not Path(path).is_file():
         raise BadInput(f"--effects: {path}: no such file")
     if Path(path).suffix != ".py":
         raise BadInput(f"--effects: {path}: a Python file (.py) expected")
-    specification = util.spec_from_file_location(Path(path).stem, path)
-    module = util.module_from_spec(specification)
+    module = types.ModuleType(Path(path).stem)
+    module.__file__ = str(path)
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            specification.loader.exec_module(module)
+            exec(compile(Path(path).read_bytes(), path, "exec"), module.__dict__)
     except (Exception, SystemExit) as why:  # the person's own code: whatever it raises is a mistake in that file
         raise BadInput(f"--effects: {path}: {in_one_line(why)}") from None
     return module
