@@ -16,16 +16,25 @@ class Passed:
     def __init__(self, folder):
         self.folder, self.known = Path(folder), 0
 
+    def cases(self, key):
+        """How many cases passed for this key; 0: not known."""
+        stamp = self.folder / key
+        if os.environ.get("DAVAR_AGAIN") or not stamp.exists():
+            return 0
+        self.known += 1
+        return int(stamp.read_text() or 1)
+
+    def keep(self, key, cases=1):
+        self.folder.mkdir(parents=True, exist_ok=True)
+        (self.folder / key).write_text(str(cases))
+
     def check(self, key, work):
         """True if `work` is true, or was for this key."""
-        stamp = self.folder / key
-        if stamp.exists() and not os.environ.get("DAVAR_AGAIN"):
-            self.known += 1
+        if self.cases(key):
             return True
         done = work()
         if done:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            stamp.touch()
+            self.keep(key)
         return done
 
 

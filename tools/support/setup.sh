@@ -69,7 +69,7 @@ export target_packages=(gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-ar
 need() {
     local package missing=()
     for package; do
-        [[ " ${DAVAR_SEEN:-} " == *" $package "* ]] || have "$package" || missing+=("$package")
+        [[ " ${DAVAR_SEEN:-} ${missing[*]} " == *" $package "* ]] || have "$package" || missing+=("$package")
     done
     ((${#missing[@]})) || return 0
     if ((EUID != 0)) || ! command -v apt-get >/dev/null; then
