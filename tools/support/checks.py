@@ -1,6 +1,6 @@
 """The parts of tools/test: each builds what it needs, runs a tool or a test suite and returns a tally.
 
-A part is a list of jobs, which do not depend on each other; run_parts() runs as many at once as there are cores. Called by
+A part is a list of jobs, which do not depend on each other; run_parts() runs two more at once than there are cores. Called by
 tools/test, which has seen to the packages and to Unity. Standard library only.
 """
 
@@ -482,12 +482,12 @@ def show(name, results):
 
 
 def run_parts(parts, seconds=None):
-    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done. One job more
-    than there are cores: some wait for a lock or for the network."""
+    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done. Two jobs more
+    than there are cores: some wait for a lock, a browser or a device's clock."""
     total, taken = Tally(), {}
     jobs = [(seconds.expected(named(part, job)) if seconds else 0, part, number) for part, them in parts.items() for number, job in enumerate(them)]
     futures = {part: [None] * len(them) for part, them in parts.items()}
-    with ThreadPoolExecutor(int(JOBS) + 1) as pool:
+    with ThreadPoolExecutor(int(JOBS) + 2) as pool:
         for _, part, number in sorted(jobs, key=lambda job: -job[0]):
             futures[part][number] = pool.submit(attempt, parts[part][number])
         try:
