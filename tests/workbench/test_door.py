@@ -4,6 +4,7 @@ import gzip
 import json
 import math
 import random
+import re
 import shlex
 import struct
 import unittest
@@ -97,6 +98,30 @@ class Logs(Visiting):
         refused = run("open", "--no-browser", self.folder / "flight.bin", "--sensor", "IMU:7")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("IMU:7", refused.stderr)
+
+    def test_of_a_recording_that_was_closed_or_left_nothing_comes_late(self):
+        log(self.folder / "flight.csv", ("time_us", "gyro_x[rad/s]", "gyro_y[rad/s]", "acc_x", "acc_y", "acc_z", "temp_degC", "vbat"))
+        page = self.page(self.open())
+        late, over = [], []
+        page.route(re.compile("/api/(candidates|stretch)"), lambda route: late.append(route))
+        for ended in ("requestfinished", "requestfailed"):
+            page.on(ended, lambda request: re.search("/api/(candidates|stretch)", request.url) and over.append(request))
+
+        def until(happened):
+            while not happened():
+                page.wait_for_timeout(20)
+
+        page.set_input_files("#file", str(self.folder / "flight.csv"))
+        page.click("#read")
+        for asked, leave in ((2, lambda: page.select_option("#axis", index=1)), (4, lambda: page.click("#close"))):
+            until(lambda: len(late) == asked)  # they are under way, and the page waits
+            leave()
+        expect(page.locator("#file")).to_be_attached()
+        for route in late:
+            route.continue_()
+        until(lambda: len(over) == len(late))
+        expect(page.locator("#error")).to_be_hidden(timeout=2000)
+        self.assert_quiet()
 
     def test_what_is_no_recording_is_refused_in_one_line(self):
         bench = self.open()

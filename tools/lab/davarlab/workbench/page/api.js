@@ -10,8 +10,16 @@ async function answered(response) {
   return data;
 }
 
+let asked = new AbortController();
+
 export async function ask(what, given = {}) {
-  return answered(await fetch(`/api/${what}?${new URLSearchParams(given)}`, { headers }));
+  return answered(await fetch(`/api/${what}?${new URLSearchParams(given)}`, { headers, signal: asked.signal }));
+}
+
+// What was asked and is not answered yet is not wanted any more: it fails as an AbortError.
+export function forget() {
+  asked.abort();
+  asked = new AbortController();
 }
 
 export async function act(what, given = {}) {

@@ -6,7 +6,7 @@ import * as charts from "/page/charts.js";
 import { closer, look, record, sights, worst } from "/page/parts/closer.js";
 import * as landing from "/page/parts/landing.js";
 import { heard, live } from "/page/parts/live.js";
-import { acting, at, change, changed, doing, newest, now, say, shownBy } from "/page/now.js";
+import { acting, at, change, changed, doing, leaving, newest, now, say, shownBy } from "/page/now.js";
 import * as stack from "/page/parts/stack.js";
 import { falling, timeline } from "/page/parts/timeline.js";
 import { element, fill, number } from "/page/words.js";
@@ -26,7 +26,7 @@ async function refresh() {
   if (!now.all.recording) {
     now.view = now.found = null;
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
-      listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => change("", "close"),
+      listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => leaving("", "close"),
       sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
       read: (columns, rate_hz) => change("reading the recording and fitting a first model", "read", { columns, rate_hz }) };
     landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);
@@ -120,13 +120,13 @@ document.addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
-at("axis").onchange = () => change(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
+at("axis").onchange = () => leaving(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
 at("refit").onclick = () => acting("fitting all values", "refit", { held: stack.held(now.view) });
 const home = (id, what, given, name) => { at(id).onclick = () => doing("making it", () => download(what, { ...given, number: now.view.number }, name)); };
 home("save", "save", { what: "toml" }, "model.toml");
 home("save-h", "save", { what: "h" }, "model.h");
 home("report", "report", {}, "report.html");
-at("close").onclick = () => change("", "close");
+at("close").onclick = () => leaving("", "close");
 at("help-button").onclick = () => at("help").showModal();
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => now.view && show(now.turn));
 

@@ -1,5 +1,5 @@
 // Where the page stands, and how anything is asked of it: one word at the top, one line where something was refused, the newest wish only.
-import { act } from "/page/api.js";
+import { act, forget } from "/page/api.js";
 
 // all: what is open, and its steps; view: the step that is shown; found: its candidates; turn: counts the steps that were begun to be shown.
 export const now = { all: null, view: null, found: null, turn: 0 };
@@ -11,6 +11,7 @@ export function shownBy(show) { refresh = show; }
 export function say(text) { at("status").textContent = text; }
 
 export function refused(why) {
+  if (why.name === "AbortError") return;
   at("error").textContent = why.message;
   at("error").hidden = false;
 }
@@ -41,6 +42,13 @@ export function changed(revision) {
 
 // An action; refused or not, the page then shows what is so.
 export const change = (text, what, given) => doing(text, async () => { try { await act(what, given); } finally { await refresh(); } });
+
+// An action that leaves the recording, or this sight of it: no picture of it is wanted any more.
+export function leaving(text, what, given) {
+  now.turn += 1;
+  forget();
+  return change(text, what, given);
+}
 
 // An action on the step that is shown.
 export const acting = (text, what, given = {}) => change(text, what, { ...given, number: now.view.number });

@@ -1,7 +1,7 @@
 // Looking closer: stretches and cells, what is left beside a column, spectra over time, the axes and a data sheet.
 import { act, ask, drop } from "/page/api.js";
 import * as charts from "/page/charts.js";
-import { at, change, doing, newest, now } from "/page/now.js";
+import { at, change, doing, leaving, newest, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 let sheet = null, axes = null;
@@ -49,7 +49,7 @@ export async function look(cell) {
     fill("cell", element("h2", {}, `${number(cell.start_s, 6)} to ${number(cell.stop_s, 6)} s, averaging time ${number(cell.tau_s)} s`),
       element("p", { id: "cell-said" }, `Measured ${number(cell.measured)} deg/s, model ${number(cell.model)} deg/s: ${number(cell.ratio)} times, `
         + `${number(cell.z, 2)} standard deviations${cell.proven ? ", proven" : ""}.`),
-      element("button", { onclick: () => change("looking at it alone", "sight", { alone: whole([cell.start_s, cell.stop_s]) }) }, "Look at this stretch alone"),
+      element("button", { onclick: () => leaving("looking at it alone", "sight", { alone: whole([cell.start_s, cell.stop_s]) }) }, "Look at this stretch alone"),
       ...stretch.envelopes.map((_, i) => element("div", { id: `samples-${i}`, class: "chart strip" })), element("div", { id: "cell-spectrum", class: "chart" }));
     for (const [i, one] of stretch.envelopes.entries()) await charts.envelope(`samples-${i}`, one);
     await charts.density("cell-spectrum", stretch.f_hz, stretch.density);
@@ -86,9 +86,9 @@ at("held-file").onchange = () => at("held-file").files[0] && doing("reading what
 });
 at("let-go").onclick = () => change("letting it go", "let_go");
 const span = () => whole([Number(at("from").value), Number(at("to").value)]);
-at("alone").onclick = () => change("looking at it alone", "sight", { alone: span() });
-at("cut").onclick = () => change("cutting it out", "sight", { cut: [...now.all.cut, span()] });
+at("alone").onclick = () => leaving("looking at it alone", "sight", { alone: span() });
+at("cut").onclick = () => leaving("cutting it out", "sight", { cut: [...now.all.cut, span()] });
 at("sights").onchange = () => {
   const { column, alone, cut } = now.all.sights[Number(at("sights").value)];
-  change("looking there", "sight", { column, alone, cut });
+  leaving("looking there", "sight", { column, alone, cut });
 };
