@@ -101,31 +101,31 @@ class Parts(unittest.TestCase):
             self.assertFalse(ask(False, "-bugprone-*"))
             self.assertEqual(6, len(asked))
 
-    def test_a_long_suite_is_known_until_its_bytes_change(self):
+    def test_a_suite_is_known_until_its_bytes_change(self):
         """A ctest of four: two that count cases, one that fails, one that reads its environment."""
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             (root / "build/log").mkdir(parents=True)
-            suites = {"long/a": "2 Tests 0 Failures 0 Ignored", "long/b": "3 Tests 0 Failures 0 Ignored", "long/fails": "1 Tests 1 Failures 0 Ignored"}
+            suites = {"unit/a": "2 Tests 0 Failures 0 Ignored", "unit/b": "3 Tests 0 Failures 0 Ignored", "long/fails": "1 Tests 1 Failures 0 Ignored"}
             lines = ["cmake_minimum_required(VERSION 3.20)", "project(suites NONE)", "enable_testing()"]
             for name, said in suites.items():
                 program = root / Path(name).name
                 program.write_text(f"#!/bin/sh\necho x >> {program}.asked\necho '{said}'\n")
                 program.chmod(0o755)
-                lines += [f"add_test(NAME {name} COMMAND {program})", f"set_tests_properties({name} PROPERTIES LABELS long)"]
+                lines += [f"add_test(NAME {name} COMMAND {program})", f"set_tests_properties({name} PROPERTIES LABELS {Path(name).parent})"]
             lines += [f"add_test(NAME long/env COMMAND {root / 'a'})", "set_tests_properties(long/env PROPERTIES LABELS long ENVIRONMENT X=1)"]
             (root / "CMakeLists.txt").write_text("\n".join(lines))
-            (root / "CMakePresets.json").write_text(json.dumps({
-                "version": 3, "configurePresets": [{"name": "any", "generator": "Unix Makefiles", "binaryDir": "build/any"}],
-                "buildPresets": [{"name": "any", "configurePreset": "any"}], "testPresets": [{"name": "any", "configurePreset": "any"}]}))
-            with mock.patch.multiple(checks, ROOT=root, BUILD=root / "build", LOGS=root / "build/log"):
-                checks.build("any")
+            presets = {kind: [{"name": name, "configurePreset": name} for name in ("any", "quick", "coverage")] for kind in ("buildPresets", "testPresets")}
+            presets["configurePresets"] = [{"name": name, "generator": "Unix Makefiles", "binaryDir": f"build/{name}"} for name in ("any", "quick", "coverage")]
+            (root / "CMakePresets.json").write_text(json.dumps({"version": 3, **presets}))
+            with mock.patch.multiple(checks, ROOT=root, BUILD=root / "build", LOGS=root / "build/log", LEFT_OUT={"quick": "long"}):
                 first, second = checks.ctest("any"), checks.ctest("any")
                 with (root / "b").open("a") as program:
                     program.write("# other bytes\n")
-                third = checks.ctest("any")
-            self.assertEqual([(7, 1, 0), (7, 1, 2), (7, 1, 1)], [(one.passed, one.failed, one.known) for one in (first, second, third)])
-            self.assertEqual([4, 2, 3], [len(Path(root, f"{name}.asked").read_text()) // 2 for name in ("a", "b", "fails")])
+                third, fourth, fifth = checks.ctest("any"), checks.ctest("quick"), checks.ctest("coverage")
+            self.assertEqual([(7, 1, 0), (7, 1, 2), (7, 1, 1), (5, 0, 2), (7, 1, 0)],
+                             [(one.passed, one.failed, one.known) for one in (first, second, third, fourth, fifth)])
+            self.assertEqual([6, 3, 4], [len(Path(root, f"{name}.asked").read_text()) // 2 for name in ("a", "b", "fails")])
 
     def test_what_two_parts_need_is_made_once_and_its_failure_is_that_of_both(self):
         made = []

@@ -119,31 +119,33 @@ def unity_tally(name, output, status):
     return Tally(tests - failures - ignored, failures, ignored, lines)
 
 
-def long_programs(preset):
-    """{long test: key of its program}, of those that read nothing: what they say depends on their bytes alone."""
-    listed = subprocess.run(["ctest", "--preset", preset, "--show-only=json-v1", "--label-regex", "long"], cwd=ROOT, text=True,
-                            stdout=subprocess.PIPE, check=True).stdout
+def alone(preset, chosen):
+    """{test: key of its program}, of those that read nothing: what they say depends on their bytes alone, and on the C library's."""
+    if "DAVAR_TEST_SEED" in os.environ:
+        return {}
+    listed = subprocess.run(["ctest", "--preset", preset, "--show-only=json-v1", *chosen], cwd=ROOT, text=True, stdout=subprocess.PIPE, check=True).stdout
     tests = json.loads(listed[listed.index("{"):])["tests"]
-    return {test["name"]: remembered.content_key(Path(test["command"][0])) for test in tests
+    return {test["name"]: remembered.content_key(os.confstr("CS_GNU_LIBC_VERSION"), Path(test["command"][0])) for test in tests
             if len(test["command"]) == 1 and "ENVIRONMENT" not in (one["name"] for one in test["properties"])}
 
 
 def ctest(preset, variables=None):
+    """The suites of a build. Those that passed are known; but where the run itself is looked at, for coverage, all run."""
     build(preset)
+    chosen = ["--label-exclude", LEFT_OUT[preset]] if preset in LEFT_OUT else []
+    passed, tally = remembered.Passed(BUILD / "cache/ctest"), Tally()
+    keys = {} if preset in ("coverage", "mcdc") else alone(preset, chosen)
+    known = {name: cases for name, key in keys.items() if (cases := passed.cases(key))}
+    tally.passed, tally.known = sum(known.values()), passed.known
+    chosen += ["--exclude-regex", f"^({'|'.join(known)})$"] if known else []
     report = LOGS / f"ctest-{preset}.xml"
-    command = ["ctest", "--preset", preset, "--parallel", JOBS, "--output-junit", str(report),
-               "--test-output-size-passed", "1000000", "--test-output-size-failed", "1000000"]
-    tally, passed, keys = Tally(), remembered.Passed(BUILD / "cache/long"), {}
-    if preset in LEFT_OUT:
-        command += ["--label-exclude", LEFT_OUT[preset]]
-    else:
-        keys = long_programs(preset)
-        known = {name: cases for name, key in keys.items() if (cases := passed.cases(key))}
-        tally.passed, tally.known = sum(known.values()), passed.known
-        command += ["--exclude-regex", f"^({'|'.join(known)})$"] if known else []
-    status, output = run(command, f"ctest-{preset}.log", {**os.environ, **(variables or {})})
+    report.unlink(missing_ok=True)
+    status, output = run(["ctest", "--preset", preset, "--parallel", JOBS, "--output-junit", str(report), "--test-output-size-passed", "1000000",
+                          "--test-output-size-failed", "1000000", *chosen], f"ctest-{preset}.log", {**os.environ, **(variables or {})})
     if not report.exists():
-        raise Broken(output)
+        if status or not known:
+            raise Broken(output)
+        return tally  # nothing was left to ask
     for case in xml.etree.ElementTree.parse(report).iter("testcase"):
         name = case.get("name")
         answer = unity_tally(name, case.findtext("system-out") or "", case.get("status"))
@@ -398,13 +400,25 @@ def fuzz(name):
 
 
 def mutants():
-    """A sample of small faults in lib/, the same every time: each must be found by a suite, or is listed with the reason."""
+    """A sample of small faults in lib/, the same every time: each must be found by a suite, or is listed with the reason. Known until
+    a source, a build file or the compiler changes."""
+    command = ["tests/mutation/mutants.py", "--sample", "60", "--longest", "5", "--unlisted"]
+    passed = remembered.Passed(BUILD / "cache/mutants")
+    compiler = subprocess.run(["cc", "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
+    key = remembered.content_key(*command, compiler, *(ROOT / name for name in sources(".c", ".h", ".txt", ".cmake")), *sorted(ROOT.glob("cmake/*")),
+                                 *sorted(ROOT.glob("tests/mutation/*.py")), ROOT / "CMakeLists.txt", ROOT / "tools/support/requirements-mutants.txt")
+    if cases := passed.cases(key):
+        tally = Tally(cases)
+        tally.known = cases
+        return tally
     python = set_up("python_environment venv-mutants tools/support/requirements-mutants.txt", "mutants-python.log")
-    status, output = run([python, "-B", "tests/mutation/mutants.py", "--sample", "60", "--longest", "5", "--unlisted"], "mutants.log")
+    status, output = run([python, "-B", *command], "mutants.log")
     done = re.search(r"^(\d+) mutants asked, (\d+) neither killed nor listed, (\d+) listed", output, re.MULTILINE)
     if not done:
         raise Broken(output)
     asked, alive, stale = map(int, done.groups())
+    if not status:
+        passed.keep(key, asked - alive)
     return Tally(asked - alive, alive + stale, 0, [output] if status else [])
 
 
