@@ -13,6 +13,11 @@ export async function closer() {
   await beside({});
   fill("over", ...["time_s", ...now.all.columns].map((name) => element("option", { value: name, selected: name === at("over").dataset.chosen }, name)));
   await charts.spectrogram(await ask("spectrogram", { column: at("over").value }));
+  await sensor();
+}
+
+// The axes of the sensor, and what its data sheet says of them.
+async function sensor() {
   if (axes?.of !== now.all.recording) axes = { of: now.all.recording, all: (await ask("axes")).axes };
   await charts.axes(axes.all, sheet);
 }
@@ -69,7 +74,7 @@ const SHEET = { angle_random_walk: "sheet-arw", bias_instability: "sheet-bi", ra
 at("sheet").onsubmit = (event) => {
   event.preventDefault();
   const given = Object.fromEntries(Object.entries(SHEET).map(([kind, id]) => [kind, at(id).value]));
-  doing("", async () => { sheet = await ask("sheet", Object.fromEntries(Object.entries(given).filter(([, value]) => value))); await charts.axes(axes.all, sheet); });
+  doing("", async () => { sheet = await ask("sheet", Object.fromEntries(Object.entries(given).filter(([, value]) => value))); await sensor(); });
 };
 at("kalibr").onchange = () => at("kalibr").files[0] && doing("reading the kalibr file", async () => {
   const file = at("kalibr").files[0];
