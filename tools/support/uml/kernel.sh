@@ -44,7 +44,7 @@ build() {
     cd linux-source-6.1
     patch_source
     configure ../out
-    nice make ARCH=um O=../out "-j$(nproc)" linux
+    make ARCH=um O=../out "-j$(nproc)" linux
     strip -o ../linux ../out/linux
 }
 
