@@ -34,15 +34,15 @@ class Firmware(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.folder = folder.name
-        cls.library = Path(cls.folder, "davar.o")
-        run("gcc", *FLAGS, "-I", ROOT / "lib/src", "-r", "-nostdlib", *sorted((ROOT / "lib/src").rglob("*.c")), "-o", cls.library)
+        cls.linked = Path(cls.folder, "davar.o")
+        run("gcc", *FLAGS, "-I", ROOT / "lib/src", "-r", "-nostdlib", *sorted((ROOT / "lib/src").rglob("*.c")), "-o", cls.linked)
 
     def program(self, probe, example, *more):
         """A probe of this folder with the sources of an example. more: folders of headers."""
         program, home = Path(self.folder, Path(probe).stem), ROOT / "examples" / example
         if not program.exists():
             places = [word for place in (home, *more) for word in ("-I", place)]
-            run("gcc", *FLAGS, *places, HERE / probe, *sorted(home.glob("*.c")), self.library, "-o", program, "-lm")
+            run("gcc", *FLAGS, *places, HERE / probe, *sorted(home.glob("*.c")), self.linked, "-o", program, "-lm")
         return program
 
     def answers(self, program, lines=()):

@@ -10,7 +10,7 @@ import struct
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, run
+from visiting import FIRST, Visiting, run, until
 
 
 def log(path, names, rows=2000):
@@ -107,19 +107,15 @@ class Logs(Visiting):
         for ended in ("requestfinished", "requestfailed"):
             page.on(ended, lambda request: re.search("/api/(candidates|stretch)", request.url) and over.append(request))
 
-        def until(happened):
-            while not happened():
-                page.wait_for_timeout(20)
-
         page.set_input_files("#file", str(self.folder / "flight.csv"))
         page.click("#read")
         for asked, leave in ((2, lambda: page.select_option("#axis", index=1)), (4, lambda: page.click("#close"))):
-            until(lambda: len(late) == asked)  # they are under way, and the page waits
+            until(page, lambda: len(late) == asked)  # they are under way, and the page waits
             leave()
         expect(page.locator("#file")).to_be_attached()
         for route in late:
             route.continue_()
-        until(lambda: len(over) == len(late))
+        until(page, lambda: len(over) == len(late))
         expect(page.locator("#error")).to_be_hidden(timeout=2000)
         self.assert_quiet()
 

@@ -6,7 +6,7 @@ import re
 import unittest
 
 from playwright.sync_api import expect
-from visiting import FIRST, Visiting, run
+from visiting import FIRST, Visiting, run, until
 
 RAMP = '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 2000.0\n'
 KALIBR = "imu0:\n  rostopic: /imu0\n  gyroscope_noise_density: 1.0e-04\n  gyroscope_random_walk: 1.0e-06\n  update_rate: 200.0\n"
@@ -40,6 +40,18 @@ class Home(Visiting):
         self.assert_quiet()
         page.close()
         bench.stop()
+
+        page, late = self.page(self.open(one)), []
+        page.route(re.compile("/api/(held_out|sight)"), lambda route: late.append(route))
+        page.reload()
+        until(page, lambda: late)
+        page.fill("#from", "0")
+        page.fill("#to", "300")
+        page.click("#alone")
+        until(page, lambda: len(late) == 2)
+        self.assertEqual(page.inner_text("#held-out-error"), "held out …")  # what is not wanted any more says nothing
+        self.assert_quiet()
+        page.close()
 
         wrong = self.folder / "wrong.csv"
         wrong.write_text("time_s,temp_degC\n" + "".join(f"{i / 50},{i % 7}\n" for i in range(1500)))
@@ -150,8 +162,7 @@ class Home(Visiting):
         expect(page.locator("#sheet-rrw")).not_to_have_value("")
         self.assertAlmostEqual(float(page.input_value("#sheet-arw")), 1e-4 * 180 / math.pi * 60, places=5)
         self.assertAlmostEqual(float(page.input_value("#sheet-rrw")), 1e-6 * 180 / math.pi * 60 ** 3, places=4)
-        while not late:  # who is quick has a data sheet before the axes have come
-            page.wait_for_timeout(20)
+        until(page, lambda: late)  # who is quick has a data sheet before the axes have come
         late[0].continue_()
         expect(page.locator("#axes .main-svg").first).to_be_visible()
         expect(page.locator("#error")).to_be_hidden(timeout=2000)

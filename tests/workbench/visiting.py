@@ -118,3 +118,12 @@ def ranked(page, kind=None):
 
 def error(page):
     return float(page.inner_text("#error-value"))
+
+
+def until(page, happened):
+    """Waits for what the test itself sees; a page that never does it hangs."""
+    for _ in range(HANG_MS // 20):
+        if happened():
+            return
+        page.wait_for_timeout(20)
+    raise AssertionError(f"not within {HANG_MS} ms")

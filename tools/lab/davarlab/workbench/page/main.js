@@ -83,15 +83,15 @@ function verdict() {
 async function heldOut() {
   if (!now.all.held_out) return;
   at("held-out-error").textContent = "held out …";
-  const here = now.view.number;
+  const { turn } = now;
   let said;
   try {
-    const { error, floor } = await ask("held_out", { number: here });
+    const { error, floor } = await ask("held_out", { number: now.view.number });
     said = `held out ${number(error)} (floor ${number(floor)})`;
   } catch (why) {
     said = `held out: ${why.message}`;
   }
-  if (here === now.view?.number) at("held-out-error").textContent = said;
+  if (turn === now.turn) at("held-out-error").textContent = said;
 }
 
 // A shape has no sum to add: the server says the curve.
