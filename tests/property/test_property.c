@@ -120,8 +120,12 @@ static void choose_samples(random_t *random, trial_t *trial)
 
 static davar_status_t start(davar_t *davar, const trial_t *trial)
 {
-    return (trial->number == NUMBER_Q15) ? davar_init_q15(davar, &trial->config, memory, sizeof memory)
-                                         : davar_init_q31(davar, &trial->config, memory, sizeof memory);
+    const bool is_q15 = (trial->number == NUMBER_Q15);
+    const size_t bytes = is_q15 ? davar_memory_size_q15(&trial->config) : davar_memory_size_q31(&trial->config);
+    TEST_ASSERT_TRUE(bytes <= sizeof memory);
+    memset(memory, 0xA5, bytes);
+    return is_q15 ? davar_init_q15(davar, &trial->config, memory, bytes)
+                  : davar_init_q31(davar, &trial->config, memory, bytes);
 }
 
 static size_t push(davar_t *davar, const trial_t *trial, int64_t from, int64_t to)
@@ -226,7 +230,6 @@ static void run_trial(const trial_t *trial, random_t *random)
     davar_result_t result;
     reference_t reference;
     reference_epoch_t left = {0};
-    memset(memory, 0xA5, sizeof memory);
     TEST_ASSERT_EQUAL_MESSAGE(DAVAR_OK, start(&davar, trial), context(trial, &left, "init"));
     push_and_reset(&davar, trial);
     const reference_record_t record = {trial->sample, trial->gap_before, trial->count};
@@ -272,9 +275,82 @@ static void test_every_epoch_equals_brute_force_for_random_configurations_and_ch
     }
 }
 
+#define SMALL_WINDOW 9U
+#define SMALL_STRIDE 10U
+#define SMALL_COUNT 60
+
+/* Quiet and loud by turns, now and then a gap. */
+static void choose_few_samples(random_t *random, trial_t *trial)
+{
+    int32_t loud = 1;
+    trial->count = SMALL_COUNT;
+    for (int64_t i = 0; i < trial->count; i++) {
+        loud = ((random_next(random) % 12U) == 0U) ? (1001 - loud) : loud;
+        trial->sample[i] = loud * ((int32_t)between(random, 0U, 8U) - 4);
+        trial->gap_before[i] = (trial->seed % 4U == 0U) && ((random_next(random) % 20U) == 0U);
+    }
+}
+
+static void run_small(trial_t *trial)
+{
+    random_t random = random_seeded(trial->seed);
+    choose_few_samples(&random, trial);
+    run_trial(trial, &random);
+    trial->seed++;
+}
+
+/* With every policy, stride and engine. */
+static void run_small_window(trial_t *trial)
+{
+    davar_config_t *const config = &trial->config;
+    for (uint32_t each = 0U; each < (8U * SMALL_STRIDE); each++) {
+        config->policy = (davar_policy_t)(each % 4U);
+        config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
+        config->stride = 1U + (each / 8U);
+        run_small(trial);
+    }
+}
+
+static void run_small_windows(trial_t *trial, davar_mode_t mode, uint32_t step)
+{
+    davar_config_t *const config = &trial->config;
+    config->mode = mode;
+    config->grow = step;
+    config->shrink = step;
+    for (config->window_max = 4U; config->window_max <= SMALL_WINDOW; config->window_max += step) {
+        for (config->window_min = 2U; config->window_min <= config->window_max; config->window_min += step) {
+            for (config->segment = 1U; config->segment < config->window_min; config->segment++) {
+                run_small_window(trial);
+            }
+        }
+    }
+}
+
+static void test_every_epoch_equals_brute_force_for_every_small_configuration(void)
+{
+    static trial_t trial;
+    trial.config = davar_default_config;
+    trial.config.rate_hz = 100.0;
+    trial.config.unit_per_count = 1.0;
+    trial.config.gaps_max = (2U * SMALL_WINDOW) + SMALL_STRIDE + 2U;
+    trial.config.mirrored_end = true;
+    trial.config.contribution_high = 0.16;
+    trial.config.kurtosis_low = 1.5137;
+    trial.config.kurtosis_high = 4.0137;
+    trial.config.taus = trial.taus;
+    trial.config.tau_count = 2U;
+    trial.taus[0] = 1U;
+    trial.taus[1] = 2U;
+    trial.number = NUMBER_Q15;
+    trial.seed = 1U;
+    run_small_windows(&trial, DAVAR_MODE_TRAILING, 1U);
+    run_small_windows(&trial, DAVAR_MODE_CENTRED, 2U);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
+    RUN_TEST(test_every_epoch_equals_brute_force_for_every_small_configuration);
     RUN_TEST(test_every_epoch_equals_brute_force_for_random_configurations_and_chunks);
     return UNITY_END();
 }

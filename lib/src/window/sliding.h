@@ -205,11 +205,12 @@ DAVAR_APART static void sliding_follow(stages_t *stages, davar_t *davar, uint32_
     }
 }
 
-/* Moves the edges to where the law wants them, the leading one first so that no window gets shorter than the last. */
+/* Moves the edges to where the law wants them, the leading one first so that no window gets shorter than the last. While
+ * the window is no longer than the segment it has no first part that could glide with it. */
 static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_t length)
 {
     const davar_window_t *const window = &davar->window;
-    if (davar->config->stride > 1U) {
+    if ((davar->config->stride > 1U) && (window->length > davar->config->segment)) {
         sliding_follow(stages, davar, lag, length);
     }
     while (window->lag != lag) {
