@@ -283,11 +283,12 @@ static void test_every_epoch_equals_brute_force_for_random_configurations_and_ch
 static void choose_few_samples(random_t *random, trial_t *trial)
 {
     int32_t loud = 1;
+    const bool with_gaps = (random_next(random) % 4U) == 0U;
     trial->count = SMALL_COUNT;
     for (int64_t i = 0; i < trial->count; i++) {
         loud = ((random_next(random) % 12U) == 0U) ? (1001 - loud) : loud;
         trial->sample[i] = loud * ((int32_t)between(random, 0U, 8U) - 4);
-        trial->gap_before[i] = (trial->seed % 4U == 0U) && ((random_next(random) % 20U) == 0U);
+        trial->gap_before[i] = with_gaps && ((random_next(random) % 20U) == 0U);
     }
 }
 
@@ -299,7 +300,7 @@ static void run_small(trial_t *trial)
     trial->seed++;
 }
 
-/* With every policy, stride and engine. */
+/* With every policy of the paper's law, stride and engine. */
 static void run_small_window(trial_t *trial)
 {
     davar_config_t *const config = &trial->config;
@@ -334,7 +335,7 @@ static void test_every_epoch_equals_brute_force_for_every_small_configuration(vo
     trial.config.unit_per_count = 1.0;
     trial.config.gaps_max = (2U * SMALL_WINDOW) + SMALL_STRIDE + 2U;
     trial.config.mirrored_end = true;
-    trial.config.contribution_high = 0.16;
+    trial.config.contribution_high = 0.16; /* off round values, as in choose_config */
     trial.config.kurtosis_low = 1.5137;
     trial.config.kurtosis_high = 4.0137;
     trial.config.taus = trial.taus;
@@ -350,7 +351,9 @@ static void test_every_epoch_equals_brute_force_for_every_small_configuration(vo
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_epoch_equals_brute_force_for_every_small_configuration);
+    if (getenv("DAVAR_TEST_SEED") == NULL) { /* a seed is one of the random trials */
+        RUN_TEST(test_every_epoch_equals_brute_force_for_every_small_configuration);
+    }
     RUN_TEST(test_every_epoch_equals_brute_force_for_random_configurations_and_chunks);
     return UNITY_END();
 }
