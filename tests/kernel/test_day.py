@@ -87,11 +87,12 @@ class Day(KernelCase):
                 self.feed(node, NODE_HZ, first=second + run)
                 time.sleep(1)
             told = self.last_words(node)
+            samples = HOURS * 3600 // RUNS * NODE_HZ
             first = -(-400 // NODE_STRIDE) * NODE_STRIDE - 1  # its windows are trailing, and told from 400 samples on
-            self.assertEqual(HOURS * 3600 // RUNS * NODE_HZ, told["samples"])
+            wanted.append([{"epoch": str(epoch)} for epoch in range(first, samples, NODE_STRIDE)])
+            self.assertEqual((samples, len(wanted[-1])), (told["samples"], told["results"]))
             self.assertLessEqual(set(told), {"samples", "results", "alarms"}, "nothing is lost")
             print(f"run {run + 1}: {told['results']} results", flush=True)
-            wanted.append([{"epoch": str(first + n)} for n in range(0, told["results"] * NODE_STRIDE, NODE_STRIDE)])
             settle()
         return wanted
 
