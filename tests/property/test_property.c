@@ -327,7 +327,7 @@ static void run_small_windows(trial_t *trial, davar_mode_t mode, uint32_t step)
     }
 }
 
-static void test_every_epoch_equals_brute_force_for_every_small_configuration(void)
+static void test_every_epoch_equals_brute_force_for_small_configurations_one_by_one(void)
 {
     static trial_t trial;
     trial.config = davar_default_config;
@@ -352,7 +352,7 @@ int main(void)
 {
     UNITY_BEGIN();
     if (getenv("DAVAR_TEST_SEED") == NULL) { /* a seed is one of the random trials */
-        RUN_TEST(test_every_epoch_equals_brute_force_for_every_small_configuration);
+        RUN_TEST(test_every_epoch_equals_brute_force_for_small_configurations_one_by_one);
     }
     RUN_TEST(test_every_epoch_equals_brute_force_for_random_configurations_and_chunks);
     return UNITY_END();

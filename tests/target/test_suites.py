@@ -9,8 +9,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import remembered
 import targets
 
-BEYOND_16_KB = {"wrap", "glr", "recorded", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "float", "gaps", "init", "instances", "results", "state",
-                "storage", "tracking"}
+BEYOND_16_KB = {"wrap", "glr", "glr_numbers", "glr_events", "recorded", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "float", "gaps", "init",
+                "instances", "results", "state", "storage", "tracking"}
 SUITES = {"arena", "arithmetic", "slide", "real", "rough", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 

@@ -1,0 +1,366 @@
+/* davar tests - what the detector of changes says at a step, a shock, a ramp, a gap, and the windows that follow. */
+#include "track/window.h"
+
+#include "glr_fixture.h"
+
+#include <string.h>
+
+/* ---- what it says ---- */
+
+static void test_a_step_is_cut_where_it_was_and_its_levels_are_reported(void)
+{
+    push_quiet(500U);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(12U, blocks_to_alarm(60.0, 20U));
+    TEST_ASSERT_UINT32_WITHIN(1U, 500U, state.alarm.at);
+    TEST_ASSERT_EQUAL_UINT32(state.alarm.at, state.cut.at);
+    const double unit = 12.0 * 90.0;
+    TEST_ASSERT_DOUBLE_WITHIN(2.0, 20.0, sqrt((double)event.older.low / event.older.blocks / unit));
+    TEST_ASSERT_DOUBLE_WITHIN(25.0, 60.0, sqrt((double)event.newer.low / event.newer.blocks / unit));
+    TEST_ASSERT_GREATER_THAN_INT32((int32_t)(config.alarm >> 6U), event.gain);
+    TEST_ASSERT_TRUE(event.is_cut);
+}
+
+static void test_noise_that_dies_is_a_change_too(void)
+{
+    push_quiet(500U);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(8U, blocks_to_alarm(0.0, 20U));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(30U, blocks_to_alarm(20.0, 60U));
+}
+
+static void knock(double size)
+{
+    int16_t sample[K_MAX] = {0};
+    fill(sample, 20.0);
+    sample[3] = rounded(size);
+    push_samples(sample);
+}
+
+static void test_a_shock_is_dropped_and_changes_nothing(void)
+{
+    push_quiet(300U);
+    const uint32_t cut = state.cut.at;
+    for (uint32_t length = 1U; length <= 2U; length++) {
+        const uint32_t before = state.now.sum.blocks;
+        for (uint32_t i = 0U; i < length; i++) {
+            knock(600.0);
+            TEST_ASSERT_EQUAL(i + 1U, state.pending);
+            TEST_ASSERT_EQUAL(0, event.resolved);
+        }
+        push_noise(20.0);
+        TEST_ASSERT_EQUAL(length, event.dropped);
+        TEST_ASSERT_EQUAL(length + 1U, event.resolved);
+        TEST_ASSERT_EQUAL_UINT32(before + 1U, state.now.sum.blocks);
+        push_quiet(20U);
+    }
+    TEST_ASSERT_EQUAL_UINT32(cut, state.cut.at);
+    TEST_ASSERT_EQUAL_UINT32(300U + 22U + 23U, state.now.at);
+}
+
+static void test_what_goes_on_is_no_shock(void)
+{
+    push_quiet(300U);
+    knock(600.0);
+    knock(600.0);
+    knock(600.0);
+    TEST_ASSERT_EQUAL(3, event.resolved);
+    TEST_ASSERT_EQUAL(0, event.dropped);
+    TEST_ASSERT_TRUE(event.is_alarm);
+    TEST_ASSERT_EQUAL_UINT32(300U, state.alarm.at);
+}
+
+static void push_blocks(uint64_t b, uint32_t count)
+{
+    const davar_spread_t block = {b, 0U, 1U};
+    for (uint32_t i = 0U; i < count; i++) {
+        davar_glr_push(&state, &config, &block, &event);
+    }
+}
+
+static void skip(uint32_t count)
+{
+    for (uint32_t i = 0U; i < count; i++) {
+        davar_glr_skip(&state, &config, &event);
+    }
+}
+
+static void test_a_block_ends_a_shock_when_it_is_calm_or_far_below(void)
+{
+    push_blocks(1000000U, 100U);
+    push_blocks(5500000U, 1U);
+    push_blocks(2000000U, 1U); /* below 2.12 */
+    TEST_ASSERT_EQUAL(1, event.dropped);
+    push_blocks(9000000U, 1U);
+    push_blocks(2900000U, 1U); /* below a third */
+    TEST_ASSERT_EQUAL(1, event.dropped);
+    push_blocks(9000000U, 1U);
+    push_blocks(3100000U, 1U);
+    TEST_ASSERT_EQUAL(0, event.resolved);
+}
+
+static void test_a_gap_takes_its_time_and_what_waited(void)
+{
+    push_quiet(300U);
+    knock(600.0);
+    const uint32_t blocks = state.now.sum.blocks;
+    davar_glr_skip(&state, &config, &event);
+    TEST_ASSERT_EQUAL(1, event.dropped);
+    TEST_ASSERT_EQUAL(2, event.resolved);
+    TEST_ASSERT_EQUAL_UINT32(302U, state.now.at);
+    TEST_ASSERT_EQUAL_UINT32(blocks, state.now.sum.blocks);
+    push_quiet(200U);
+    TEST_ASSERT_EQUAL_UINT32(0U, state.alarm.at);
+}
+
+static double f_after(bool is_laplace)
+{
+    davar_glr_reset(&state);
+    for (uint32_t n = 0U; n < 3000U; n++) {
+        int16_t sample[K_MAX] = {0};
+        for (uint32_t i = 0U; i < config.block; i++) {
+            const double tail = is_laplace ? sqrt(-log(random_uniform(&rng))) : 1.0;
+            sample[i] = rounded(100.0 * tail * random_gauss(&rng));
+        }
+        push_samples(sample);
+    }
+    return davar_glr_dispersion(&state) / 4096.0;
+}
+
+static void test_dispersion_is_one_for_gaussian_noise_and_more_for_heavy_tails(void)
+{
+    TEST_ASSERT_DOUBLE_WITHIN(0.15, 1.15, f_after(false));
+    TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.4, f_after(true));
+}
+
+/* Levels that jump by 10^6 in sigma at random: f at its end, 14 + 13 / 8. */
+static void test_dispersion_has_an_end(void)
+{
+    for (uint32_t i = 0U; i < 4000U; i++) {
+        const davar_spread_t block = {((i % 2U) != 0U) ? 1000U : (UINT64_C(1000) << 40U), 0U, 1U};
+        davar_glr_push(&state, &config, &block, &event);
+    }
+    TEST_ASSERT_EQUAL_UINT32((14U * 4096U) + (13U * 512U), davar_glr_dispersion(&state));
+    for (uint32_t i = 0U; i < 20000U; i++) {
+        const davar_spread_t block = {1000U, 0U, 1U};
+        davar_glr_push(&state, &config, &block, &event);
+    }
+    TEST_ASSERT_EQUAL_UINT32(UINT32_C(1) << 22U, state.single.phi);
+}
+
+static void test_wide_samples_decide_as_narrow_ones_whatever_their_size(void)
+{
+    static davar_glr_t wide;
+    static davar_glr_event_t other;
+    davar_glr_reset(&wide);
+    for (uint32_t n = 0U; n < 2000U; n++) {
+        const double sigma = ((n / 300U) % 2U == 0U) ? 2000.0 : 8000.0;
+        int64_t sum = 0;
+        uint64_t squares = 0U;
+        for (uint32_t i = 0U; i < 10U; i++) {
+            const int16_t sample = rounded(sigma * random_gauss(&rng));
+            sum += sample;
+            squares += (uint64_t)(sample * (int64_t)sample);
+        }
+        if ((n % 97U) >= 95U) { /* a shock */
+            sum += 30000;
+            squares += UINT64_C(900000000);
+        }
+        const davar_u128_t scaled = {squares << 32U, squares >> 32U};
+        davar_glr_push_q15(&state, &config, (int32_t)sum, squares, &event);
+        davar_glr_push_q31(&wide, &config, sum * 65536, &scaled, &other);
+        TEST_ASSERT_EQUAL(event.is_alarm, other.is_alarm);
+        TEST_ASSERT_EQUAL(event.dropped, other.dropped);
+        TEST_ASSERT_EQUAL_UINT32(state.cut.at, wide.cut.at);
+    }
+}
+
+static void test_a_state_saved_as_bytes_goes_on_alike(void)
+{
+    static unsigned char saved[sizeof(davar_glr_t)];
+    static davar_glr_t restored;
+    push_quiet(777U);
+    memcpy(saved, &state, sizeof saved);
+    memcpy(&restored, saved, sizeof saved);
+    for (uint32_t n = 0U; n < 500U; n++) {
+        const davar_spread_t block = {100000U + (random_next(&rng) % 1000000U), 0U, 1U};
+        davar_glr_event_t other;
+        davar_glr_push(&state, &config, &block, &event);
+        davar_glr_push(&restored, &config, &block, &other);
+    }
+    TEST_ASSERT_EQUAL_MEMORY(&state, &restored, sizeof state);
+}
+
+/* ---- windows ---- */
+
+static davar_glr_window_t trailing(void)
+{
+    davar_glr_window_t window;
+    davar_glr_trailing(&state, &config, &window);
+    TEST_ASSERT_EQUAL_UINT32(state.now.at, window.end);
+    return window;
+}
+
+static void test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at_a_step(void)
+{
+    config.cut = config.alarm; /* no false cuts */
+    push_quiet(1U);
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    push_quiet(599U);
+    TEST_ASSERT_EQUAL_UINT32(state.cut.at, trailing().begin);
+    push_quiet(1U);
+    TEST_ASSERT_EQUAL_UINT32(256U, state.cut.at);
+    (void)blocks_to_alarm(60.0, 20U);
+    TEST_ASSERT_EQUAL_UINT32(state.cut.at, trailing().begin);
+    TEST_ASSERT_UINT32_WITHIN(1U, 601U, state.cut.at);
+}
+
+/* A change that is too small for a cut bars the window's growth before. */
+static void test_a_trailing_window_leaves_out_what_is_not_alike(void)
+{
+    push_quiet(400U);
+    uint32_t shortest = 400U;
+    for (uint32_t n = 0U; n < 40U; n++) {
+        push_noise(26.0);
+        if (state.cut.at == 0U) {
+            const davar_glr_window_t window = trailing();
+            shortest = ((window.end - window.begin) < shortest) ? (window.end - window.begin) : shortest;
+        }
+    }
+    TEST_ASSERT_LESS_THAN_UINT32(200U, shortest);
+}
+
+static void test_a_trailing_window_can_hold_nothing_but_gaps(void)
+{
+    skip(100U);
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    push_quiet(20U);
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    skip(50U);
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+    config.near = 3U;
+    TEST_ASSERT_EQUAL_UINT32(0U, trailing().begin);
+}
+
+static void test_a_centred_window_is_cut_by_a_step_on_either_side(void)
+{
+    davar_glr_window_t window;
+    config.cut = config.alarm; /* no false cuts */
+    push_quiet(20U);
+    TEST_ASSERT_FALSE(davar_glr_centred(&state, &config, config.half, &window));
+    push_quiet(10U);
+    TEST_ASSERT_TRUE(davar_glr_centred(&state, &config, config.half, &window));
+    TEST_ASSERT_EQUAL_UINT32(0U, window.begin);
+    TEST_ASSERT_EQUAL_UINT32(30U, window.end);
+    push_quiet(470U);
+    (void)davar_glr_centred(&state, &config, config.half, &window);
+    TEST_ASSERT_EQUAL_UINT32(500U, window.end);
+    TEST_ASSERT_LESS_THAN_UINT32(400U, window.begin);
+    for (uint32_t n = 501U; n <= 600U; n++) {
+        push_noise(80.0);
+        (void)davar_glr_centred(&state, &config, config.half, &window);
+        if ((n >= 520U) && (n < 529U)) { /* the centre before the step, the step in the window */
+            TEST_ASSERT_UINT32_WITHIN(1U, 500U, window.end);
+        }
+        if ((n > 535U) && (n < 600U)) {
+            TEST_ASSERT_UINT32_WITHIN(1U, 500U, window.begin);
+            TEST_ASSERT_EQUAL_UINT32(state.now.at, window.end);
+        }
+    }
+}
+
+static void test_a_cut_in_a_ramp_does_not_count_but_bars_growth(void)
+{
+    uint32_t whole = 0U;
+    push_quiet(300U);
+    for (uint32_t n = 0U; n < 300U; n++) {
+        push_noise(20.0 * exp((double)n * 0.008));
+        davar_glr_window_t window;
+        (void)davar_glr_centred(&state, &config, config.half, &window);
+        if ((n > 100U) && ((window.end - window.begin) == 60U)) {
+            whole++;
+        }
+        TEST_ASSERT_TRUE((n < 100U) || ((window.end - window.begin) <= 120U));
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(60U, whole);
+}
+
+/* So many cuts that the oldest are forgotten; then none for so long that all are. */
+static void test_the_oldest_cut_that_is_remembered_bounds_the_window(void)
+{
+    davar_glr_window_t window;
+    for (uint32_t n = 0U; n < 150U; n++) {
+        push_noise((((n / 10U) % 2U) == 0U) ? 20.0 : 200.0);
+        (void)davar_glr_centred(&state, &config, config.half, &window);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(60U, window.end - window.begin);
+    }
+    TEST_ASSERT_EQUAL(GLR_CUTS, state.cuts);
+    config.cut = config.alarm;
+    push_quiet(1500U);
+    (void)davar_glr_centred(&state, &config, config.half, &window);
+    TEST_ASSERT_EQUAL(0, state.cuts);
+    TEST_ASSERT_GREATER_THAN_UINT32(200U, window.end - window.begin);
+    skip(70U);
+    (void)blocks_to_alarm(400.0, 20U);
+    TEST_ASSERT_EQUAL(1, state.cuts);
+}
+
+/* Between the blocks of 10^6 and those a fifth louder lies a gap; the cut falls into it. */
+static void test_a_cut_beside_a_gap_counts(void)
+{
+    davar_glr_wish_t wish = usual;
+    wish.block = 25U;
+    davar_glr_start(&config, &wish);
+    push_blocks(1000000U, 287U);
+    skip(13U);
+    push_blocks(1190000U, 36U);
+    TEST_ASSERT_EQUAL_UINT32(288U, state.cut.at);
+    push_blocks(1190000U, 4U);
+    TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
+}
+
+/* A change so small that its cut lies beyond the blocks that are remembered one by one. */
+static void test_a_cut_that_came_late_counts(void)
+{
+    push_blocks(1000000U, 320U);
+    uint32_t n = 0U;
+    for (; (n < 300U) && (state.cut.at == 0U); n++) {
+        push_blocks(1170000U, 1U);
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(GLR_RECENT, state.now.at - state.cut.at);
+    push_blocks(1170000U, 4U);
+    TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
+}
+
+static void test_a_trailing_detector_remembers_no_cuts(void)
+{
+    davar_glr_wish_t wish = usual;
+    wish.is_centred = false;
+    davar_glr_start(&config, &wish);
+    push_quiet(200U);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(12U, blocks_to_alarm(60.0, 20U));
+    TEST_ASSERT_EQUAL(1, state.cuts);
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_step_is_cut_where_it_was_and_its_levels_are_reported);
+    RUN_TEST(test_noise_that_dies_is_a_change_too);
+    RUN_TEST(test_a_shock_is_dropped_and_changes_nothing);
+    RUN_TEST(test_what_goes_on_is_no_shock);
+    RUN_TEST(test_a_block_ends_a_shock_when_it_is_calm_or_far_below);
+    RUN_TEST(test_a_gap_takes_its_time_and_what_waited);
+    RUN_TEST(test_dispersion_is_one_for_gaussian_noise_and_more_for_heavy_tails);
+    RUN_TEST(test_dispersion_has_an_end);
+    RUN_TEST(test_wide_samples_decide_as_narrow_ones_whatever_their_size);
+    RUN_TEST(test_a_state_saved_as_bytes_goes_on_alike);
+    RUN_TEST(test_a_trailing_window_grows_to_all_that_is_alike_and_begins_anew_at_a_step);
+    RUN_TEST(test_a_trailing_window_leaves_out_what_is_not_alike);
+    RUN_TEST(test_a_trailing_window_can_hold_nothing_but_gaps);
+    RUN_TEST(test_a_centred_window_is_cut_by_a_step_on_either_side);
+    RUN_TEST(test_a_cut_in_a_ramp_does_not_count_but_bars_growth);
+    RUN_TEST(test_the_oldest_cut_that_is_remembered_bounds_the_window);
+    RUN_TEST(test_a_cut_beside_a_gap_counts);
+    RUN_TEST(test_a_cut_that_came_late_counts);
+    RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
+    return UNITY_END();
+}
