@@ -68,7 +68,7 @@ void board_tick(void)
     if (missing > 0U) {
         davar_gap(&davar, missing);
     }
-    (void)davar_push_q15(&davar, &sample, 1U);
+    davar_push_q15(&davar, &sample, 1U);
     samples++;
 }
 

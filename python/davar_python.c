@@ -138,12 +138,12 @@ static size_t push_some(davar_python_t *run, size_t from, size_t count)
     davar_t *davar = run->engine.instances;
     switch (run->engine.number) {
     case DAVAR_PORT_Q15:
-        return davar_push_q15(davar, run->samples.q15 + from, count);
+        return davar_push_until_result_q15(davar, run->samples.q15 + from, count);
     case DAVAR_PORT_Q31:
-        return davar_push_q31(davar, run->samples.q31 + from, count);
+        return davar_push_until_result_q31(davar, run->samples.q31 + from, count);
     case DAVAR_PORT_F32:
     default:
-        return davar_push_f32(davar, run->samples.f32 + from, count);
+        return davar_push_until_result_f32(davar, run->samples.f32 + from, count);
     }
 }
 

@@ -44,9 +44,7 @@ static void push_half(uint32_t flag)
     for (uint32_t i = 0; i < DMA_HALF; i++) {
         counts[i] = half[i];
     }
-    for (size_t done = 0; done < DMA_HALF;) { /* a push stops behind the sample that completes a result */
-        done += davar_push_q15(&gyro, &counts[done], DMA_HALF - done);
-    }
+    davar_push_q15(&gyro, counts, DMA_HALF);
 }
 
 void dma_blocks_interrupt(uint32_t flags)
@@ -63,9 +61,12 @@ void dma_blocks_interrupt(uint32_t flags)
 bool dma_blocks_noise(davar_coefficient_t *arw)
 {
     static davar_result_t result;
-    const bool is_new = davar_take(&gyro, &result) && davar_fit_white(&plan, config.rate_hz, &result);
+    if (!davar_take(&gyro, &result)) {
+        return false;
+    }
+    davar_fit_white(&plan, config.rate_hz, &result);
     *arw = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
-    return is_new;
+    return true;
 }
 
 uint32_t dma_blocks_lost(void)

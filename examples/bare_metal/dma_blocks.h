@@ -17,7 +17,8 @@ davar_status_t dma_blocks_start(void);
 /* From the half-transfer and the transfer-complete interrupt, with the flags that were pending; they are cleared already. */
 void dma_blocks_interrupt(uint32_t flags);
 
-/* From the main loop: true when there is a new value, with its 95 % limits, deg/sqrt(h). */
+/* From the main loop. False: no new result, and *arw is untouched. True with arw->present: value, low and high (95 %) in deg/sqrt(h).
+ * True without: the newest window is not white noise, and `high` is an upper limit. */
 bool dma_blocks_noise(davar_coefficient_t *arw);
 
 /* Halves that were overwritten before their interrupt could run. */

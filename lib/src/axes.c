@@ -44,23 +44,23 @@ davar_status_t davar_axes_init_f32(davar_axes_t *axes, const davar_config_t *con
 
 void davar_axes_push_q15(davar_axes_t *axes, int16_t x, int16_t y, int16_t z)
 {
-    (void)davar_push_q15(&axes->axis[0], &x, 1U);
-    (void)davar_push_q15(&axes->axis[1], &y, 1U);
-    (void)davar_push_q15(&axes->axis[2], &z, 1U);
+    davar_push_q15(&axes->axis[0], &x, 1U);
+    davar_push_q15(&axes->axis[1], &y, 1U);
+    davar_push_q15(&axes->axis[2], &z, 1U);
 }
 
 void davar_axes_push_q31(davar_axes_t *axes, int32_t x, int32_t y, int32_t z)
 {
-    (void)davar_push_q31(&axes->axis[0], &x, 1U);
-    (void)davar_push_q31(&axes->axis[1], &y, 1U);
-    (void)davar_push_q31(&axes->axis[2], &z, 1U);
+    davar_push_q31(&axes->axis[0], &x, 1U);
+    davar_push_q31(&axes->axis[1], &y, 1U);
+    davar_push_q31(&axes->axis[2], &z, 1U);
 }
 
 void davar_axes_push_f32(davar_axes_t *axes, float x, float y, float z)
 {
-    (void)davar_push_f32(&axes->axis[0], &x, 1U);
-    (void)davar_push_f32(&axes->axis[1], &y, 1U);
-    (void)davar_push_f32(&axes->axis[2], &z, 1U);
+    davar_push_f32(&axes->axis[0], &x, 1U);
+    davar_push_f32(&axes->axis[1], &y, 1U);
+    davar_push_f32(&axes->axis[2], &z, 1U);
 }
 
 void davar_axes_gap(davar_axes_t *axes, uint32_t missing)

@@ -115,8 +115,7 @@ DAVAR_RARE void davar_reset(davar_t *davar)
 
 DAVAR_RARE static void gap(davar_t *davar, uint32_t missing)
 {
-    const uint32_t room = UINT32_MAX - davar->health.missing;
-    davar->health.missing += (missing < room) ? missing : room;
+    davar_count_missing(davar, missing);
     davar_count(&davar->health.gaps);
     if (is_wide(davar)) {
         davar_q31_gap(davar);
@@ -159,36 +158,52 @@ static size_t float_run(davar_t *davar, const float *rates, size_t most, int32_t
     return run;
 }
 
-size_t davar_push_f32(davar_t *davar, const float *rates, size_t count)
+/* Takes samples that go in together, or leaves one out. */
+static size_t float_step(davar_t *davar, const float *rates, size_t count)
 {
-    const bool belongs = (davar->accepts == ACCEPTS_F32);
-    DAVAR_ASSERT(belongs);
-    if (!belongs) {
-        return 0U;
+    int32_t counts[FLOATS];
+    const size_t most = has_tracker(davar->config) ? 1U : together(&davar->window, count);
+    const size_t run = float_run(davar, rates, most, counts);
+    if (run == 0U) {
+        float_missing(davar);
+        return 1U;
+    }
+    davar->in_gap = false;
+    return davar_q31_push(davar, counts, run);
+}
+
+size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count)
+{
+    if (!davar_accepts(davar, ACCEPTS_F32, count)) {
+        return count;
     }
     davar_change_begin(davar);
     const uint32_t produced = davar->produced;
-    size_t consumed = 0U;
-    while ((consumed < count) && (davar->produced == produced)) {
-        int32_t counts[FLOATS];
-        const size_t most = has_tracker(davar->config) ? 1U : together(&davar->window, count - consumed);
-        const size_t run = float_run(davar, &rates[consumed], most, counts);
-        if (run > 0U) {
-            davar->in_gap = false;
-            consumed += davar_q31_push(davar, counts, run);
-        } else {
-            float_missing(davar);
-            consumed++;
-        }
+    size_t taken = 0U;
+    while ((taken < count) && (davar->produced == produced)) {
+        taken += float_step(davar, &rates[taken], count - taken);
     }
     davar_change_end(davar);
-    return consumed;
+    return taken;
+}
+
+void davar_push_f32(davar_t *davar, const float *rates, size_t count)
+{
+    if (davar_accepts(davar, ACCEPTS_F32, count)) {
+        davar_change_begin(davar);
+        for (size_t taken = 0U; taken < count;) {
+            taken += float_step(davar, &rates[taken], count - taken);
+        }
+        davar_change_end(davar);
+    }
 }
 
 DAVAR_RARE void davar_gap(davar_t *davar, uint32_t missing)
 {
-    DAVAR_ASSERT(davar->accepts != ACCEPTS_NONE);
-    if (davar->accepts == ACCEPTS_NONE) {
+    const bool ended = (davar->accepts == ACCEPTS_NONE);
+    DAVAR_ASSERT(!ended);
+    if (ended) {
+        davar_count_missing(davar, missing);
         return;
     }
     davar_change_begin(davar);

@@ -97,14 +97,14 @@ static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *sa
     size_t consumed = 0;
     switch (channel->number) {
     case DAVAR_PORT_Q15:
-        consumed = davar_push_q15(channel->davar, samples->q15 + channel->position, count);
+        consumed = davar_push_until_result_q15(channel->davar, samples->q15 + channel->position, count);
         break;
     case DAVAR_PORT_Q31:
-        consumed = davar_push_q31(channel->davar, samples->q31 + channel->position, count);
+        consumed = davar_push_until_result_q31(channel->davar, samples->q31 + channel->position, count);
         break;
     case DAVAR_PORT_F32:
     default:
-        consumed = davar_push_f32(channel->davar, samples->f32 + channel->position, count);
+        consumed = davar_push_until_result_f32(channel->davar, samples->f32 + channel->position, count);
         break;
     }
     return consumed;
@@ -113,12 +113,7 @@ static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *sa
 static void push_rest(davar_node_t *node, size_t c)
 {
     davar_node_channel_t *channel = &node->channels[c];
-    const size_t consumed = push(channel, &node->block.samples[c], node->block.count - channel->position);
-    if (consumed == 0U) { /* refused: not the number type that the channel was started with */
-        channel->position = node->block.count;
-        (void)fault(node->port, DAVAR_PORT_FAULT_READ, &node->counters.read_faults);
-    }
-    channel->position += consumed;
+    channel->position += push(channel, &node->block.samples[c], node->block.count - channel->position);
 }
 
 static void flush_one(davar_node_t *node, size_t c)

@@ -39,13 +39,13 @@ static void test_a_push_of_another_type_than_init_s(void)
     const int32_t wide = 0;
     const float rate = 0.0F;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    TEST_ASSERT_FALSE(ASSERTS(davar_push_q15(&davar, &narrow, 1U)));
-    TEST_ASSERT_TRUE(ASSERTS(davar_push_q31(&davar, &wide, 1U)));
-    TEST_ASSERT_TRUE(ASSERTS(davar_push_f32(&davar, &rate, 1U)));
+    TEST_ASSERT_FALSE(ASSERTS((davar_push_q15(&davar, &narrow, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_push_q31(&davar, &wide, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_push_f32(&davar, &rate, 1U), 0)));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory, sizeof memory));
-    TEST_ASSERT_FALSE(ASSERTS(davar_push_f32(&davar, &rate, 1U)));
-    TEST_ASSERT_TRUE(ASSERTS(davar_push_q31(&davar, &wide, 1U)));
-    TEST_ASSERT_TRUE(ASSERTS(davar_push_q15(&davar, &narrow, 1U)));
+    TEST_ASSERT_FALSE(ASSERTS((davar_push_f32(&davar, &rate, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_push_q31(&davar, &wide, 1U), 0)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_push_q15(&davar, &narrow, 1U), 0)));
 }
 
 static void test_a_sample_or_a_gap_after_the_record_was_finished(void)
@@ -53,13 +53,13 @@ static void test_a_sample_or_a_gap_after_the_record_was_finished(void)
     const int16_t count = 0;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 600U; i++) {
-        (void)davar_push_q15(&davar, &count, 1U);
+        davar_push_q15(&davar, &count, 1U);
     }
     TEST_ASSERT_TRUE(davar_flush(&davar));
-    TEST_ASSERT_TRUE(ASSERTS(davar_push_q15(&davar, &count, 1U)));
+    TEST_ASSERT_TRUE(ASSERTS((davar_push_q15(&davar, &count, 1U), 0)));
     TEST_ASSERT_TRUE(ASSERTS((davar_gap(&davar, 1U), 0)));
     davar_reset(&davar);
-    TEST_ASSERT_FALSE(ASSERTS(davar_push_q15(&davar, &count, 1U)));
+    TEST_ASSERT_FALSE(ASSERTS((davar_push_q15(&davar, &count, 1U), 0)));
 }
 
 static void test_a_plan_of_no_cluster_size_and_a_window_shorter_than_a_span(void)

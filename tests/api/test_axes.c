@@ -24,13 +24,13 @@ static void push_alone(int type, uint32_t axis, uint32_t i)
     const float rate = (float)count;
     switch (type) {
     case 0:
-        (void)davar_push_q15(&alone[axis], &count, 1U);
+        davar_push_q15(&alone[axis], &count, 1U);
         break;
     case 1:
-        (void)davar_push_q31(&alone[axis], &wide, 1U);
+        davar_push_q31(&alone[axis], &wide, 1U);
         break;
     default:
-        (void)davar_push_f32(&alone[axis], &rate, 1U);
+        davar_push_f32(&alone[axis], &rate, 1U);
         break;
     }
 }

@@ -60,7 +60,7 @@ static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
         const bool burst = ((n / 1000U) % 3U) == 1U;
         const float rate = (float)((burst ? 1999.0 : 0.02) * (2.0 * random_uniform(&random) - 1.0) + 0.5);
         sample[n] = (double)rate;
-        (void)davar_push_f32(&davar, &rate, 1U);
+        davar_push_f32(&davar, &rate, 1U);
         if (davar_take(&davar, &result) && ((n % 37U) == 0U)) {
             for (uint32_t t = 0U; t < TAUS; t++) {
                 const double exact = brute_force(sample, n + 1U, 200U, taus[t]);
@@ -85,8 +85,8 @@ static void test_float_and_fixed_decide_alike(void)
         const double sigma = (((n / 3000U) % 2U) == 1U) ? 900.0 : 300.0;
         const int32_t count = 3000000 + (int32_t)lrint(sigma * random_gauss(&random));
         const float rate = (float)count;
-        (void)davar_push_q31(&fixed, &count, 1U);
-        (void)davar_push_f32(&floating, &rate, 1U);
+        davar_push_q31(&fixed, &count, 1U);
+        davar_push_f32(&floating, &rate, 1U);
         const bool ready = davar_take(&fixed, &result);
         TEST_ASSERT_EQUAL(ready, davar_take(&floating, &other));
         if (ready) {
@@ -114,8 +114,8 @@ static void test_a_quiet_sensor_keeps_its_kurtosis(void)
     for (uint32_t n = 0U; n < 2000U; n++) {
         const int32_t count = 524288 + (int32_t)lrint(20.0 * random_gauss(&random));
         const float rate = (float)((double)count / 524288.0);
-        (void)davar_push_q31(&fixed, &count, 1U);
-        (void)davar_push_f32(&floating, &rate, 1U);
+        davar_push_q31(&fixed, &count, 1U);
+        davar_push_f32(&floating, &rate, 1U);
         if (davar_take(&fixed, &result) && davar_take(&floating, &other)) {
             TEST_ASSERT_EQUAL_DOUBLE(result.kurtosis, other.kurtosis);
             TEST_ASSERT_EQUAL(result.unstable, other.unstable);
@@ -139,7 +139,7 @@ static void test_not_a_number_and_infinity_are_left_out_as_gaps(void)
     block[300] = (float)NAN;
     uint32_t results = 0U;
     for (size_t i = 0U; i < 700U;) {
-        i += davar_push_f32(&davar, &block[i], 700U - i);
+        i += davar_push_until_result_f32(&davar, &block[i], 700U - i);
         results += davar_take(&davar, &result) ? 1U : 0U;
     }
     const davar_health_t health = davar_health(&davar);
@@ -155,14 +155,14 @@ static void test_beyond_full_scale_saturates_and_counts(void)
     davar_t davar;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
     const float rates[5] = {2000.0F, -2000.0F, 2000.5F, -FLT_MAX, 1e-30F};
-    (void)davar_push_f32(&davar, rates, 5U);
+    davar_push_f32(&davar, rates, 5U);
     TEST_ASSERT_EQUAL_UINT32(4U, davar_health(&davar).saturated); /* at or beyond */
     davar.health.saturated = UINT32_MAX - 2U;
     for (uint32_t left = 2U; left > 0U; left--) {
-        (void)davar_push_f32(&davar, rates, 1U);
+        davar_push_f32(&davar, rates, 1U);
         TEST_ASSERT_EQUAL_UINT32(UINT32_MAX - left + 1U, davar_health(&davar).saturated);
     }
-    (void)davar_push_f32(&davar, rates, 1U);
+    davar_push_f32(&davar, rates, 1U);
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated); /* and stays */
 }
 
@@ -182,8 +182,8 @@ static void test_what_is_beyond_is_full_scale_of_its_sign(void)
         const bool is_beyond = (random_next(&random) % 4U) == 0U;
         const float rates[2] = {is_beyond ? (sign * (2000.0F + inside)) : inside,
                                 is_beyond ? (sign * 2000.0F) : inside};
-        (void)davar_push_f32(&both[0], &rates[0], 1U);
-        (void)davar_push_f32(&both[1], &rates[1], 1U);
+        davar_push_f32(&both[0], &rates[0], 1U);
+        davar_push_f32(&both[1], &rates[1], 1U);
         if (davar_take(&both[0], &results[0]) && davar_take(&both[1], &results[1])) {
             TEST_ASSERT_EQUAL_DOUBLE(results[1].tau[0].adev, results[0].tau[0].adev);
             TEST_ASSERT_EQUAL_DOUBLE(results[1].kurtosis, results[0].kurtosis);
@@ -215,7 +215,7 @@ static void test_rounding_at_the_door(void)
             const double sign = (i < 4U) ? 1.0 : -1.0;
             TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
             const float block[4] = {0.0F, 0.0F, 0.0F, (float)(sign * quanta[i % 4U] * quantum)};
-            (void)davar_push_f32(&davar, block, 4U);
+            davar_push_f32(&davar, block, 4U);
             TEST_ASSERT_TRUE(davar_take(&davar, &result));
             /* three differences, the last one of `expected` quanta: adev = quantum * expected / sqrt 6 */
             const double adev = quantum * expected[i % 4U] / sqrt(6.0);
@@ -237,10 +237,10 @@ static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t
 {
     davar_result_t expected;
     for (size_t done = 0U; done < most;) {
-        const size_t consumed = davar_push_f32(davar, &rates[done], most - done);
+        const size_t consumed = davar_push_until_result_f32(davar, &rates[done], most - done);
         TEST_ASSERT_TRUE((consumed > 0U) && (consumed <= (most - done)));
         for (size_t i = done; i < (done + consumed); i++) {
-            TEST_ASSERT_EQUAL_size_t(1U, davar_push_f32(other, &rates[i], 1U));
+            TEST_ASSERT_EQUAL_size_t(1U, davar_push_until_result_f32(other, &rates[i], 1U));
         }
         done += consumed;
         memset(&result, 0, sizeof result);

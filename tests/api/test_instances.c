@@ -14,7 +14,7 @@ static void test_instances_do_not_touch_each_other(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&other, &config, other_memory, sizeof other_memory));
     for (uint32_t i = 0U; i < 70U; i++) {
         const float rate = (float)i;
-        (void)davar_push_f32(&other, &rate, 1U);
+        davar_push_f32(&other, &rate, 1U);
         (void)feed(i, i + 1U);
     }
     TEST_ASSERT_EQUAL_DOUBLE(alone.tau[2].adev, result.tau[2].adev);
@@ -60,10 +60,10 @@ static void test_results_do_not_depend_on_the_plan(void)
             davar_gap(&planned[0], 3U);
             davar_gap(&davar, 3U);
         }
-        (void)davar_push_q15(&planned[1], &other, 1U);
+        davar_push_q15(&planned[1], &other, 1U);
         (void)take_planned(&planned[1], &plan, &result);
-        (void)davar_push_q15(&planned[0], &sample, 1U);
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&planned[0], &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
         memset(&expected, 0, sizeof expected);
         memset(&result, 0, sizeof result);
         const bool taken = take_planned(&planned[0], &plan, &expected);

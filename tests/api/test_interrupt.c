@@ -34,7 +34,7 @@ static void interrupt(int signal_number)
     (void)signal_number;
     for (uint32_t i = 0U; i < 7U; i++) {
         const int16_t sample = sample_at(pushed);
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
         pushed = pushed + 1U;
     }
 }

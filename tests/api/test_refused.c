@@ -47,11 +47,26 @@ static size_t push(uint32_t type)
 {
     switch (type) {
     case 0U:
-        return davar_push_q15(&davar, narrow, 1U);
+        return davar_push_until_result_q15(&davar, narrow, 1U);
     case 1U:
-        return davar_push_q31(&davar, wide, 1U);
+        return davar_push_until_result_q31(&davar, wide, 1U);
     default:
-        return davar_push_f32(&davar, rates, 1U);
+        return davar_push_until_result_f32(&davar, rates, 1U);
+    }
+}
+
+static void push_block(uint32_t type)
+{
+    switch (type) {
+    case 0U:
+        davar_push_q15(&davar, narrow, SAMPLES);
+        break;
+    case 1U:
+        davar_push_q31(&davar, wide, SAMPLES);
+        break;
+    default:
+        davar_push_f32(&davar, rates, SAMPLES);
+        break;
     }
 }
 
@@ -70,7 +85,14 @@ static void push_all(uint32_t type)
     }
 }
 
-static void test_a_push_of_another_type_is_refused_and_touches_nothing(void)
+/* Nothing but the counter of missing samples has changed, by `missing`. */
+static void assert_only_counted(davar_t as_it_was, uint32_t missing)
+{
+    as_it_was.health.missing += missing;
+    TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
+}
+
+static void test_a_push_of_another_type_is_refused_and_counted(void)
 {
     static uint64_t before[sizeof memory / sizeof memory[0]];
     make_samples();
@@ -86,10 +108,12 @@ static void test_a_push_of_another_type_is_refused_and_touches_nothing(void)
                 TEST_ASSERT_EQUAL_size_t(1U, push(other));
                 continue;
             }
-            TEST_ASSERT_EQUAL_size_t(0U, push(other));
+            TEST_ASSERT_EQUAL_size_t(1U, push(other));
+            assert_only_counted(as_it_was, 1U);
             push_all(other);
             TEST_ASSERT_EQUAL_UINT32(0U, heard);
-            TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
+            push_block(other);
+            assert_only_counted(as_it_was, 1U + (2U * SAMPLES));
             TEST_ASSERT_EQUAL_MEMORY(before, memory, sizeof before);
         }
     }
@@ -103,10 +127,10 @@ static void test_a_push_behind_the_end_is_refused_until_the_reset(void)
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
         push_all(type);
         TEST_ASSERT_TRUE(davar_flush(&davar));
-        TEST_ASSERT_EQUAL_size_t(0U, push(type));
         const davar_t as_it_was = davar;
+        TEST_ASSERT_EQUAL_size_t(1U, push(type));
         davar_gap(&davar, 3U);
-        TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
+        assert_only_counted(as_it_was, 4U);
         davar_reset(&davar);
         TEST_ASSERT_EQUAL_size_t(1U, push(type));
     }
@@ -142,12 +166,12 @@ static void test_behind_a_restored_end_nothing_is_taken(void)
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&davar, &storage));
-        for (uint32_t other = 0U; other < 3U; other++) {
-            TEST_ASSERT_EQUAL_size_t(0U, push(other));
-        }
         const davar_t as_it_was = davar;
+        for (uint32_t other = 0U; other < 3U; other++) {
+            TEST_ASSERT_EQUAL_size_t(1U, push(other));
+        }
         davar_gap(&davar, 3U);
-        TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
+        assert_only_counted(as_it_was, 6U);
     }
 }
 
@@ -159,9 +183,10 @@ static void test_a_block_gives_every_result(void)
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
         uint32_t wanted = 0U;
         for (uint32_t i = 0U; i < SAMPLES; i++) {
-            (void)((type == 0U)   ? davar_push_q15(&davar, &narrow[i], 1U)
-                   : (type == 1U) ? davar_push_q31(&davar, &wide[i], 1U)
-                                  : davar_push_f32(&davar, &rates[i], 1U));
+            const size_t taken = (type == 0U)   ? davar_push_until_result_q15(&davar, &narrow[i], 1U)
+                                 : (type == 1U) ? davar_push_until_result_q31(&davar, &wide[i], 1U)
+                                                : davar_push_until_result_f32(&davar, &rates[i], 1U);
+            TEST_ASSERT_EQUAL_size_t(1U, taken);
             wanted += davar_take(&davar, &result) ? 1U : 0U;
         }
         const double adev = result.tau[0].adev;
@@ -175,12 +200,45 @@ static void test_a_block_gives_every_result(void)
     }
 }
 
+/* The same blocks, of every length, into an instance that is pushed sample by sample and one that is pushed whole. */
+static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
+{
+    static davar_t other;
+    static uint64_t more[sizeof memory / sizeof memory[0]];
+    static davar_result_t single;
+    make_samples();
+    for (uint32_t block = 1U; block <= SAMPLES; block += 1U + (block / 3U)) {
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&other, &config, more, sizeof more));
+        uint32_t completed = 0U;
+        uint32_t taken = 0U;
+        for (uint32_t from = 0U; from < SAMPLES; from += block) {
+            const uint32_t n = (block < (SAMPLES - from)) ? block : (SAMPLES - from);
+            bool any = false;
+            for (uint32_t i = 0U; i < n; i++) {
+                davar_push_q15(&other, &narrow[from + i], 1U);
+                const bool is_new = davar_take(&other, &single);
+                any = any || is_new;
+                completed += is_new ? 1U : 0U;
+            }
+            davar_push_q15(&davar, &narrow[from], n);
+            TEST_ASSERT_EQUAL(any, davar_take(&davar, &result));
+            TEST_ASSERT_TRUE(!any || (single.epoch == result.epoch));
+            TEST_ASSERT_TRUE(!any || (memcmp(&single.tau[0], &result.tau[0], sizeof single.tau[0]) == 0));
+            taken += any ? 1U : 0U;
+        }
+        TEST_ASSERT_EQUAL_UINT32(completed - taken, davar_health(&davar).missed);
+        TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missing);
+    }
+}
+
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_push_of_another_type_is_refused_and_touches_nothing);
+    RUN_TEST(test_a_push_of_another_type_is_refused_and_counted);
     RUN_TEST(test_a_push_behind_the_end_is_refused_until_the_reset);
     RUN_TEST(test_behind_a_restored_end_nothing_is_taken);
     RUN_TEST(test_a_block_gives_every_result);
+    RUN_TEST(test_a_block_leaves_the_newest_result_and_counts_the_others);
     return UNITY_END();
 }

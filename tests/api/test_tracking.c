@@ -90,9 +90,10 @@ static size_t push(type_t type, uint32_t n, size_t count)
         rate[i] = 0.25F * (float)stream[n + i];
     }
     if (type == Q15) {
-        return davar_push_q15(&davar, &stream[n], most);
+        return davar_push_until_result_q15(&davar, &stream[n], most);
     }
-    return (type == Q31) ? davar_push_q31(&davar, wide, most) : davar_push_f32(&davar, rate, most);
+    return (type == Q31) ? davar_push_until_result_q31(&davar, wide, most)
+                         : davar_push_until_result_f32(&davar, rate, most);
 }
 
 /* --- the samples that a result speaks of -------------------------------------------------------------------------- */
@@ -738,17 +739,17 @@ static void test_a_reset_takes_no_alarm_along(void)
     init(Q15, 0U);
     uint32_t n = 0U;
     for (; davar_health(&davar).alarms == 0U; n++) {
-        (void)davar_push_q15(&davar, &stream[n], 1U);
+        davar_push_q15(&davar, &stream[n], 1U);
     }
     while (davar_take(&davar, &result)) {
     }
     for (uint32_t more = 0U; more < 64U; more++) {
-        (void)davar_push_q15(&davar, &stream[n + more], 1U);
+        davar_push_q15(&davar, &stream[n + more], 1U);
     }
     davar_reset(&davar);
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).alarms);
     for (n = 0U; !davar_take(&davar, &result); n++) {
-        (void)davar_push_q15(&davar, &stream[n], 1U);
+        davar_push_q15(&davar, &stream[n], 1U);
     }
     TEST_ASSERT_FALSE(result.alarm);
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed); /* nor results that nobody took */

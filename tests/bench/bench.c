@@ -78,7 +78,7 @@ static double run_q15(const davar_config_t *config)
     (void)davar_init_q15(&davar, config, memory, bytes);
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
-        i += davar_push_q15(&davar, &narrow[i], SAMPLES - i);
+        i += davar_push_until_result_q15(&davar, &narrow[i], SAMPLES - i);
     }
     const double spent = now_ns() - start;
     sink += (double)davar.produced;
@@ -94,7 +94,7 @@ static double run_f32(const davar_config_t *config)
     (void)davar_init_f32(&davar, config, memory, bytes);
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
-        i += davar_push_f32(&davar, &rates[i], SAMPLES - i);
+        i += davar_push_until_result_f32(&davar, &rates[i], SAMPLES - i);
     }
     const double spent = now_ns() - start;
     sink += (double)davar.produced;
@@ -114,7 +114,7 @@ static double run_chain(const davar_config_t *config)
     davar_plan_init(&plan, config->taus, config->tau_count);
     const double start = now_ns();
     for (size_t i = 0U; i < SAMPLES;) {
-        i += davar_push_q15(&davar, &narrow[i], SAMPLES - i);
+        i += davar_push_until_result_q15(&davar, &narrow[i], SAMPLES - i);
         if (davar_take(&davar, &result)) {
             davar_fit(&plan, config->rate_hz, &result);
             sink += result.tau[0].adev;

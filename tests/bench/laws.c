@@ -196,10 +196,10 @@ static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, u
 /* ARW where white noise explains the window, otherwise what its shortest clusters say; an ADEV of 0 is taken as a tenth of a count. */
 static double arw_of(davar_plan_t *plan, davar_result_t *result)
 {
-    const bool white = davar_fit_white(plan, RATE_HZ, result);
+    davar_fit_white(plan, RATE_HZ, result);
     const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     const double shortest = 60.0 * result->tau[0].adev / sqrt((double)RATE_HZ);
-    return fmax((white && arw->present) ? arw->value : shortest, 0.1);
+    return fmax(arw->present ? arw->value : shortest, 0.1);
 }
 
 typedef struct {
@@ -245,7 +245,7 @@ static void run(const signal_t *signal, davar_mode_t mode, uint32_t samples, uin
     for (uint32_t i = 0U; i < samples; i++) {
         const int16_t sample = sample_at(signal, i, &random);
         for (size_t l = 0; l < LAWS; l++) {
-            (void)davar_push_q15(&instances[l].davar, &sample, 1U);
+            davar_push_q15(&instances[l].davar, &sample, 1U);
             if (davar_take(&instances[l].davar, &result)) {
                 judge(&errors[l], signal, mode, result.epoch, arw_of(&instances[l].plan, &result));
                 errors[l].alarms += result.alarm ? 1U : 0U;

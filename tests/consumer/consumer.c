@@ -28,7 +28,7 @@ int main(void)
     davar_result_t result = {0};
     const int16_t count = 7;
     for (int i = 0; i < 100; i++) {
-        (void)davar_push_q15(&davar, &count, 1);
+        davar_push_q15(&davar, &count, 1);
         if (davar_take(&davar, &result)) {
             davar_fit(&plan, config.rate_hz, &result);
         }

@@ -47,7 +47,7 @@ static uint64_t feed(uint32_t from, uint32_t to)
     uint64_t sum = 0U;
     for (uint32_t n = from; n < to; n++) {
         const int16_t count = count_at(n);
-        (void)davar_push_q15(brown_out_gyro(), &count, 1U);
+        davar_push_q15(brown_out_gyro(), &count, 1U);
         if (davar_take(brown_out_gyro(), &result)) {
             for (uint32_t t = 0U; t < result.tau_count; t++) {
                 uint64_t bits;

@@ -112,12 +112,12 @@ static int64_t push(const trial_t *trial, int64_t from, int64_t to)
     size_t done = 0U;
     const size_t count = (size_t)(to - from);
     if (trial->is_q31) {
-        done = davar_push_q31(&instances[current], &trial->sample[from], count);
+        done = davar_push_until_result_q31(&instances[current], &trial->sample[from], count);
     } else {
         for (int64_t i = from; i < to; i++) {
             narrow[i - from] = (int16_t)trial->sample[i];
         }
-        done = davar_push_q15(&instances[current], narrow, count);
+        done = davar_push_until_result_q15(&instances[current], narrow, count);
     }
     REQUIRE((done >= 1U) && (done <= count));
     return (int64_t)done;

@@ -100,8 +100,8 @@ static void push(int32_t sample, bool is_left)
 {
     const int16_t narrow = (int16_t)sample;
     accepted_hear(&accepted, sample);
-    REQUIRE(1U == (is_q31 ? davar_push_q31(&instances[current], &sample, 1U)
-                          : davar_push_q15(&instances[current], &narrow, 1U)));
+    REQUIRE(1U == (is_q31 ? davar_push_until_result_q31(&instances[current], &sample, 1U)
+                          : davar_push_until_result_q15(&instances[current], &narrow, 1U)));
     if (!is_left) {
         take();
     }

@@ -101,7 +101,7 @@ static void run_forever(davar_mode_t mode, uint32_t samples)
         }
         phase[n % RING] = ((n > 0U) ? phase[(n - 1U) % RING] : 0) + sample;
         run[n % RING] = (gap || (n == 0U)) ? 1U : (run[(n - 1U) % RING] + 1U);
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
         if (!davar_take(&davar, &result)) {
             continue;
         }

@@ -1,4 +1,4 @@
-/* Statement: davar_push_q15 (WIDE 1: davar_push_q31) and davar_gap, of any samples, read and write inside the instance, its memory and
+/* Statement: davar_push_until_result_q15 (WIDE 1: davar_push_until_result_q31) and davar_gap, of any samples, read and write inside the instance, its memory and
  * the samples, and nothing overflows that is signed. Every sample is any of its type. Gaps: any one place among the pushes, any
  * number missing; then two more, each GAP_APART pushes on (gaps_max 2, so the window restarts). Bound: PUSHES pushes from the
  * start, which turns the ring over; window 8, cluster sizes 1, 2 (octaves) or 1, 3; centred and trailing; policy fixed, or with
@@ -33,14 +33,14 @@
 #define INIT davar_init_q31
 typedef int32_t sample_t;
 #define ANY() any_i32(INT32_MIN, INT32_MAX)
-#define PUSH davar_push_q31
+#define PUSH davar_push_until_result_q31
 #else
 #define MEMORY DAVAR_MEMORY_Q15
 #define MEMORY_GRID DAVAR_MEMORY_GRID_Q15
 #define INIT davar_init_q15
 typedef int16_t sample_t;
 #define ANY() any_i32(INT16_MIN, INT16_MAX)
-#define PUSH davar_push_q15
+#define PUSH davar_push_until_result_q15
 #endif
 
 /* Not a word more. */

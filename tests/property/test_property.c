@@ -132,12 +132,12 @@ static size_t push(davar_t *davar, const trial_t *trial, int64_t from, int64_t t
 {
     int16_t narrow[SAMPLES_MAX];
     if (trial->number == NUMBER_Q31) {
-        return davar_push_q31(davar, &trial->sample[from], (size_t)(to - from));
+        return davar_push_until_result_q31(davar, &trial->sample[from], (size_t)(to - from));
     }
     for (int64_t i = from; i < to; i++) {
         narrow[i - from] = (int16_t)trial->sample[i];
     }
-    return davar_push_q15(davar, narrow, (size_t)(to - from));
+    return davar_push_until_result_q15(davar, narrow, (size_t)(to - from));
 }
 
 static const char *context(const trial_t *trial, const reference_epoch_t *epoch, const char *what)

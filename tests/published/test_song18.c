@@ -72,7 +72,7 @@ static void run(const column_t *column, uint64_t seed)
     for (uint32_t n = 0U; n < SAMPLES; n++) {
         const double sigma = ((n >= 3000U) && (n < 4000U)) ? 3.0 : 1.0;
         const int32_t count = (int32_t)lrint(sigma / 3600.0 * random_gauss(&random) / config.unit_per_count);
-        (void)davar_push_q31(&davar, &count, 1U);
+        davar_push_q31(&davar, &count, 1U);
         if (take_fitted(&davar, &result)) {
             keep(&result);
         }

@@ -70,7 +70,7 @@ static void record(random_t *random)
     davar_reset(&davar);
     for (unsigned i = 0U; i < SAMPLES; i++) {
         const int16_t sample = (int16_t)lround(noise[i] / COUNT);
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
         if (wanted() && take()) {
             count_result();
         }

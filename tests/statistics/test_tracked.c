@@ -67,7 +67,7 @@ static void judge(bin_t bins[BINS], double ratio)
     while (since >= until[b]) {
         b++;
     }
-    (void)davar_fit_white(&plan, RATE_HZ, &result);
+    davar_fit_white(&plan, RATE_HZ, &result);
     const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     bins[b].all++;
     if ((ratio > 1.0) && (result.cut_age_samples > (since + 30U))) {
@@ -88,7 +88,7 @@ static void run(double ratio, uint32_t steps, bin_t bins[BINS])
     random_t random = random_seeded(11U);
     for (uint64_t i = 0U; i < (steps * STRETCH); i++) {
         const int16_t sample = (int16_t)lround(sigma_at(i, ratio) * random_gauss(&random));
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
         if (davar_take(&davar, &result) && (result.epoch >= STRETCH)) {
             judge(bins, ratio);
         }
@@ -150,7 +150,7 @@ static void check_centred(double ratio)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (uint64_t i = 0U; i < (300U * STRETCH); i++) {
         const int16_t sample = (int16_t)lround(sigma_at(i, ratio) * random_gauss(&random));
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
         if (!davar_take(&davar, &result) || (result.epoch < STRETCH)) {
             continue;
         }
@@ -161,7 +161,7 @@ static void check_centred(double ratio)
         while (away >= within[b]) {
             b++;
         }
-        (void)davar_fit_white(&plan, RATE_HZ, &result);
+        davar_fit_white(&plan, RATE_HZ, &result);
         const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
         bins[b].all++;
         bins[b].cut += result.young ? 1U : 0U;

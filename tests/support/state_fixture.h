@@ -83,11 +83,11 @@ static bool step(type_t type, davar_t *davar, uint32_t n, davar_result_t *result
         davar_gap(davar, 2U);
     }
     if (type == Q15) {
-        (void)davar_push_q15(davar, &narrow, 1U);
+        davar_push_q15(davar, &narrow, 1U);
     } else if (type == Q31) {
-        (void)davar_push_q31(davar, &sample, 1U);
+        davar_push_q31(davar, &sample, 1U);
     } else {
-        (void)davar_push_f32(davar, &rate, 1U);
+        davar_push_f32(davar, &rate, 1U);
     }
     memset(result, 0, sizeof *result);
     return davar_take(davar, result); /* the fit is a pure function of it */

@@ -33,7 +33,7 @@ static inline uint32_t feed(uint32_t from, uint32_t to)
     uint32_t results = 0U;
     for (uint32_t i = from; i < to; i++) {
         const int16_t sample = ripple(i);
-        TEST_ASSERT_EQUAL_size_t(1U, davar_push_q15(&davar, &sample, 1U));
+        TEST_ASSERT_EQUAL_size_t(1U, davar_push_until_result_q15(&davar, &sample, 1U));
         results += take_fitted(&davar, &result) ? 1U : 0U;
     }
     return results;

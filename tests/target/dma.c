@@ -48,7 +48,7 @@ int main(void)
     board_tick_every(200U);
     while (written < SAMPLES) {
         davar_coefficient_t arw;
-        if (dma_blocks_noise(&arw)) {
+        if (dma_blocks_noise(&arw) && arw.present) {
             /* Of counts of 1/64 of the range 64: variance 12 (64^2 - 1) / 12, then 0.05 deg/s, 60 / sqrt(1000). */
             const double truth = 63.992 * 0.05 * 1.8973666;
             results++;

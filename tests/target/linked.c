@@ -87,12 +87,13 @@ int main(void)
 #if WHAT == 0
         output = sample;
 #else
-        if ((davar_push_q15(&davar, &sample, 1U) > 0U) && davar_take(&davar, &result)) {
+        davar_push_q15(&davar, &sample, 1U);
+        if (davar_take(&davar, &result)) {
             output = result.tau[0].adev;
 #if WHAT == 2
-            (void)davar_fit_white_ready(&plan, 100.0, &result);
+            davar_fit_white_ready(&plan, 100.0, &result);
 #elif WHAT == 3
-            (void)davar_fit_white(&plan, 100.0, &result);
+            davar_fit_white(&plan, 100.0, &result);
 #elif WHAT == 4
             davar_fit(&plan, 100.0, &result);
             more();

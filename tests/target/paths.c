@@ -14,8 +14,8 @@ int main(void)
     char command[8];
     board_command_line(command, sizeof command);
     if (command[0] == '\0') {
-        (void)davar_push_q15(&davar, &narrow, 1U);
-        (void)davar_push_q31(&davar, &wide, 1U);
+        davar_push_q15(&davar, &narrow, 1U);
+        davar_push_q31(&davar, &wide, 1U);
         (void)davar_take(&davar, &result);
         davar_fit(&plan, 1.0, &result);
     }

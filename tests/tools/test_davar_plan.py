@@ -37,18 +37,16 @@ int main(void)
         memcpy(&b, &a, sizeof a);
         if (i % 50 == 49) { /* a window that lacks the longest */
             b.tau[COUNT - 1U].differences = 0U;
-            const bool found = davar_fit_white_ready(&ready, 100.0, &b);
-            if ((found != (COUNT == 1U)) || b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present || !isnan(b.tau[0].low)) {
+            davar_fit_white_ready(&ready, 100.0, &b);
+            if ((b.noise != DAVAR_NOISE_UNKNOWN) || b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present || !isnan(b.tau[0].low)) {
                 return puts("something out of nothing");
             }
             continue;
         }
-        const bool is_white = davar_fit_white(&made, 100.0, &a);
-        if (is_white != davar_fit_white_ready(&ready, 100.0, &b)) {
-            return puts("another answer");
-        }
+        davar_fit_white(&made, 100.0, &a);
+        davar_fit_white_ready(&ready, 100.0, &b);
         same += (memcmp(&a, &b, sizeof a) == 0) ? 1U : 0U;
-        white += is_white ? 1U : 0U;
+        white += (a.noise == DAVAR_NOISE_WHITE) ? 1U : 0U;
     }
     return printf("%u %s", same, (white > 0U) ? "some" : "none") < 0;
 }
@@ -58,7 +56,7 @@ LEAN = """
 extern davar_plan_t ready;
 extern davar_result_t result;
 davar_result_t result;
-int main(void) { return davar_fit_white_ready(&ready, 100.0, &result); }
+int main(void) { davar_fit_white_ready(&ready, 100.0, &result); return (int)result.noise; }
 """
 
 

@@ -179,7 +179,7 @@ static void both(const char *name, double hours, double per_hour, uint32_t block
     const uint64_t samples = (uint64_t)(hours * 3600.0 * RATE_HZ);
     for (uint64_t i = 0U; i < samples; i++) {
         const int16_t sample = (int16_t)sample_of(noise(&source));
-        (void)davar_push_q15(&davar, &sample, 1U);
+        davar_push_q15(&davar, &sample, 1U);
     }
     const davar_health_t health = davar_health(&davar);
     printf("| %s, both | %g | %u | %g | %lu | %.4f | %.2f | %.2f |\n", name, per_hour, (unsigned)block, hours,

@@ -144,7 +144,7 @@ static void run_forever(uint32_t stride, uint32_t samples)
             gaps++;
         }
         accepted_hear(&accepted, sample);
-        (void)davar_push_q15(davar, &sample, 1U);
+        davar_push_q15(davar, &sample, 1U);
         const bool is_late = (stride > 1U) && ((n % 4U) != 3U); /* up to three samples behind the epoch */
         if (!is_late && davar_take(davar, &result)) {
             check(&result, davar_health(davar).cuts > 0U);

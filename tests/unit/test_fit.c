@@ -232,6 +232,7 @@ static void test_a_constant_input_bounds_nothing(void)
     }
     TEST_ASSERT_EQUAL_DOUBLE(0.0, result.tau[3].low);
     TEST_ASSERT_TRUE(isinf(result.tau[3].high));
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_CONSTANT, result.noise);
 }
 
 static void test_some_zero_variances_are_no_trap(void)
@@ -409,19 +410,26 @@ static void test_the_fit_of_white_noise_alone(void)
     set_octaves(600U, 7U);
     set_model(white);
     whole = result;
-    TEST_ASSERT_TRUE(davar_fit_white(&plan, 50.0, &result));
+    davar_fit_white(&plan, 50.0, &result);
     davar_fit(&plan, 50.0, &whole);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_WHITE, result.noise);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_WHITE, whole.noise);
     TEST_ASSERT_EQUAL_MEMORY(whole.tau, result.tau, 7U * sizeof result.tau[0]);
     TEST_ASSERT_EQUAL_MEMORY(whole.coefficient, result.coefficient, sizeof result.coefficient);
     set_model(drifting);
-    TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));
+    whole = result;
+    davar_fit_white(&plan, 50.0, &result);
+    davar_fit(&plan, 50.0, &whole);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, whole.noise);
     const davar_coefficient_t *arw = term(DAVAR_ANGLE_RANDOM_WALK);
     TEST_ASSERT_FALSE(arw->present);
     TEST_ASSERT_TRUE((arw->high > 60.0 * sqrt(4.0 / 50.0)) && (arw->high < 1.3 * 60.0 * sqrt(4.3 / 50.0)));
     TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high) && isnan(result.tau[0].low) && isnan(result.tau[6].edf));
     memset(&result, 0, sizeof result);
     set_octaves(1U, 3U);
-    TEST_ASSERT_TRUE(davar_fit_white(&plan, 50.0, &result)); /* nothing is there that it could not explain */
+    davar_fit_white(&plan, 50.0, &result);
+    TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_UNKNOWN, result.noise);
     TEST_ASSERT_TRUE(isinf(arw->high));
 }
 

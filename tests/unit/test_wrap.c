@@ -88,7 +88,7 @@ static bool feed(davar_t *davar, uint32_t n, davar_result_t *result)
     if ((n % 130U) == 100U) {
         davar_gap(davar, 1U);
     }
-    (void)davar_push_q15(davar, &sample, 1U);
+    davar_push_q15(davar, &sample, 1U);
     return davar_take(davar, result);
 }
 
@@ -214,8 +214,8 @@ static void forgotten(uint32_t later)
             shift(&late, later);
             memcpy(late.gaps.position, positions, sizeof positions);
         }
-        (void)davar_push_q15(&plain, &sample, 1U);
-        (void)davar_push_q15(&late, &sample, 1U);
+        davar_push_q15(&plain, &sample, 1U);
+        davar_push_q15(&late, &sample, 1U);
         const bool ready = davar_take(&plain, &result[0]);
         TEST_ASSERT_EQUAL(ready, davar_take(&late, &result[1]));
         if (ready) {

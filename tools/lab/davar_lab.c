@@ -25,7 +25,7 @@ static size_t run(davar_t *davar, const float *rates, size_t count, uint32_t win
 {
     size_t row = 0;
     for (size_t done = 0; done < count;) {
-        done += davar_push_f32(davar, rates + done, count - done);
+        done += davar_push_until_result_f32(davar, rates + done, count - done);
         row = take_full(davar, window, adev, row, rows);
     }
     return row;

@@ -134,7 +134,7 @@ void loop()
     if (periods > 1) {
         davar_gap(&gyro_z, periods - 1);
     }
-    (void)davar_push_q15(&gyro_z, &count, 1);
+    davar_push_q15(&gyro_z, &count, 1);
     if (davar_take(&gyro_z, &result)) {
         print_result();
     }

@@ -28,7 +28,7 @@ static void sample_arrived(const struct device *gyro, const struct sensor_trigge
         return;
     }
     const float degrees = DEGREES * ((float)rate.val1 + 1e-6F * (float)rate.val2);
-    (void)davar_push_f32(&gyro_z, &degrees, 1);
+    davar_push_f32(&gyro_z, &degrees, 1);
 }
 
 static davar_status_t start(void)

@@ -46,28 +46,36 @@ davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void
 davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 
-/* Takes samples in, up to and including the one that completes a result, so that a caller with a block can take every
- * result: call again with the rest. Returns how many were consumed (>= 1 unless count is 0 or the push is refused). A result
- * that nobody took is overwritten and counted as missed. Any chunking gives the same results. Another type than that of init,
- * or a push behind davar_flush, is asserted, and where asserts are off refused: 0.
- * Cost per sample O(T), bounded, no division, no float in the fixed types. Interrupt-safe towards davar_take. Policy glr: a
- * result is a block of samples late, and on a grid one push may take in as many as three blocks that have waited. */
-size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
-size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
-size_t davar_push_f32(davar_t *davar, const float *rates, size_t count);
+/* Pushes a block of samples: counts, or deg/s for _f32. It always takes the whole block, and the newest result that the block
+ * completes waits for davar_take. A result that is replaced before it was taken counts in davar_health_t.missed. How samples are split
+ * into blocks changes no result.
+ * A type other than that of init, or a push after davar_flush, is a caller's bug: it is asserted, and without asserts the samples
+ * count as missing.
+ * Threads: producer; may interrupt davar_take. Cost: O(T) per sample, bounded, no division, no floating point in _q15 and _q31.
+ * Policy glr: a result is one block late, and on a grid one sample may process three blocks that have waited. */
+void davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
+void davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
+void davar_push_f32(davar_t *davar, const float *rates, size_t count);
 
-/* All of a block: `hear` is called with every result in *result, taken and not yet fitted. A result that waits already is taken or
- * missed as by davar_push_*; a push that is refused ends it. Cost: of the pushes and takes. For the main loop. */
-typedef void (*davar_hear_t)(void *context, davar_result_t *result);
+/* Pushes samples up to and including the one that completes a result, for a caller that wants every result of a block: take, then
+ * call again with the rest. Returns how many samples it took: at least 1 unless count is 0; all of them after a caller's bug (see
+ * davar_push_*). Threads and cost as above. */
+DAVAR_NODISCARD size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts, size_t count);
+DAVAR_NODISCARD size_t davar_push_until_result_q31(davar_t *davar, const int32_t *counts, size_t count);
+DAVAR_NODISCARD size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count);
+
+/* Pushes a whole block and calls on_result with each result it completes, in *result, taken and not yet fitted. The caller owns
+ * result; the next one overwrites it. For the main loop: it pushes and takes. Cost: that of its pushes and takes. */
+typedef void (*davar_on_result_t)(void *context, davar_result_t *result);
 #define davar_push_all_q15 DAVAR_SIZED(davar_push_all_q15)
 #define davar_push_all_q31 DAVAR_SIZED(davar_push_all_q31)
 #define davar_push_all_f32 DAVAR_SIZED(davar_push_all_f32)
-void davar_push_all_q15(davar_t *davar, const int16_t *counts, size_t count, davar_result_t *result, davar_hear_t hear,
-                        void *context);
-void davar_push_all_q31(davar_t *davar, const int32_t *counts, size_t count, davar_result_t *result, davar_hear_t hear,
-                        void *context);
-void davar_push_all_f32(davar_t *davar, const float *rates, size_t count, davar_result_t *result, davar_hear_t hear,
-                        void *context);
+void davar_push_all_q15(davar_t *davar, const int16_t *counts, size_t count, davar_result_t *result,
+                        davar_on_result_t on_result, void *context);
+void davar_push_all_q31(davar_t *davar, const int32_t *counts, size_t count, davar_result_t *result,
+                        davar_on_result_t on_result, void *context);
+void davar_push_all_f32(davar_t *davar, const float *rates, size_t count, davar_result_t *result,
+                        davar_on_result_t on_result, void *context);
 
 /* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
  * the gap are left out of every sum. O(gaps_max), when it restarts the window O(T), with one 64-bit division. */

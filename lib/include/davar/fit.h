@@ -43,23 +43,24 @@ typedef struct davar_plan {
 #define davar_plan_init DAVAR_SIZED(davar_plan_init)
 void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
-/* White noise alone: writes edf, low and high of every tau entry and the angle random walk with its interval, of the other terms
- * the upper limits that white noise leaves them. False: white noise does not explain this window: then intervals and angle random walk are
- * absent, the latter with the upper limit that the shortest tau gives it, and davar_fit knows more. True with an absent one: the
- * window holds no difference, or all are 0. In and out as for davar_fit.
- * Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
+/* Fits white noise alone. Writes result->noise, and in each case:
+ *   DAVAR_NOISE_WHITE     the angle random walk with its interval, edf and limits of every tau, upper limits of the other terms
+ *   DAVAR_NOISE_MIXED     the upper limit of the angle random walk that the shortest tau gives; all else is absent. Call davar_fit
+ *   DAVAR_NOISE_CONSTANT  every coefficient is absent; the interval of every tau is 0 to infinity
+ *   DAVAR_NOISE_UNKNOWN   the window holds no difference; all is absent
+ * Parameters as for davar_fit. Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
-bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+void davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
-/* The same with a plan that tools/davar-plan has written for all cluster sizes of the result, so that davar_plan_init and what it
- * needs are not linked. A window that supports fewer of them (a short one, or gaps) gets nothing: false. The same bits where it
- * supports all. */
+/* The same with a plan that tools/davar-plan wrote for all cluster sizes of the result, so that davar_plan_init and what it
+ * needs are not linked. Where the window supports all of them it gives the same bits. A window that supports fewer (a short one, or
+ * one with gaps) gets DAVAR_NOISE_UNKNOWN. */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
-bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+void davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
  * entries from the first with differences == 0 on are left out), window length result->window_samples with
- * result->mirrored_samples in it, at rate_hz (> 0) samples per second. Writes result->coefficient[], and edf, low, high of
+ * result->mirrored_samples in it, at rate_hz (> 0) samples per second. Writes result->noise, result->coefficient[], and edf, low, high of
  * every tau entry from the noise mix that was found.
  * A pure function of result and rate_hz: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.

@@ -51,6 +51,15 @@
 #endif
 #endif
 
+/* A return value that the caller must use. */
+#ifndef DAVAR_NODISCARD
+#if defined(__GNUC__)
+#define DAVAR_NODISCARD __attribute__((warn_unused_result))
+#else
+#define DAVAR_NODISCARD
+#endif
+#endif
+
 #if (DAVAR_TAUS_MAX < 1) || (DAVAR_TAUS_MAX > 32)
 #error "DAVAR_TAUS_MAX: 1 to 32"
 #endif

@@ -114,7 +114,7 @@ typedef struct {
 /* Weather: things the world did, counted, never fatal. Saturating counters. */
 typedef struct {
     uint32_t gaps;       /* davar_gap calls, and runs of NaN or inf */
-    uint32_t missing;    /* samples lost in those gaps */
+    uint32_t missing;    /* samples lost in those gaps, or refused: of another type than init's, or after davar_flush */
     uint32_t saturated;  /* samples at or beyond the limit of their type, bits or full scale (used, clamped) */
     uint32_t not_finite; /* NaN or inf in float input (left out: a gap) */
     uint32_t restarts;   /* windows thrown away because gaps_max was exceeded */
@@ -161,6 +161,15 @@ typedef struct {
     double gain;  /* logarithm of the likelihood ratio that raised the alarm */
 } davar_change_t;
 
+/* What a fit found in the window. */
+typedef enum {
+    DAVAR_NOISE_UNKNOWN = 0, /* not fitted yet, or no cluster size of the plan has a difference in this window */
+    DAVAR_NOISE_WHITE,       /* white noise explains the window: the angle random walk is present */
+    DAVAR_NOISE_MIXED,   /* white noise alone does not. davar_fit_white then gives the angle random walk an upper limit;
+                                davar_fit separates the terms */
+    DAVAR_NOISE_CONSTANT /* every difference is 0: the noise is below one count, or the sensor is stuck */
+} davar_noise_t;
+
 /* One epoch. */
 typedef struct {
     uint64_t epoch;          /* sample index from 0: window centre (centred) or newest sample (trailing) */
@@ -177,6 +186,7 @@ typedef struct {
     bool young;
     bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
+    davar_noise_t noise; /* what davar_fit or davar_fit_white found */
     double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
     double contribution; /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
     double dispersion;   /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (10.3) */

@@ -14,6 +14,7 @@ void davar_absent_taus(davar_result_t *result, uint32_t from)
 
 void davar_absent_coefficients(davar_result_t *result)
 {
+    result->noise = DAVAR_NOISE_UNKNOWN;
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         const davar_coefficient_t absent = {false, (double)NAN, (double)NAN, (double)INFINITY};
         result->coefficient[k] = absent;

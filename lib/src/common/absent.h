@@ -7,6 +7,7 @@
 /* Of the cluster sizes from `from` on. */
 void davar_absent_taus(davar_result_t *result, uint32_t from);
 
+/* ... and no kind of noise. */
 void davar_absent_coefficients(davar_result_t *result);
 
 #endif

@@ -47,6 +47,7 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
 {
     double unit[DAVAR_COEFFICIENT_COUNT];
     davar_square_units(rate_hz, unit);
+    result->noise = DAVAR_NOISE_MIXED;
     for (int k = 0; k < TERMS; k++) {
         const double a = model->a[k];
         if (((model->terms >> (unsigned)k) & 1U) != 0U) {

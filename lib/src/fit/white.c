@@ -218,6 +218,7 @@ static void write_white(const davar_plan_t *plan, const davar_white_t *white, da
 {
     const scaled_t root = scaled_root(white->square);
     write_intervals(plan, white, result);
+    result->noise = DAVAR_NOISE_WHITE;
     for (int k = 0; k < TERMS; k++) {
         if (k == WHITE) {
             white_present(plan, white, root, &result->coefficient[k]);
@@ -239,6 +240,7 @@ DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *
         result->tau[t].high = (double)INFINITY;
     }
     davar_absent_coefficients(result);
+    result->noise = DAVAR_NOISE_CONSTANT;
 }
 
 /* Nothing can be said. */
@@ -285,35 +287,32 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white, d
     const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
     result->coefficient[WHITE].high = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
     davar_absent_taus(result, 0U); /* theirs are those of white noise, which this is not */
+    result->noise = DAVAR_NOISE_MIXED;
 }
 
-/* With a plan that is up to date where it is for as many cluster sizes as the window supports, and is no use where not. */
-static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
+/* A plan for another number of cluster sizes than the window supports fits nothing. */
+static void fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
 {
     davar_white_t white;
-    if (usable != plan->count) {
+    if ((usable == 0U) || (usable != plan->count)) {
         write_nothing(result);
-        return usable == 0U;
-    }
-    const bool is_white = suffices(plan, rate_hz, result, &white);
-    if (!is_white) {
+    } else if (!suffices(plan, rate_hz, result, &white)) {
         write_beside(plan, &white, result);
     }
-    return is_white;
 }
 
-bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+void davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     const uint8_t usable = davar_fit_usable(result);
     davar_fit_prepare(plan, result);
-    return fit_white(plan, rate_hz, result, usable);
+    fit_white(plan, rate_hz, result, usable);
 }
 
-bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+void davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     const uint8_t usable = davar_fit_usable(result);
     if (usable == plan->count) {
         davar_fit_prepare_window(plan, result);
     }
-    return fit_white(plan, rate_hz, result, usable);
+    fit_white(plan, rate_hz, result, usable);
 }

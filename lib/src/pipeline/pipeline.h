@@ -18,6 +18,14 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
                               : push_steadily(stages, davar, samples, count);
 }
 
+/* Takes all samples; the newest result stays. */
+static inline void pipeline_push_all(davar_t *davar, const sample_t *samples, size_t count)
+{
+    for (size_t done = 0U; done < count;) {
+        done += pipeline_push(davar, &samples[done], count - done);
+    }
+}
+
 DAVAR_RARE void NUMBER(gap)(davar_t *davar)
 {
     if (is_tracked(davar->stages)) {

@@ -52,6 +52,24 @@ static inline void davar_count(uint32_t *counter)
     }
 }
 
+/* Samples that no sum will hold. */
+static inline void davar_count_missing(davar_t *davar, size_t missing)
+{
+    const uint32_t room = UINT32_MAX - davar->health.missing;
+    davar->health.missing += (missing < room) ? (uint32_t)missing : room;
+}
+
+/* Does this instance accept a push of this type now? It does unless the caller has a bug; then the samples are counted. */
+static inline bool davar_accepts(davar_t *davar, uint8_t type, size_t count)
+{
+    const bool accepts = (davar->accepts == type);
+    DAVAR_ASSERT(accepts);
+    if (!accepts) {
+        davar_count_missing(davar, count);
+    }
+    return accepts;
+}
+
 static inline void davar_produce(davar_t *davar)
 {
     davar->ready = true;

@@ -25,15 +25,22 @@ _Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too smal
 
 const davar_number_t davar_number_q15 = PIPELINE_NUMBER(false);
 
-size_t davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
+size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts, size_t count)
 {
-    const bool belongs = (davar->accepts == ACCEPTS_Q15);
-    DAVAR_ASSERT(belongs);
-    if (!belongs) {
-        return 0U;
+    if (!davar_accepts(davar, ACCEPTS_Q15, count)) {
+        return count;
     }
     davar_change_begin(davar);
-    const size_t consumed = pipeline_push(davar, counts, count);
+    const size_t taken = pipeline_push(davar, counts, count);
     davar_change_end(davar);
-    return consumed;
+    return taken;
+}
+
+void davar_push_q15(davar_t *davar, const int16_t *counts, size_t count)
+{
+    if (davar_accepts(davar, ACCEPTS_Q15, count)) {
+        davar_change_begin(davar);
+        pipeline_push_all(davar, counts, count);
+        davar_change_end(davar);
+    }
 }

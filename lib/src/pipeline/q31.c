@@ -31,15 +31,22 @@ size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
     return pipeline_push(davar, samples, count);
 }
 
-size_t davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
+size_t davar_push_until_result_q31(davar_t *davar, const int32_t *counts, size_t count)
 {
-    const bool belongs = (davar->accepts == ACCEPTS_Q31);
-    DAVAR_ASSERT(belongs);
-    if (!belongs) {
-        return 0U;
+    if (!davar_accepts(davar, ACCEPTS_Q31, count)) {
+        return count;
     }
     davar_change_begin(davar);
-    const size_t consumed = davar_q31_push(davar, counts, count);
+    const size_t taken = pipeline_push(davar, counts, count);
     davar_change_end(davar);
-    return consumed;
+    return taken;
+}
+
+void davar_push_q31(davar_t *davar, const int32_t *counts, size_t count)
+{
+    if (davar_accepts(davar, ACCEPTS_Q31, count)) {
+        davar_change_begin(davar);
+        pipeline_push_all(davar, counts, count);
+        davar_change_end(davar);
+    }
 }
