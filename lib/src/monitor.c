@@ -1,6 +1,7 @@
 /* davar - a result against the error model's table, DESIGN (9.1) to (9.5). */
 #include "davar/monitor.h"
 
+#include "davar/confidence.h"
 #include "number/real.h"
 
 #define RATIO_LIMIT 1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
@@ -131,6 +132,19 @@ static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_t
     return tau->excess / davar_root(tau->variance * share + tolerance_of(model));
 }
 
+/* A measured Allan deviation that can be compared; 0 is one. */
+static bool is_measured(const davar_adev_t *measured)
+{
+    return (measured->differences > 0U) && (measured->adev >= 0.0) && isfinite(measured->adev);
+}
+
+/* The fit's degrees of freedom; without a fit that explains the window the fewest that any noise has. */
+static double edf_of(const davar_result_t *result, uint8_t t)
+{
+    const double fitted = result->tau[t].edf;
+    return (fitted >= 1.0) ? fitted : davar_edf_least(result, t);
+}
+
 static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_result_t *result, uint8_t t,
                                          double fresh)
 {
@@ -140,13 +154,13 @@ static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_r
     if (model == NULL) {
         return found;
     }
-    if (measured->differences == 0U) {
+    if (!is_measured(measured)) {
         found.match = DAVAR_TAU_NOT_IN_WINDOW;
     } else {
+        const double edf = edf_of(result, t);
         found.match = DAVAR_TAU_COMPARED;
-        found.deviation = davar_deviation(measured->adev, measured->edf, model);
-        remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, measured->edf, model),
-                 measured->edf);
+        found.deviation = davar_deviation(measured->adev, edf, model);
+        remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, edf, model), edf);
     }
     found.mean_deviation = mean_deviation(&monitor->tau[t], model);
     return found;

@@ -1,4 +1,5 @@
 /* davar tests - the monitor: its formula against erfc and known values, which taus are compared, refusals. */
+#include "davar/confidence.h"
 #include "davar/monitor.h"
 #include "random.h"
 #include "unity.h"
@@ -105,6 +106,41 @@ static void test_nothing_to_compare_is_no_health(void)
     TEST_ASSERT_TRUE(isnan(misfit.health) && isnan(misfit.fast) && isnan(misfit.slow));
     TEST_ASSERT_EQUAL(0, misfit.compared);
     TEST_ASSERT_EQUAL(misfit.tau_count, misfit.worst);
+}
+
+/* A result without a fit has no degrees of freedom: the fewest of any noise take their place, and one such window leaves no trace. */
+static void test_a_window_that_no_fit_explains_is_compared_too(void)
+{
+    davar_misfit_t unfitted;
+    davar_monitor_t fitted = monitor;
+    for (uint8_t t = 0U; t < 3U; t++) {
+        result.tau[t].differences = 101U - (2U * result.tau[t].m);
+        result.tau[t].edf = (double)NAN;
+        const double least = fmin(fmin(davar_edf(DAVAR_QUANTIZATION, result.tau[t].m, 100U),
+                                       davar_edf(DAVAR_ANGLE_RANDOM_WALK, result.tau[t].m, 100U)),
+                                  fmin(davar_edf(DAVAR_BIAS_INSTABILITY, result.tau[t].m, 100U),
+                                       davar_edf(DAVAR_RATE_RANDOM_WALK, result.tau[t].m, 100U)));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8 * least, least, davar_edf_least(&result, t)); /* the evidence has 32 bits */
+    }
+    davar_monitor_update(&monitor, &result, &unfitted);
+    for (uint8_t t = 0U; t < 3U; t++) {
+        result.tau[t].edf = davar_edf_least(&result, t);
+    }
+    davar_monitor_update(&fitted, &result, &misfit);
+    TEST_ASSERT_EQUAL_MEMORY(&misfit, &unfitted, sizeof misfit);
+    TEST_ASSERT_TRUE(isfinite(unfitted.health));
+}
+
+/* An Allan deviation that is none, from whatever source, is not compared. */
+static void test_what_is_no_allan_deviation_is_left_out(void)
+{
+    static const double none[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, -1.0};
+    for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
+        result.tau[1].adev = none[i];
+        davar_monitor_update(&monitor, &result, &misfit);
+        TEST_ASSERT_EQUAL(DAVAR_TAU_NOT_IN_WINDOW, misfit.tau[1].match);
+        TEST_ASSERT_TRUE(isnan(misfit.tau[1].deviation) && isfinite(misfit.health));
+    }
 }
 
 static void test_the_sign_and_the_worst_tau(void)
@@ -236,6 +272,8 @@ int main(void)
     RUN_TEST(test_the_limit_is_the_stated_share_for_every_number_of_taus);
     RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_named);
     RUN_TEST(test_nothing_to_compare_is_no_health);
+    RUN_TEST(test_a_window_that_no_fit_explains_is_compared_too);
+    RUN_TEST(test_what_is_no_allan_deviation_is_left_out);
     RUN_TEST(test_the_sign_and_the_worst_tau);
     RUN_TEST(test_health_is_the_largest_share_of_the_limit);
     RUN_TEST(test_a_tolerance_takes_an_alarm_away);

@@ -68,8 +68,9 @@ typedef struct {
 #define davar_monitor_init DAVAR_SIZED(davar_monitor_init)
 bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count, double memory);
 
-/* Compares the next result of the channel with the model and fills *misfit. Results may overlap: each weighs as much as
- * it brings of new samples. The result's cluster sizes must stay those of the first one. O(T count), about 60 double
+/* Compares the next result of the channel with the model and fills *misfit. The result may come from davar_take alone, or from any fit
+ * after it: without degrees of freedom from a fit the monitor takes the fewest that any noise has (davar_edf_least). Results may
+ * overlap: each weighs as much as it brings of new samples. The result's cluster sizes must stay those of the first one. O(T count), about 60 double
  * operations a tau. */
 #define davar_monitor_update DAVAR_SIZED(davar_monitor_update)
 void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result, davar_misfit_t *misfit);

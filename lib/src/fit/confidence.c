@@ -3,6 +3,7 @@
 #include "davar/confidence.h"
 
 #include "fit/noise.h"
+#include "fit/plan.h"
 
 DAVAR_APART static double at_least(double floor, double value)
 {
@@ -53,6 +54,20 @@ DAVAR_RARE double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t
 {
     DAVAR_ASSERT((m >= 1U) && (window / 2U >= m));
     return davar_noise_edf(noise, (double)m, (double)window - 2.0 * (double)m + 1.0);
+}
+
+DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
+{
+    const davar_adev_t *const tau = &result->tau[t];
+    DAVAR_ASSERT((t < result->tau_count) && (tau->differences > 0U));
+    double least = davar_edf(DAVAR_QUANTIZATION, tau->m, result->window_samples);
+    for (int kind = DAVAR_ANGLE_RANDOM_WALK; kind <= DAVAR_RATE_RANDOM_WALK; kind++) {
+        const double edf = davar_edf((davar_coefficient_kind_t)kind, tau->m, result->window_samples);
+        least = (edf < least) ? edf : least;
+    }
+    const double all = (double)(result->window_samples + 1U - (2U * tau->m));
+    const double lost = (double)tau->differences / all;
+    return at_least(1.0, least * lost * scaled_to_double(davar_fit_evidence(result)));
 }
 
 /* Three jumps +1 -2 +1 of the long kernel, each met by the triangle of the short one; neighbours overlap below 2:1. */
