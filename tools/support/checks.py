@@ -381,7 +381,7 @@ def board():
 
 
 # Target of tests/fuzz: runs, and the longest input. Runs and not seconds: what is tried does not depend on the machine.
-FUZZ = {"stream": (600, 400), "tracked": (1500, 160), "state": (4000, 64), "codec": (400_000, 128), "source": (4000, 9000),
+FUZZ = {"stream": (600, 400), "tracked": (1500, 160), "calls": (20_000, 400), "state": (4000, 64), "codec": (400_000, 128), "source": (4000, 9000),
         "recording": (40_000, 300), "options": (200_000, 300)}
 
 
@@ -394,7 +394,7 @@ def fuzz(name):
     found.mkdir()
     crash = LOGS / f"fuzz-{name}-"
     status, output = run([target, "-seed=1", f"-runs={runs}", f"-max_len={longest}", f"-artifact_prefix={crash}",
-                          "-timeout=0", str(found), str(corpus)], f"fuzz-{name}.log")
+                          "-timeout=0", str(found), *([str(corpus)] if corpus.is_dir() else [])], f"fuzz-{name}.log")
     done = re.search(r"^Done (\d+) runs", output, re.MULTILINE)
     return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
 

@@ -1,0 +1,384 @@
+/* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save, restore, flush, reset. What reaches a
+ * caller is a number in its range or absent, and every sample and every result is taken or counted. */
+#include "davar/codec.h"
+#include "davar/davar.h"
+#include "davar/monitor.h"
+#include "fuzzing.h"
+#include "random.h"
+
+#include <math.h>
+#include <string.h>
+
+#define MEMORY_WORDS 8192
+#define SLOT ((size_t)8 * MEMORY_WORDS)
+#define BLOCK_MAX 256U
+
+typedef enum { Q15 = 0, Q31, F32 } type_t;
+
+/* An instance and what its caller knows of it. */
+typedef struct {
+    davar_t davar;
+    uint32_t taken;
+} user_t;
+
+static const uint32_t taus[5] = {1U, 2U, 3U, 7U, 12U};
+static uint64_t memory[2][MEMORY_WORDS];
+static unsigned char cells[2U * SLOT];
+static davar_config_t config;
+static type_t type;
+static user_t users[2]; /* of the same stream: the second one takes after every result */
+static bool ended;
+static uint64_t pushed;  /* samples since init or reset */
+static uint32_t missing; /* that somebody said were */
+static davar_plan_t plan;
+static davar_model_tau_t model[5];
+static davar_monitor_t monitor;
+static davar_misfit_t misfit;
+static davar_encoder_t encoder;
+static davar_result_t result;
+
+static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(data, &cells[offset], bytes);
+    return true;
+}
+
+static bool write_cells(void *context, size_t offset, const void *data, size_t bytes)
+{
+    (void)context;
+    memcpy(&cells[offset], data, bytes);
+    return true;
+}
+
+static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
+
+/* --- what a result may hold ---------------------------------------------------------------------------------------- */
+
+static bool is_number(double value)
+{
+    return isfinite(value) && (value >= 0.0);
+}
+
+static void check_coefficient(const davar_coefficient_t *coefficient)
+{
+    if (coefficient->present) {
+        REQUIRE(is_number(coefficient->value) && is_number(coefficient->low) &&
+                (coefficient->high >= coefficient->value));
+        REQUIRE(coefficient->low <= coefficient->value);
+    } else {
+        REQUIRE(isnan(coefficient->value) && isnan(coefficient->low) && (coefficient->high >= 0.0));
+    }
+}
+
+static void check_result(bool is_fitted)
+{
+    for (uint32_t t = 0U; t < result.tau_count; t++) {
+        const davar_adev_t *const tau = &result.tau[t];
+        REQUIRE((tau->differences > 0U) ? is_number(tau->adev) : (isnan(tau->adev) != 0));
+        REQUIRE(isnan(tau->edf) || (tau->edf >= 1.0));
+        REQUIRE(isnan(tau->low) || ((tau->low >= 0.0) && (tau->low <= tau->adev) && (tau->high >= tau->adev)));
+    }
+    for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
+        check_coefficient(&result.coefficient[kind]);
+    }
+    REQUIRE(is_fitted || (result.noise == DAVAR_NOISE_UNKNOWN));
+    REQUIRE((result.noise != DAVAR_NOISE_WHITE) || result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
+}
+
+/* --- what a monitor and a wire may hold ------------------------------------------------------------------------------ */
+
+static void watch(void)
+{
+    davar_monitor_update(&monitor, &result, &misfit);
+    uint8_t measured = 0U;
+    for (uint32_t t = 0U; t < result.tau_count; t++) {
+        measured = (uint8_t)(measured + ((result.tau[t].differences > 0U) ? 1U : 0U));
+    }
+    REQUIRE(misfit.compared == measured);
+    REQUIRE((measured > 0U) ? is_number(misfit.health) : (isnan(misfit.health) != 0));
+    REQUIRE((measured == 0U) ||
+            (is_number(misfit.fast) && is_number(misfit.slow) && (misfit.worst < result.tau_count)));
+}
+
+static void send(const davar_t *davar)
+{
+    davar_wire_health_t health = {{0U}};
+    davar_frame_t frame;
+    davar_wire_t wire;
+    health.count[DAVAR_HEALTH_GAPS] = davar_health(davar).gaps;
+    davar_encoder_begin(&encoder, &result, &health);
+    for (uint32_t frames = 0U; davar_encoder_next(&encoder, &frame); frames++) {
+        REQUIRE(frames < 200U);
+        REQUIRE(davar_decode(&frame, DAVAR_WIRE_BASE, &wire) == DAVAR_DECODED);
+        if (wire.message == DAVAR_MESSAGE_ADEV) {
+            REQUIRE(isnan(wire.value) == (result.tau[wire.index].differences == 0U));
+        }
+        if (wire.message == DAVAR_MESSAGE_ARW) {
+            REQUIRE(isnan(wire.value) == !result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
+        }
+        if ((wire.message == DAVAR_MESSAGE_MONITOR) && (wire.index == DAVAR_MONITOR_HEALTH)) {
+            REQUIRE((isnan(wire.value) != 0) == (isnan(misfit.health) != 0));
+        }
+    }
+}
+
+static void use(const davar_t *davar, bytes_t *bytes)
+{
+    const uint8_t what = byte(bytes);
+    check_result(false);
+    switch (what % 4U) {
+    case 0U:
+        break;
+    case 1U:
+        davar_fit_white(&plan, config.rate_hz, &result);
+        break;
+    case 2U:
+        davar_fit(&plan, config.rate_hz, &result);
+        break;
+    default:
+        davar_fit_white_ready(&plan, config.rate_hz, &result);
+        break;
+    }
+    check_result((what % 4U) != 0U);
+    if ((what & 4U) != 0U) {
+        watch();
+    }
+    if ((what & 8U) != 0U) {
+        send(davar);
+    }
+}
+
+/* --- samples and results --------------------------------------------------------------------------------------------- */
+
+static davar_status_t init(unsigned which)
+{
+    davar_t *const davar = &users[which].davar;
+    memset(memory[which], 0xA5, sizeof memory[which]);
+    switch (type) {
+    case Q15:
+        return davar_init_q15(davar, &config, memory[which], sizeof memory[which]);
+    case Q31:
+        return davar_init_q31(davar, &config, memory[which], sizeof memory[which]);
+    case F32:
+    default:
+        return davar_init_f32(davar, &config, memory[which], sizeof memory[which]);
+    }
+}
+
+typedef struct {
+    int16_t q15[BLOCK_MAX];
+    int32_t q31[BLOCK_MAX];
+    float f32[BLOCK_MAX];
+} block_t;
+
+static size_t push_until(davar_t *davar, const block_t *block, size_t from, size_t count)
+{
+    switch (type) {
+    case Q15:
+        return davar_push_until_result_q15(davar, &block->q15[from], count);
+    case Q31:
+        return davar_push_until_result_q31(davar, &block->q31[from], count);
+    case F32:
+    default:
+        return davar_push_until_result_f32(davar, &block->f32[from], count);
+    }
+}
+
+static void push_whole(davar_t *davar, const block_t *block, size_t count)
+{
+    switch (type) {
+    case Q15:
+        davar_push_q15(davar, block->q15, count);
+        break;
+    case Q31:
+        davar_push_q31(davar, block->q31, count);
+        break;
+    case F32:
+    default:
+        davar_push_f32(davar, block->f32, count);
+        break;
+    }
+}
+
+static void take_both(bytes_t *bytes, bool first)
+{
+    davar_result_t other;
+    if (first && davar_take(&users[0].davar, &result)) {
+        users[0].taken++;
+        use(&users[0].davar, bytes);
+    }
+    users[1].taken += davar_take(&users[1].davar, &other) ? 1U : 0U;
+}
+
+/* The second user misses nothing; the first has taken, missed, or not yet taken as many results. */
+static void check_counts(void)
+{
+    const davar_health_t health = davar_health(&users[0].davar);
+    const davar_health_t other = davar_health(&users[1].davar);
+    const uint32_t waits = (users[0].davar.produced != users[0].davar.seen) && users[0].davar.ready ? 1U : 0U;
+    REQUIRE(other.missed == 0U);
+    REQUIRE((users[0].taken + health.missed + waits) == users[1].taken);
+    REQUIRE((health.missing == missing) && (health.missing == other.missing));
+    REQUIRE((health.gaps == other.gaps) && (health.saturated == other.saturated));
+}
+
+/* Noise of some level, with a walk, a line or nothing beside it; constant; or rails. A few bytes for a whole block. */
+static void fill(block_t *block, bytes_t *bytes, size_t count)
+{
+    static const int32_t full = 8388607;
+    const uint32_t shift = between(bytes, 0U, 23U);
+    const uint8_t kind = byte(bytes);
+    random_t random = random_seeded(byte(bytes));
+    int32_t beside = 0;
+    for (size_t i = 0; i < count; i++) {
+        const int32_t noise = (int32_t)(random_next(&random) >> 40U) - full - 1; /* 24 bits */
+        if ((kind % 4U) == 1U) {
+            beside += (noise >> shift) / 4;
+        } else if ((kind % 4U) == 2U) {
+            beside = ((i / 5U) % 2U == 0U) ? (full >> shift) : -(full >> shift);
+        }
+        int32_t value = (noise >> shift) + beside;
+        value = (kind >= 240U) ? ((noise < 0) ? -full - 1 : full) : ((kind >= 224U) ? beside : value);
+        value = (value > full) ? full : ((value < -full - 1) ? -full - 1 : value);
+        block->q15[i] = (int16_t)(value / 256);
+        block->q31[i] = value;
+        block->f32[i] = (float)value * (300.0F / (float)full);
+    }
+}
+
+static void push(bytes_t *bytes)
+{
+    block_t block;
+    const size_t count = between(bytes, 0U, 255U);
+    fill(&block, bytes, count);
+    if (ended) {
+        return;
+    }
+    push_whole(&users[0].davar, &block, count);
+    for (size_t done = 0U; done < count;) {
+        const size_t more = push_until(&users[1].davar, &block, done, count - done);
+        REQUIRE((more >= 1U) && (more <= (count - done)));
+        done += more;
+        take_both(bytes, false);
+    }
+    pushed += count;
+}
+
+static void lose(bytes_t *bytes)
+{
+    const uint32_t lost = between(bytes, 1U, 200U);
+    if (!ended) {
+        davar_gap(&users[0].davar, lost);
+        davar_gap(&users[1].davar, lost);
+        missing += lost;
+        take_both(bytes, false);
+    }
+}
+
+static void flush(bytes_t *bytes)
+{
+    while (davar_flush(&users[1].davar)) {
+        REQUIRE(davar_flush(&users[0].davar));
+        ended = true;
+        take_both(bytes, byte(bytes) % 2U == 0U);
+    }
+    REQUIRE(!davar_flush(&users[0].davar));
+    ended = ended || (users[0].davar.accepts == 0U);
+}
+
+static void reset(void)
+{
+    for (unsigned i = 0U; i < 2U; i++) {
+        davar_reset(&users[i].davar);
+        users[i].taken = 0U;
+    }
+    ended = false;
+    pushed = 0U;
+    missing = 0U;
+}
+
+static void through_the_dark(void)
+{
+    REQUIRE(davar_state_save(&users[0].davar, &storage) == DAVAR_OK);
+    REQUIRE(init(0U) == DAVAR_OK);
+    REQUIRE(davar_state_restore(&users[0].davar, &storage) == DAVAR_OK);
+}
+
+/* --- a trial --------------------------------------------------------------------------------------------------------- */
+
+static void choose(bytes_t *bytes)
+{
+    config = davar_default_config;
+    config.rate_hz = 100.0;
+    config.unit_per_count = 0.01;
+    config.full_scale = 300.0;
+    type = (type_t)between(bytes, 0U, 2U);
+    config.mode = (davar_mode_t)between(bytes, 0U, 1U);
+    config.policy = (davar_policy_t)between(bytes, 0U, 3U);
+    config.window_max = 2U * between(bytes, 4U, 80U);
+    config.window_min = 2U * between(bytes, 2U, config.window_max / 2U);
+    config.segment = between(bytes, 0U, config.window_min - 1U);
+    config.grow = (config.mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
+    config.shrink = (config.mode == DAVAR_MODE_CENTRED) ? 2U : between(bytes, 1U, 9U);
+    config.stride = between(bytes, 1U, 40U);
+    config.engine = (davar_engine_t)between(bytes, 0U, 1U);
+    config.gaps_max = (uint16_t)between(bytes, 0U, 5U);
+    config.block = between(bytes, 5U, 12U);
+    config.shock_blocks = between(bytes, 0U, 2U);
+    config.mirrored_end = (byte(bytes) % 2U) != 0U;
+    config.taus = taus;
+    config.tau_count = (uint8_t)between(bytes, 1U, 5U);
+}
+
+static void start(bytes_t *bytes)
+{
+    memset(cells, 0, sizeof cells);
+    for (uint32_t t = 0U; t < config.tau_count; t++) {
+        model[t] =
+            (davar_model_tau_t){taus[t], 0.1 * (double)between(bytes, 1U, 100U), 0.02 * (double)(byte(bytes) % 3U)};
+    }
+    davar_plan_init(&plan, taus, config.tau_count);
+    REQUIRE(davar_monitor_init(&monitor, model, config.tau_count, DAVAR_MONITOR_MEMORY));
+    misfit = (davar_misfit_t){.health = (double)NAN, .fast = (double)NAN, .slow = (double)NAN};
+    REQUIRE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U,
+                               DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS | DAVAR_SEND_MONITOR));
+    davar_encoder_monitor(&encoder, &misfit);
+    reset();
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    bytes_t bytes = {data, data + size};
+    choose(&bytes);
+    if ((init(0U) != DAVAR_OK) || (init(1U) != DAVAR_OK)) {
+        return 0;
+    }
+    start(&bytes);
+    while (bytes.next < bytes.end) {
+        switch (byte(&bytes) % 10U) {
+        case 0U:
+            lose(&bytes);
+            break;
+        case 1U:
+            through_the_dark();
+            break;
+        case 2U:
+            flush(&bytes);
+            break;
+        case 3U:
+            reset();
+            break;
+        case 4U:
+        case 5U:
+        case 6U:
+            take_both(&bytes, true);
+            break;
+        default:
+            push(&bytes);
+            break;
+        }
+        check_counts();
+    }
+    return 0;
+}
