@@ -56,7 +56,7 @@ int accelerometer_noise(davar_coefficient_t *velocity_random_walk)
     static davar_result_t result;
     const int axis = davar_axes_take(&axes, &result);
     if (axis >= 0) {
-        davar_fit_white(&plan, RATE_HZ, &result); /* the coefficient is absent where the noise is not white */
+        (void)davar_fit_white(&plan, RATE_HZ, &result); /* the coefficient is absent where the noise is not white */
         *velocity_random_walk = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     }
     return axis;

@@ -64,7 +64,7 @@ bool dma_blocks_noise(davar_coefficient_t *arw)
     if (!davar_take(&gyro, &result)) {
         return false;
     }
-    davar_fit_white(&plan, config.rate_hz, &result);
+    (void)davar_fit_white(&plan, config.rate_hz, &result);
     *arw = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     return true;
 }

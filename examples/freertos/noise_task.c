@@ -65,7 +65,7 @@ uint32_t noise_blocks_lost(void)
 static void hear(void *context, davar_result_t *result)
 {
     (void)context;
-    davar_fit_white(&plan, config.rate_hz, result);
+    (void)davar_fit_white(&plan, config.rate_hz, result);
     noise_report(result);
 }
 

@@ -102,7 +102,7 @@ static void listen(double arw[3])
     static davar_result_t result;
     for (int axis; (axis = davar_axes_take(&gyro, &result)) >= 0;) {
         const davar_coefficient_t *const white = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
-        davar_fit_white(&plan, config.rate_hz, &result);
+        (void)davar_fit_white(&plan, config.rate_hz, &result);
         const double said = white->present ? white->value : result.tau[0].adev * 60.0 / sqrt(RATE_HZ);
         arw[axis] = (isfinite(said) && (said > 0.0)) ? said : arw[axis];
     }

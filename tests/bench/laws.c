@@ -196,7 +196,7 @@ static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, u
 /* ARW where white noise explains the window, otherwise what its shortest clusters say; an ADEV of 0 is taken as a tenth of a count. */
 static double arw_of(davar_plan_t *plan, davar_result_t *result)
 {
-    davar_fit_white(plan, RATE_HZ, result);
+    (void)davar_fit_white(plan, RATE_HZ, result);
     const davar_coefficient_t *const arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     const double shortest = 60.0 * result->tau[0].adev / sqrt((double)RATE_HZ);
     return fmax(arw->present ? arw->value : shortest, 0.1);

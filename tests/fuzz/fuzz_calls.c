@@ -131,13 +131,13 @@ static void use(const davar_t *davar, bytes_t *bytes)
     case 0U:
         break;
     case 1U:
-        davar_fit_white(&plan, config.rate_hz, &result);
+        (void)davar_fit_white(&plan, config.rate_hz, &result);
         break;
     case 2U:
         davar_fit(&plan, config.rate_hz, &result);
         break;
     default:
-        davar_fit_white_ready(&plan, config.rate_hz, &result);
+        (void)davar_fit_white_ready(&plan, config.rate_hz, &result);
         break;
     }
     check_result((what % 4U) != 0U);

@@ -73,7 +73,7 @@ static void fit(fit_t kind)
     if (kind == FIT_ALL) {
         davar_fit(&plan, 1.0, &result);
     } else if (kind == FIT_WHITE) {
-        davar_fit_white(&plan, 1.0, &result);
+        (void)davar_fit_white(&plan, 1.0, &result);
     }
 }
 

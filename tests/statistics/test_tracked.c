@@ -67,7 +67,7 @@ static void judge(bin_t bins[BINS], double ratio)
     while (since >= until[b]) {
         b++;
     }
-    davar_fit_white(&plan, RATE_HZ, &result);
+    (void)davar_fit_white(&plan, RATE_HZ, &result);
     const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     bins[b].all++;
     if ((ratio > 1.0) && (result.cut_age_samples > (since + 30U))) {
@@ -161,7 +161,7 @@ static void check_centred(double ratio)
         while (away >= within[b]) {
             b++;
         }
-        davar_fit_white(&plan, RATE_HZ, &result);
+        (void)davar_fit_white(&plan, RATE_HZ, &result);
         const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
         bins[b].all++;
         bins[b].cut += result.young ? 1U : 0U;

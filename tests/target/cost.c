@@ -137,7 +137,7 @@ static void measure_grid(void)
         sink += davar_take(&davar, &result) ? 1 : 0;
         adev += board_instructions_since(mark);
         mark = board_mark();
-        davar_fit_white(&plan, config.rate_hz, &result);
+        (void)davar_fit_white(&plan, config.rate_hz, &result);
         sink += (result.noise == DAVAR_NOISE_WHITE) ? 1 : 0;
         arw += board_instructions_since(mark);
         mark = board_mark();

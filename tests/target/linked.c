@@ -91,9 +91,9 @@ int main(void)
         if (davar_take(&davar, &result)) {
             output = result.tau[0].adev;
 #if WHAT == 2
-            davar_fit_white_ready(&plan, 100.0, &result);
+            (void)davar_fit_white_ready(&plan, 100.0, &result);
 #elif WHAT == 3
-            davar_fit_white(&plan, 100.0, &result);
+            (void)davar_fit_white(&plan, 100.0, &result);
 #elif WHAT == 4
             davar_fit(&plan, 100.0, &result);
             more();

@@ -37,14 +37,14 @@ int main(void)
         memcpy(&b, &a, sizeof a);
         if (i % 50 == 49) { /* a window that lacks the longest */
             b.tau[COUNT - 1U].differences = 0U;
-            davar_fit_white_ready(&ready, 100.0, &b);
+            (void)davar_fit_white_ready(&ready, 100.0, &b);
             if ((b.noise != DAVAR_NOISE_UNKNOWN) || b.coefficient[DAVAR_ANGLE_RANDOM_WALK].present || !isnan(b.tau[0].low)) {
                 return puts("something out of nothing");
             }
             continue;
         }
-        davar_fit_white(&made, 100.0, &a);
-        davar_fit_white_ready(&ready, 100.0, &b);
+        (void)davar_fit_white(&made, 100.0, &a);
+        (void)davar_fit_white_ready(&ready, 100.0, &b);
         same += (memcmp(&a, &b, sizeof a) == 0) ? 1U : 0U;
         white += (a.noise == DAVAR_NOISE_WHITE) ? 1U : 0U;
     }

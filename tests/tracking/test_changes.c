@@ -295,9 +295,9 @@ static void test_intervals_of_a_chosen_window_are_wider(void)
     davar_result_t chosen = result;
     young.young = true;
     chosen.cut_age_samples = (2U * chosen.window_samples) + 1U;
-    davar_fit_white(&plan, 100.0, &result);
-    davar_fit_white(&plan, 100.0, &young);
-    davar_fit_white(&plan, 100.0, &chosen);
+    (void)davar_fit_white(&plan, 100.0, &result);
+    (void)davar_fit_white(&plan, 100.0, &young);
+    (void)davar_fit_white(&plan, 100.0, &chosen);
     TEST_ASSERT_TRUE((result.noise == DAVAR_NOISE_WHITE) && (young.noise == DAVAR_NOISE_WHITE) &&
                      (chosen.noise == DAVAR_NOISE_WHITE));
     for (uint32_t t = 0U; t < 4U; t++) {

@@ -410,7 +410,7 @@ static void test_the_fit_of_white_noise_alone(void)
     set_octaves(600U, 7U);
     set_model(white);
     whole = result;
-    davar_fit_white(&plan, 50.0, &result);
+    TEST_ASSERT_TRUE(davar_fit_white(&plan, 50.0, &result));
     davar_fit(&plan, 50.0, &whole);
     TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_WHITE, result.noise);
     TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_WHITE, whole.noise);
@@ -418,7 +418,7 @@ static void test_the_fit_of_white_noise_alone(void)
     TEST_ASSERT_EQUAL_MEMORY(whole.coefficient, result.coefficient, sizeof result.coefficient);
     set_model(drifting);
     whole = result;
-    davar_fit_white(&plan, 50.0, &result);
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));
     davar_fit(&plan, 50.0, &whole);
     TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, result.noise);
     TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, whole.noise);
@@ -428,7 +428,7 @@ static void test_the_fit_of_white_noise_alone(void)
     TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high) && isnan(result.tau[0].low) && isnan(result.tau[6].edf));
     memset(&result, 0, sizeof result);
     set_octaves(1U, 3U);
-    davar_fit_white(&plan, 50.0, &result);
+    TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));
     TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_UNKNOWN, result.noise);
     TEST_ASSERT_TRUE(isinf(arw->high));
 }

@@ -191,7 +191,7 @@ static void add_result(double rate_hz)
     add_double(result.dispersion);
     add((result.alarm ? 1U : 0U) + (result.young ? 2U : 0U) + (result.change.m * 4U));
     add_double(result.change.gain);
-    davar_fit_white(&plan, rate_hz, &result);
+    (void)davar_fit_white(&plan, rate_hz, &result);
     add_noise();
     for (uint32_t t = 0U; t < result.tau_count; t++) {
         add_double(result.tau[t].adev);
@@ -390,14 +390,14 @@ static void test_fits_of_what_hardly_fits(void)
         davar_fit(&plan, 100.0, &result);
         add_fit();
         result = made;
-        davar_fit_white(&plan, 100.0, &result);
+        (void)davar_fit_white(&plan, 100.0, &result);
         add_noise();
         add_fit();
     }
     for (uint32_t t = 0U; t < result.tau_count; t++) { /* a sensor that is stuck */
         result.tau[t].adev = 0.0;
     }
-    davar_fit_white(&plan, 100.0, &result);
+    (void)davar_fit_white(&plan, 100.0, &result);
     add_noise();
     add_fit();
     expect(UINT64_C(0x99CC181E346A6B6E));

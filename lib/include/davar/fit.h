@@ -43,20 +43,21 @@ typedef struct davar_plan {
 #define davar_plan_init DAVAR_SIZED(davar_plan_init)
 void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
-/* Fits white noise alone. Writes result->noise, and in each case:
+/* Fits white noise alone. Returns true if white noise explains the window, so that the angle random walk is present. Writes
+ * result->noise, and in each case:
  *   DAVAR_NOISE_WHITE     the angle random walk with its interval, edf and limits of every tau, upper limits of the other terms
  *   DAVAR_NOISE_MIXED     the upper limit of the angle random walk that the shortest tau gives; all else is absent. Call davar_fit
  *   DAVAR_NOISE_CONSTANT  every coefficient is absent; the interval of every tau is 0 to infinity
  *   DAVAR_NOISE_UNKNOWN   the window holds no difference; all is absent
  * Parameters as for davar_fit. Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
-void davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /* The same with a plan that tools/davar-plan wrote for all cluster sizes of the result, so that davar_plan_init and what it
  * needs are not linked. Where the window supports all of them it gives the same bits. A window that supports fewer (a short one, or
  * one with gaps) gets DAVAR_NOISE_UNKNOWN. */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
-void davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
  * entries from the first with differences == 0 on are left out), window length result->window_samples with

@@ -291,7 +291,7 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white, d
 }
 
 /* A plan for another number of cluster sizes than the window supports fits nothing. */
-static void fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
+static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
 {
     davar_white_t white;
     if ((usable == 0U) || (usable != plan->count)) {
@@ -299,20 +299,21 @@ static void fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result
     } else if (!suffices(plan, rate_hz, result, &white)) {
         write_beside(plan, &white, result);
     }
+    return result->noise == DAVAR_NOISE_WHITE;
 }
 
-void davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     const uint8_t usable = davar_fit_usable(result);
     davar_fit_prepare(plan, result);
-    fit_white(plan, rate_hz, result, usable);
+    return fit_white(plan, rate_hz, result, usable);
 }
 
-void davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
+bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result)
 {
     const uint8_t usable = davar_fit_usable(result);
     if (usable == plan->count) {
         davar_fit_prepare_window(plan, result);
     }
-    fit_white(plan, rate_hz, result, usable);
+    return fit_white(plan, rate_hz, result, usable);
 }
