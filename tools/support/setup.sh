@@ -81,13 +81,14 @@ need() {
         apt-get install -qy --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
 }
 
-# build PRESET [TARGET]: configures (once, and when the top CMakeLists.txt is newer: it may bring a target that make does
-# not know) and builds; output only when it fails. Two at once take turns.
+# build PRESET [TARGET]: configures (once, and when the top CMakeLists.txt or the presets are newer: they may bring a target
+# that make does not know) and builds; output only when it fails. Two at once take turns.
 build() {
     (
         cd "$root" || exit
         ! command -v flock >/dev/null || flock 9
-        [[ -e build/$1/configured && ! CMakeLists.txt -nt build/$1/configured ]] || {
+        [[ -e build/$1/configured && ! CMakeLists.txt -nt build/$1/configured &&
+            ! CMakePresets.json -nt build/$1/configured ]] || {
             quietly "configure-$1.log" cmake --preset "$1" && touch "build/$1/configured"
         } || exit
         quietly "build-$1.log" cmake --build --preset "$1" --parallel "$(nproc)" ${2:+--target "$2"}
