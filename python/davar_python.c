@@ -2,6 +2,7 @@
 #include "davar_python.h"
 
 #include "davar/davar.h"
+#include "davar/monitor.h"
 #include "instances/engine.h"
 #include "instances/settings.h"
 #include "options/option_table.h"
@@ -13,6 +14,7 @@
 #include <string.h>
 
 #define CHUNK 4096U
+#define MODEL_MAX 64U /* cluster sizes of an error model */
 
 /* Large and self-referring: allocated once, never moved. */
 struct davar_python {
@@ -22,6 +24,10 @@ struct davar_python {
     engine_t engine;
     fields_t fields;
     davar_result_t result;
+    davar_model_tau_t model[MODEL_MAX];
+    davar_monitor_t monitor;
+    davar_misfit_t misfit;
+    size_t model_count; /* 0: no model to compare with */
     sim_error_t error;
     union {
         int16_t q15[CHUNK];
@@ -88,16 +94,48 @@ bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_
     return true;
 }
 
+bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *adev_dps, const double *tolerance,
+                        size_t count)
+{
+    const size_t used = (count < MODEL_MAX) ? count : MODEL_MAX;
+    for (size_t i = 0; i < used; i++) {
+        run->model[i] = (davar_model_tau_t){m[i], adev_dps[i], tolerance[i]};
+    }
+    if ((count > MODEL_MAX) || !davar_monitor_init(&run->monitor, run->model, (uint8_t)used, DAVAR_MONITOR_MEMORY)) {
+        return sim_fail(&run->error, "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "
+                                     "tolerances not below 0", MODEL_MAX);
+    }
+    run->model_count = count;
+    return true;
+}
+
+/* Whether the error model, if there is one, knows a cluster size of the results. */
+static bool model_fits(davar_python_t *run)
+{
+    const davar_config_t *config = &run->engine.config;
+    for (size_t i = 0; i < run->model_count; i++) {
+        for (uint8_t t = 0; t < config->tau_count; t++) {
+            if (run->model[i].m == config->taus[t]) {
+                return true;
+            }
+        }
+    }
+    return (run->model_count == 0U) ||
+           sim_fail(&run->error, "--model-table: none of its cluster sizes is among those of the results");
+}
+
 bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high)
 {
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
-    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->options, &run->error)) {
+    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->options, &run->error) ||
+        !model_fits(run)) {
         return false;
     }
     const davar_config_t *config = &run->engine.config;
     const fields_setup_t setup = {.taus = config->taus,
                                   .tau_count = config->tau_count,
+                                  .monitored = (run->model_count > 0U),
                                   .tracked = (config->policy == DAVAR_POLICY_GLR),
                                   .details = run->options.details};
     fields_make(&run->fields, &setup);
@@ -168,7 +206,11 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
         return 0U;
     }
     davar_fit(&run->engine.plan, run->engine.config.rate_hz, &run->result);
-    const epoch_row_t epoch = {.result = &run->result, .time_s = (double)NAN};
+    const bool monitored = (run->model_count > 0U);
+    if (monitored) {
+        davar_monitor_update(&run->monitor, &run->result, &run->misfit);
+    }
+    const epoch_row_t epoch = {.result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
     for (size_t i = 0; i < run->fields.count; i++) {
         const field_t *field = &run->fields.field[i];
         const cell_t cell = field->show(&epoch, field->index);

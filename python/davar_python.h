@@ -14,7 +14,7 @@
 #endif
 
 /* One run. In the order of the calls: new, option ..., configure, admit, start, then gap and push, at the end flush; free.
- * Functions that answer false leave the reason in davar_python_error(). One thread at a time. */
+ * Functions that answer false leave the reason in davar_python_error(). One thread at a time: the caller's business (davar.Stream has a lock). */
 typedef struct davar_python davar_python_t;
 
 /* Null: no memory. */
@@ -33,6 +33,11 @@ DAVAR_PYTHON_API bool davar_python_configure(davar_python_t *run, uint64_t *need
 /* Turns `count` finite values into what push takes, in place: counts (whole numbers, where `counted`) or deg/s. False: the
  * value at *bad cannot be taken. */
 DAVAR_PYTHON_API bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_t count, size_t *bad);
+
+/* Compares every result with an error model (davar/monitor.h): columns model_health, model_deviation_M. count (1..64) cluster
+ * sizes m, each once, their deviations above 0 and relative tolerances from 0 on. Before start. */
+DAVAR_PYTHON_API bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *adev_dps,
+                                         const double *tolerance, size_t count);
 
 /* Starts the instance. low, high: of all values that will come, as admitted; they choose the scale where no option does. */
 DAVAR_PYTHON_API bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high);
@@ -56,12 +61,18 @@ DAVAR_PYTHON_API size_t davar_python_flush(davar_python_t *run, double *table, s
 DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *counters);
 
 /* The overlapping Allan deviation of a whole record, without a run. values: `count` finite samples (at most 2^31), rounded to whole
- * steps from `centre`; n m^2 (range / step)^2 < 2^128. ends: of each of the `runs` without a gap inside, ascending, the last is `count`. m: `taus`
- * (1..32) strictly ascending cluster sizes. rows: 4 x taus: deviation, 95 % limits (unit of the values; NaN: absent), number of
- * differences. False: no memory. O(count taus). */
+ * steps from `centre`; n m^2 (range / step)^2 < 2^128. ends: of each of the `runs` without a gap inside, ascending, the last is
+ * `count`. m: `taus` cluster sizes. rows: 2 x taus: deviation (unit of the values; NaN: absent), number of differences.
+ * False: no memory. O(count taus). */
 DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre, double step,
-                                        const size_t *ends, size_t runs, const uint32_t *m, uint8_t taus,
-                                        double rate_hz, double *rows);
+                                        const size_t *ends, size_t runs, const uint32_t *m, size_t taus,
+                                        double *rows);
+
+/* The limits of these deviations of one record of `count` samples, from the noise mix that they show together. m: `taus` (1..32)
+ * strictly ascending cluster sizes. rows: as davar_python_adev writes them. limits: 2 x taus: low, high (95 %; NaN: absent).
+ * False: no memory. */
+DAVAR_PYTHON_API bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count,
+                                             double rate_hz, double *limits);
 
 /* Cluster sizes for a window: octaves, or `wanted` (1..32) on a log scale. m has room for 32. Returns how many. */
 DAVAR_PYTHON_API uint8_t davar_python_taus(uint32_t window, uint8_t wanted, uint32_t *m);

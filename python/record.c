@@ -42,7 +42,7 @@ static void add_run(sum_t *sum, const uint64_t *total, size_t length, size_t m)
     sum->count += count;
 }
 
-static davar_adev_t deviation(const uint64_t *total, const size_t *ends, size_t runs, uint32_t m, double step)
+static sum_t squares_of(const uint64_t *total, const size_t *ends, size_t runs, uint32_t m)
 {
     sum_t sum = {0};
     size_t first = 0;
@@ -50,40 +50,51 @@ static davar_adev_t deviation(const uint64_t *total, const size_t *ends, size_t 
         add_run(&sum, total + first, ends[r] - first, m);
         first = ends[r];
     }
-    const double mean = (double)sum.squares / (2.0 * (double)sum.count); /* 0 / 0 is NaN: none */
-    return (davar_adev_t){.m = m,
-                          .differences = (uint32_t)sum.count,
-                          .adev = sqrt(mean) / m * step,
-                          .low = (double)NAN,
-                          .high = (double)NAN,
-                          .edf = (double)NAN};
+    return sum;
 }
 
 bool davar_python_adev(const double *values, size_t count, double centre, double step, const size_t *ends, size_t runs,
-                       const uint32_t *m, uint8_t taus, double rate_hz, double *rows)
+                       const uint32_t *m, size_t taus, double *rows)
+{
+    uint64_t *total = calloc(count + 1U, sizeof *total);
+    if (total == NULL) {
+        return false;
+    }
+    accumulate(values, count, centre, step, total);
+    for (size_t t = 0; t < taus; t++) {
+        const sum_t sum = squares_of(total, ends, runs, m[t]);
+        const double mean = (double)sum.squares / (2.0 * (double)sum.count); /* 0 / 0 is NaN: none */
+        rows[t] = sqrt(mean) / m[t] * step;
+        rows[taus + t] = (double)sum.count;
+    }
+    free(total);
+    return true;
+}
+
+bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count, double rate_hz,
+                            double *limits)
 {
     davar_result_t *result = calloc(1U, sizeof *result);
     davar_plan_t *plan = calloc(1U, sizeof *plan);
-    uint64_t *total = calloc(count + 1U, sizeof *total);
-    const bool good = (result != NULL) && (plan != NULL) && (total != NULL);
+    const bool good = (result != NULL) && (plan != NULL);
     if (good) {
-        accumulate(values, count, centre, step, total);
-        result->window_samples = (uint32_t)count;
+        result->window_samples = count;
         result->tau_count = taus;
         for (uint8_t t = 0; t < taus; t++) {
-            result->tau[t] = deviation(total, ends, runs, m[t], step);
+            result->tau[t] = (davar_adev_t){.m = m[t],
+                                            .differences = (uint32_t)rows[taus + t],
+                                            .adev = rows[t],
+                                            .low = (double)NAN,
+                                            .high = (double)NAN,
+                                            .edf = (double)NAN};
         }
         davar_plan_init(plan, m, taus);
         davar_fit(plan, rate_hz, result);
         for (uint8_t t = 0; t < taus; t++) {
-            const davar_adev_t *tau = &result->tau[t];
-            const double row[] = {tau->adev, tau->low, tau->high, (double)tau->differences};
-            for (size_t i = 0; i < 4U; i++) {
-                rows[i * taus + t] = row[i];
-            }
+            limits[t] = result->tau[t].low;
+            limits[taus + t] = result->tau[t].high;
         }
     }
-    free(total);
     free(plan);
     free(result);
     return good;

@@ -20,13 +20,15 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "option": (c_bool, (c_void_p, c_char_p, c_char_p)),
     "configure": (c_bool, (c_void_p, POINTER(c_uint64))),
     "admit": (c_bool, (c_void_p, c_bool, c_void_p, c_size_t, POINTER(c_size_t))),
+    "model": (c_bool, (c_void_p, c_void_p, c_void_p, c_void_p, c_size_t)),
     "start": (c_bool, (c_void_p, c_double, c_double, c_double)),
     "columns": (c_size_t, (c_void_p,)),
     "column": (c_char_p, (c_void_p, c_size_t)),
     "gap": (None, (c_void_p, c_uint32)),
     "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
-    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_uint8, c_double, c_void_p)),
+    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p)),
+    "intervals": (c_bool, (c_void_p, c_void_p, c_uint8, c_uint32, c_double, c_void_p)),
     "taus": (c_uint8, (c_uint32, c_uint8, c_void_p)),
     "health": (None, (c_void_p, POINTER(c_uint32))),
 }
@@ -52,16 +54,17 @@ def library() -> ctypes.CDLL:
     return found
 
 
-def named(text: str) -> str:
-    """A message of davar-sim with its options as arguments of Python: --window-max -> window_max, --rate -> rate_hz."""
-    return re.sub(r"--([a-z][a-z-]*)", lambda option: "rate_hz" if option[1] == "rate" else option[1].replace("-", "_"), text)
+def named(text: str, taus: str = "taus") -> str:
+    """A message of davar-sim with its options as arguments of Python: --window-max -> window_max, --rate -> rate_hz, --taus -> `taus`."""
+    names = {"rate": "rate_hz", "taus": taus}
+    return re.sub(r"--([a-z][a-z-]*)", lambda option: names.get(option[1], option[1].replace("-", "_")), text)
 
 
 class Run:
-    """One davar_python_t (davar_python.h). Errors are ValueErrors that name the argument."""
+    """One davar_python_t (davar_python.h). Errors are ValueErrors that name the argument. taus: the name of the one that chose the cluster sizes."""
 
-    def __init__(self, options: dict[str, str]) -> None:
-        self._calls = library()
+    def __init__(self, options: dict[str, str], taus: str = "taus") -> None:
+        self._calls, self._taus = library(), taus
         self._run = self._calls.davar_python_new()
         if not self._run:
             raise MemoryError
@@ -76,9 +79,12 @@ class Run:
         if getattr(self, "_run", None):
             self._calls.davar_python_free(self._run)
 
+    def __reduce__(self) -> str:
+        raise TypeError("davar: what has taken samples in cannot be copied or pickled")
+
     def _check(self, good: bool) -> None:
         if not good:
-            raise ValueError(named(self._calls.davar_python_error(self._run).decode()))
+            raise ValueError(self.reason())
 
     def admit(self, values: Floats, counted: bool) -> int | None:
         """Changes finite float64 values in place to what push takes; the index of one that cannot be taken."""
@@ -87,7 +93,11 @@ class Run:
         return None if good else bad.value
 
     def reason(self) -> str:
-        return named(self._calls.davar_python_error(self._run).decode())
+        return named(self._calls.davar_python_error(self._run).decode(), self._taus)
+
+    def model(self, m: npt.NDArray[np.uint32], adev_dps: Floats, tolerance: Floats) -> None:
+        """Compares every result with this table of an error model. Before start."""
+        self._check(self._calls.davar_python_model(self._run, m.ctypes.data, adev_dps.ctypes.data, tolerance.ctypes.data, len(m)))
 
     def start(self, rate_hz: float, low: float, high: float) -> None:
         self._check(self._calls.davar_python_start(self._run, rate_hz, low, high))
@@ -132,10 +142,32 @@ def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
     return found[:library().davar_python_taus(window, wanted, found.ctypes.data)]
 
 
-def adev_of(values: Floats, centre: float, step: float, ends: npt.NDArray[np.uintp], taus: npt.NDArray[np.uint32], rate_hz: float) -> Floats:
-    """Rows deviation, low, high, differences of values in whole steps from a centre (davar_python_adev)."""
-    rows = np.empty((4, len(taus)))
-    if not library().davar_python_adev(values.ctypes.data, len(values), centre, step, ends.ctypes.data, len(ends), taus.ctypes.data, len(taus),
-                                       rate_hz, rows.ctypes.data):
+def adev_of(values: Floats, centre: float, step: float, ends: npt.NDArray[np.uintp], m: npt.NDArray[np.uint32]) -> Floats:
+    """Rows deviation, number of differences, of values in whole steps from a centre (davar_python_adev)."""
+    rows = np.empty((2, len(m)))
+    if not library().davar_python_adev(values.ctypes.data, len(values), centre, step, ends.ctypes.data, len(ends), m.ctypes.data, len(m),
+                                       rows.ctypes.data):
         raise MemoryError
     return rows
+
+
+def limits_of(m: npt.NDArray[np.uint32], rows: Floats, count: int, rate_hz: float) -> Floats:
+    """Rows low, high of rows of adev_of. More sizes than one fit takes: a frame that spans all of them, with some of the others beside it each time."""
+    limits = np.empty((2, len(m)))
+    for some in parts(m):
+        sizes, these, found = m[some], np.ascontiguousarray(rows[:, some]), np.empty((2, len(some)))
+        if not library().davar_python_intervals(sizes.ctypes.data, these.ctypes.data, len(some), count, rate_hz, found.ctypes.data):
+            raise MemoryError
+        limits[:, some] = found
+    return limits
+
+
+def parts(m: npt.NDArray[np.uint32]) -> list[npt.NDArray[np.intp]]:
+    """The places in m of the sizes that are fitted together, at most TAUS_MAX at a time."""
+    every = np.arange(len(m))
+    if len(m) <= TAUS_MAX:
+        return [every]
+    frame = np.unique(np.searchsorted(m, np.geomspace(m[0], m[-1], TAUS_MAX // 2)).clip(max=len(m) - 1))
+    rest = np.setdiff1d(every, frame)
+    count = -(-len(rest) // (TAUS_MAX - len(frame)))
+    return [np.union1d(frame, rest[i::count]) for i in range(count)]

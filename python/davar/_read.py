@@ -2,6 +2,8 @@
 
 import gzip
 import os
+import re
+import stat
 import zlib
 from dataclasses import dataclass, field
 
@@ -12,6 +14,7 @@ from ._samples import median_step
 from ._types import Array
 
 LOGS = (b"ULog", b"\xa3\x95", b"FMT, ", b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP", b"MATLAB 5.0", b"\x93NUMPY", b"PK\x03\x04", b"PAR1", b"\x89HDF")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)  # what davar-sim and numpy take, less infinity and NaN
 
 
 @dataclass
@@ -43,6 +46,8 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
     name = os.fspath(path)
     if os.path.isdir(name):
         return of_log(name, sensor)
+    if not stat.S_ISREG(os.stat(name).st_mode):
+        raise ValueError(f"{name}: not a regular file")
     with open(name, "rb") as file:
         head = file.read(1024)
     if head.startswith(LOGS) or (b"\0" in head and not head.startswith(b"\x1f\x8b")):
@@ -78,7 +83,7 @@ def lines_of(path: str) -> list[str]:
         packed = file.read(2) == b"\x1f\x8b"
     try:
         with gzip.open(path, "rb") if packed else open(path, "rb") as file:
-            return file.read().decode("utf-8-sig").splitlines()
+            return file.read().decode("utf-8-sig").replace("\r\n", "\n").split("\n")
     except UnicodeDecodeError:
         raise ValueError(f"{path}: not a text file in UTF-8") from None
     except (EOFError, zlib.error, gzip.BadGzipFile) as why:
@@ -119,7 +124,8 @@ def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
     except ValueError:
         good = False
     if not good:
-        raise ValueError(next(wrong for number, row in enumerate(rows, first + 1) if (wrong := wrong_in(row, names, f"{path}:{number}"))))
+        wrong = (wrong_in(row, names, f"{path}:{number}") for number, row in enumerate(rows, first + 1))
+        raise ValueError(next(filter(None, wrong), f"{path}: not a table of numbers"))
     return np.ascontiguousarray(table.T)
 
 
@@ -131,10 +137,7 @@ def wrong_in(row: str, names: list[str], where: str) -> str | None:
     if len(fields) != len(names):
         return f"{where}: {len(fields)} fields, the header has {len(names)}"
     for name, one in zip(names, fields):
-        try:
-            good = bool(np.isfinite(float(one)))
-        except ValueError:
-            good = False
-        if not good:
+        text = one.strip()
+        if not NUMBER.fullmatch(text) or not np.isfinite(float(text)):
             return f"{where}: column {name}: not a finite number, found {one.strip()!r}"
     return None

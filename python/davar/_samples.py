@@ -3,25 +3,50 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.ma as ma  # at once: its lazy import cannot be interrupted by a signal handler that needs it
 import numpy.typing as npt
 
 from ._types import Array, Floats
 
 GAP_FACTOR = 1.5  # sample periods, above which a time step is a gap
-WHOLE = ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "bits")  # options
+WHOLE = ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "long_cluster", "bits")  # options
+EXACT = 2 ** 52  # up to here a double holds every whole number, and the difference of two
 
 
-def samples(x: npt.ArrayLike, lsb: float | None) -> tuple[Floats, bool]:
-    """(x as float64, perhaps x itself; whether it holds counts)."""
-    given = np.asarray(x)
+def array_of(name: str, value: npt.ArrayLike) -> Array:
+    """The numbers of an argument as an array of one dimension, or none. Raises ValueError that names it."""
+    try:
+        found = np.asanyarray(value)
+    except (TypeError, ValueError, OverflowError) as why:
+        raise ValueError(f"{name}: an array of numbers expected ({why})") from None
+    if found.dtype.kind not in "iuf":
+        raise ValueError(f"{name}: numbers expected, found {found.dtype if found.ndim else type(value).__name__}")
+    return found
+
+
+def unmasked(name: str, value: npt.ArrayLike) -> Array:
+    """As array_of, of an argument that cannot have missing entries."""
+    found = array_of(name, value)
+    if ma.is_masked(found):
+        raise ValueError(f"{name}: masked at {int(np.flatnonzero(ma.getmaskarray(found))[0])}; only x may have missing samples")
+    return np.asarray(found)
+
+
+def samples(x: npt.ArrayLike, lsb: float | None, one: bool = False) -> tuple[Floats, bool]:
+    """(x as float64, perhaps x itself, NaN where it is masked; whether it holds counts). one: a single sample will do, too."""
+    given = array_of("x", x)
+    given = given.reshape(1) if one and given.ndim == 0 else given
     if given.ndim != 1:
-        raise ValueError(f"x: one dimension expected, found shape {given.shape}")
-    if given.dtype.kind not in "iuf":
-        raise ValueError(f"x: numbers expected, found {given.dtype}")
+        raise ValueError(f"x: one dimension expected, found shape {given.shape}" + ("; give one axis at a time, x[:, 0] or x[0]" if given.ndim else ""))
     counted = given.dtype.kind in "iu"
     if counted and lsb is None:
         raise ValueError("lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float")
-    values = np.ascontiguousarray(given, np.float64)
+    masked = ma.getmaskarray(given) if ma.is_masked(given) else None
+    values = np.ascontiguousarray(np.asarray(given), np.float64)
+    if masked is not None:
+        values = np.where(masked, np.nan, values)
+    if given.dtype.kind in "iu" and given.dtype.itemsize > 4 and np.any(np.abs(values) > EXACT):
+        raise ValueError("x: counts above 2^52 are not exact as doubles; take an offset off first")
     if not finite(values) and np.isinf(values).any():
         raise ValueError(f"x: infinite at sample {int(np.flatnonzero(np.isinf(values))[0])}")
     return values, counted
@@ -34,9 +59,9 @@ def finite(values: Floats) -> bool:
 
 
 def stamps(time_s: npt.ArrayLike, count: int) -> Floats:
-    found = np.asarray(time_s)
-    if found.shape != (count,) or found.dtype.kind not in "iuf":
-        raise ValueError(f"time_s: {count} numbers expected, as many as x, found shape {found.shape} of {found.dtype}")
+    found = unmasked("time_s", time_s)
+    if found.shape != (count,):
+        raise ValueError(f"time_s: {count} numbers expected, as many as x, found shape {found.shape}")
     found = found.astype(np.float64)
     if not np.isfinite(found).all():
         raise ValueError(f"time_s: not a finite number at sample {int(np.flatnonzero(~np.isfinite(found))[0])}")
@@ -69,8 +94,8 @@ def lost(time_s: Floats, period_s: float, factor: float) -> Array:
 
 def listed(gaps: npt.ArrayLike, count: int) -> Array:
     """The index list of gaps: each the first sample behind one."""
-    found = np.asarray(gaps)
-    if found.size == 0:
+    found = unmasked("gaps", gaps)
+    if found.shape == (0,):
         return np.zeros(0, np.int64)
     if found.ndim != 1 or found.dtype.kind not in "iu":
         raise ValueError(f"gaps: a list of sample indices expected, found shape {found.shape} of {found.dtype}")
@@ -143,8 +168,6 @@ def text(name: str, value: Any) -> str:
         if name in ("kurtosis", "contribution"):
             low, high = value
             return f"{float(low)!r}:{float(high)!r}"
-        if name == "taus":
-            return ",".join(str(whole(name, one)) for one in np.atleast_1d(np.asarray(value)).tolist())
         return str(whole(name, value)) if name in WHOLE else repr(float(value))
     except (TypeError, ValueError) as why:
         said = str(why)
@@ -158,16 +181,15 @@ def whole(name: str, value: Any) -> int:
     except (TypeError, ValueError, OverflowError):
         good = False
     if not good:
-        hint = " (cluster sizes in samples: tau_s * rate_hz)" if name == "taus" else ""
-        raise ValueError(f"{name}: whole numbers expected{hint}, found {value!r}")
+        raise ValueError(f"{name}: a whole number expected, found {value!r}")
     return int(value)
 
 
 def positive(name: str, value: Any) -> float:
     """A number above 0. Raises ValueError."""
     try:
-        found = float(value)
-    except (TypeError, ValueError):
+        found = np.nan if isinstance(value, (bool, np.bool_)) else float(value)
+    except (TypeError, ValueError, OverflowError):
         found = np.nan
     if not 0 < found < np.inf:
         raise ValueError(f"{name}: a finite number above 0 expected, found {value!r}")

@@ -1,14 +1,18 @@
 """Samples in, epochs out: Stream, and a whole record through one."""
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import _samples
+from . import _samples, _taus
 from ._library import Run
+from ._model import model_of
 from ._samples import Clock, There
-from ._types import Array, Floats, Pair, Taus
+from ._types import Array, Floats, Pair, Path
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
 FLAGS = ("unstable", "alarm")
@@ -23,8 +27,11 @@ class Epochs(dict[str, Array]):
     contribution, unstable (bool), arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
     rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg; adev_M (deg/s) for each cluster size M. Policy glr: alarm (bool), cut_age_samples,
     dispersion. details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, arw_upper_... and companions (95 % upper
-    bounds of what is absent). NaN: a value that the window cannot support. pandas.DataFrame(epochs) is a table.
+    bounds of what is absent). model_table: model_health, model_deviation_M. NaN: a value that the window cannot support.
+    pandas.DataFrame(epochs) is a table.
     """
+
+    rate_hz: float  #: samples per second
 
     def __getattr__(self, name: str) -> Array:
         try:
@@ -33,14 +40,19 @@ class Epochs(dict[str, Array]):
             raise AttributeError(f"no column {name} (there are: {', '.join(self)})") from None
 
     @property
-    def taus(self) -> Array:
+    def clusters(self) -> Array:
         """Cluster sizes, samples (T)."""
         return np.array([int(name[5:]) for name in self if name.startswith("adev_") and name[5:].isdigit()])
 
     @property
+    def taus_s(self) -> Floats:
+        """Averaging times, seconds (T)."""
+        return np.asarray(self.clusters / self.rate_hz, np.float64)
+
+    @property
     def adev(self) -> Floats:
         """Allan deviations, deg/s (epochs, T)."""
-        return np.column_stack([self[f"adev_{m}"] for m in self.taus])
+        return np.column_stack([self[f"adev_{m}"] for m in self.clusters])
 
 
 def kind_of(name: str) -> type:
@@ -49,9 +61,19 @@ def kind_of(name: str) -> type:
     return np.int64 if name in WHOLE or name.startswith("differences_") else np.float64
 
 
-def options_of(given: dict[str, Any]) -> dict[str, str]:
-    """Options as davar-sim takes them; None stands for its default."""
-    return {name: _samples.text(name, value) for name, value in given.items() if value is not None}
+# What dynamic() and Stream hand on to davar-sim's options as it is, by their common name.
+OPTIONS = ("lsb", "bits", "arith", "full_scale", "policy", "mode", "window_max", "window_min", "segment", "kurtosis", "contribution", "grow", "shrink",
+           "stride", "engine", "false_alarms_per_hour", "cut_interval", "block", "shock_blocks", "long_cluster")
+
+
+def run_of(given: dict[str, Any], rate_hz: float) -> Run:
+    """A run with the options among these arguments; None stands for davar-sim's default. Raises ValueError."""
+    options = {name: _samples.text(name, given[name]) for name in OPTIONS if given[name] is not None}
+    what = _taus.wanted(rate_hz, given["taus"], given["clusters"], given["taus_s"])
+    run = Run({**options, "taus": _taus.option(what), **({"details": ""} if given["details"] else {})}, what.name)
+    if given["model_table"] is not None:
+        run.model(*model_of(given["model_table"], rate_hz))
+    return run
 
 
 class Feed:
@@ -100,6 +122,7 @@ class Feed:
         self.tables = []
         found = Epochs((name, np.concatenate([table[i] for table in tables]).astype(kind_of(name), copy=False))
                        for i, name in enumerate(self.run.columns))
+        found.rate_hz = self.rate_hz
         starts, further = np.array(self.places).T
         found["epoch"] += further[np.searchsorted(starts, found["epoch"], side="right") - 1]
         found["time_s"] = found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
@@ -119,45 +142,46 @@ def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.Array
             gap: float = _samples.GAP_FACTOR, lsb: float | None = None, bits: int | None = None, arith: str | None = None,
             full_scale: float | None = None, policy: str | None = None, mode: str | None = None, window_max: int | None = None,
             window_min: int | None = None, segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None,
-            grow: int | None = None, shrink: int | None = None, taus: Taus | None = None, stride: int | None = None,
+            grow: int | None = None, shrink: int | None = None, taus: str | None = None, clusters: npt.ArrayLike | None = None,
+            taus_s: npt.ArrayLike | None = None, stride: int | None = None, engine: str | None = None,
             false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
-            shock_blocks: int | None = None, details: bool = False) -> Epochs:
+            shock_blocks: int | None = None, long_cluster: int | None = None, model_table: Path | None = None,
+            details: bool = False) -> Epochs:
     """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
 
-    x: samples (N): rates, deg/s, as floats, or counts as integers (then lsb is needed). NaN: a sample that is missing.
+    x: samples (N) of one axis: rates, deg/s, as floats, or counts as integers (then lsb is needed). NaN, and what a masked array masks: a sample
+        that is missing.
     rate_hz: samples per second; may be left out when time_s is given: then the median time step decides.
     time_s: time stamps of x, seconds (N), ascending; a step above `gap` periods is a gap. As davar-sim --gap.
     gaps: indices of x, each the first sample behind a gap. No difference spans a gap.
     lsb: deg/s per count. Counts: the exact arithmetic of the device. Floats with lsb are rounded to counts; without, to
         the finest power of two that holds the record in 32 bits.
-    The rest are davar-sim's options with its defaults (davar-sim --help): windows, segment, steps, stride and taus in samples;
-    details: more columns; kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr"; mode "centred", "trailing"; arith "fixed",
-    "float"; taus "octave", "geometric:N" or cluster sizes (at most 32).
+    Averaging times, one of three: taus, a word, "octave" or "geometric:K"; taus_s, seconds, ascending, each rounded to a whole number of sample
+        periods; clusters, samples (tau_s * rate_hz), ascending, as davar-sim --taus N,N,... At most 32, up to half a window.
+    The rest are davar-sim's options with its defaults (davar-sim --help): windows, segment, steps, stride and long_cluster in samples;
+    details: more columns; kurtosis=(K1, K2); contribution=(S1, S2); policy "fixed", "kurtosis", "or", "and", "glr"; mode "centred", "trailing";
+    arith "fixed", "float"; engine "grid", "edges"; model_table: the file of an error model.
 
     Returns Epochs: one entry per epoch in every array. Raises ValueError that names the argument.
     """
-    given = options_of({"lsb": lsb, "bits": bits, "arith": arith, "full_scale": full_scale, "policy": policy, "mode": mode,
-                        "window_max": window_max, "window_min": window_min, "segment": segment, "kurtosis": kurtosis,
-                        "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus, "stride": stride,
-                        "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval, "block": block,
-                        "shock_blocks": shock_blocks, "details": details or None})
+    given = locals()
     values, counted = _samples.samples(x, lsb)
     clock = _samples.clock(len(values), rate_hz, time_s, gaps, gap)
     return whole_record(values, counted, clock, given).epochs(clock.time_s)
 
 
-def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, str]) -> Feed:
+def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, Any]) -> Feed:
     """All samples through a run of these options, to its end."""
-    run = Run(given)
+    run = run_of(given, clock.rate_hz)
     there = _samples.there(values, clock.missing)
     if there.size < max(run.needed, 1):
         raise ValueError(f"x: too short: {there.size} samples, one epoch needs at least {run.needed}")
     taken = admitted(run, values, there, counted)
     low, high = float(taken.min()), float(taken.max())
-    if "lsb" not in given and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
+    if given["lsb"] is None and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
         raise ValueError(f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found {low:g} to {high:g}")
     run.start(clock.rate_hz, low, high)
-    feed = Feed(run, clock.rate_hz, int(given.get("stride", 1)))
+    feed = Feed(run, clock.rate_hz, int(given["stride"] or 1))
     feed.push(taken, there, len(values))
     feed.finish()
     if not feed.waiting:
@@ -170,6 +194,8 @@ class Stream:
 
     rate_hz: samples per second. Either lsb (deg/s per count: exact, as on the device; bits 16, 24 or 32, default 24) or full_scale (deg/s:
     float samples, which saturate beyond it). The other options are those of dynamic(). Any division into pushes gives the same results.
+    Threads may share a stream: one call at a time, the others wait; a block goes in whole. RuntimeError: a call from within another of
+    the same thread (a signal handler).
 
         stream = davar.Stream(100.0, lsb=0.05, stride=100)
         for counts in blocks:
@@ -180,50 +206,70 @@ class Stream:
     def __init__(self, rate_hz: float, *, lsb: float | None = None, full_scale: float | None = None, bits: int | None = None,
                  policy: str | None = None, mode: str | None = None, window_max: int | None = None, window_min: int | None = None,
                  segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None, grow: int | None = None,
-                 shrink: int | None = None, taus: Taus | None = None, stride: int | None = None,
+                 shrink: int | None = None, taus: str | None = None, clusters: npt.ArrayLike | None = None,
+                 taus_s: npt.ArrayLike | None = None, stride: int | None = None, engine: str | None = None,
                  false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
-                 shock_blocks: int | None = None, details: bool = False) -> None:
+                 shock_blocks: int | None = None, long_cluster: int | None = None, model_table: Path | None = None,
+                 details: bool = False) -> None:
+        given = locals()
         if (lsb is None) == (full_scale is None):
             raise ValueError("lsb or full_scale: a stream needs one of them, for the range of what will come is not known")
-        given = options_of({"lsb": lsb, "bits": bits, "full_scale": full_scale, "arith": "fixed" if full_scale is None else "float",
-                            "policy": policy, "mode": mode, "window_max": window_max, "window_min": window_min, "segment": segment,
-                            "kurtosis": kurtosis, "contribution": contribution, "grow": grow, "shrink": shrink, "taus": taus,
-                            "stride": stride, "false_alarms_per_hour": false_alarms_per_hour, "cut_interval": cut_interval,
-                            "block": block, "shock_blocks": shock_blocks, "details": details or None})
-        hz, run = _samples.positive("rate_hz", rate_hz), Run(given)
-        limit = 2.0 ** (int(given.get("bits", BITS)) - 1)
+        hz = _samples.positive("rate_hz", rate_hz)
+        run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)
+        limit = 2.0 ** (int(bits or BITS) - 1)
         run.start(hz, -limit, limit - 1)
         self._lsb, self._finished = lsb, False
-        self._feed = Feed(run, hz, int(given.get("stride", 1)))
+        self._feed = Feed(run, hz, int(stride or 1))
+        self._lock, self._inside = threading.RLock(), False
+
+    def __reduce__(self) -> str:
+        raise TypeError("davar: a Stream cannot be copied or pickled")
+
+    @contextmanager
+    def _alone(self) -> Iterator[Feed]:
+        """One thread at a time, one call at a time."""
+        with self._lock:
+            if self._inside:
+                raise RuntimeError("davar: a Stream was called from within a call of it in the same thread (a signal handler?)")
+            self._inside = True
+            try:
+                yield self._feed
+            finally:
+                self._inside = False
 
     def push(self, x: npt.ArrayLike) -> int:
-        """Takes samples in: rates, deg/s, or counts (integers; with lsb), one or an array (n); NaN: a missing one. Returns how many epochs wait
-        in results(). Raises ValueError, and nothing is taken in."""
-        if self._finished:
-            raise ValueError("x: the stream is finished")
-        values, counted = _samples.samples(np.atleast_1d(np.asarray(x)), self._lsb)
+        """Takes samples in: rates, deg/s, or counts (integers; with lsb), one or an array (n); NaN or masked: a missing one. Returns how many epochs
+        wait in results(). Raises ValueError, and nothing is taken in."""
+        values, counted = _samples.samples(x, self._lsb, one=True)
         there = _samples.there(values, None)
-        self._feed.push(admitted(self._feed.run, values, there, counted), there, len(values))
-        return self._feed.waiting
+        with self._alone() as feed:
+            if self._finished:
+                raise ValueError("x: the stream is finished")
+            feed.push(admitted(feed.run, values, there, counted), there, len(values))
+            return feed.waiting
 
     def gap(self, missing: int = 1) -> None:
         """Says that so many samples (>= 1) were lost in front of the next one; epoch does not count them."""
-        if not isinstance(missing, (int, np.integer)) or missing < 1:
+        if isinstance(missing, bool) or not isinstance(missing, (int, np.integer)) or missing < 1:
             raise ValueError(f"missing: a whole number from 1 on expected, found {missing!r}")
-        self._feed.ahead += int(missing)
+        with self._alone() as feed:
+            feed.ahead += int(missing)
 
     def finish(self) -> int:
         """The record has ended: completes the epochs up to its mirrored end (mode "centred"). Returns how many epochs wait."""
-        if not self._finished:
-            self._finished = True
-            self._feed.finish()
-        return self._feed.waiting
+        with self._alone() as feed:
+            if not self._finished:
+                self._finished = True
+                feed.finish()
+            return feed.waiting
 
     def results(self) -> Epochs:
         """The epochs completed since the last call, oldest first; they are then gone. epoch counts the samples pushed, from 0."""
-        return self._feed.epochs()
+        with self._alone() as feed:
+            return feed.epochs()
 
     @property
     def health(self) -> dict[str, int]:
         """Counters so far: gaps, missing, saturated, restarts (windows thrown away) and others."""
-        return self._feed.run.health()
+        with self._alone() as feed:
+            return feed.run.health()

@@ -1,6 +1,6 @@
 """Names of types, for the annotations."""
 
-from collections.abc import Sequence
+import os
 from typing import Any
 
 import numpy as np
@@ -8,5 +8,5 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
-Taus = str | Sequence[int] | npt.NDArray[Any]
+Path = str | os.PathLike[str]
 Pair = tuple[float, float]

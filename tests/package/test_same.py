@@ -1,6 +1,11 @@
-"""davar.dynamic and davar.Stream give what davar-sim prints, digit by digit."""
+"""davar.dynamic and davar.Stream give what davar-sim prints, digit by digit, and have its options."""
 
+import inspect
+import os
+import re
+import subprocess
 import unittest
+from pathlib import Path
 
 import davar
 import numpy as np
@@ -28,13 +33,30 @@ class Same(unittest.TestCase):
         for options in ({}, {"policy": "fixed", "window_max": 500, "stride": 7}, {"policy": "kurtosis", "mode": "trailing", "details": True},
                         {"policy": "and", "kurtosis": (2.6, 3.2), "contribution": (0, 0.05), "window_max": 300, "grow": 0},
                         {"policy": "glr", "stride": 10, "false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_blocks": 1},
-                        {"arith": "float"}, {"arith": "float", "full_scale": 2.0, "taus": [1, 3, 9, 27]}, {"taus": "geometric:9", "shrink": 0}):
+                        {"arith": "float"}, {"arith": "float", "full_scale": 2.0, "clusters": [1, 3, 9, 27]}, {"taus": "geometric:9", "shrink": 0},
+                        {"engine": "edges", "stride": 10, "mode": "trailing"}, {"policy": "glr", "stride": 10, "long_cluster": 80}):
             with self.subTest(options):
                 words = []
                 for name, value in options.items():
                     pair = ":".join(map(str, value)) if isinstance(value, tuple) else ",".join(map(str, value)) if isinstance(value, list) else value
-                    words += ["--" + name.replace("_", "-"), *([] if value is True else [pair])]
+                    words += ["--" + ("taus" if name == "clusters" else name).replace("_", "-"), *([] if value is True else [pair])]
                 self.expect(davar.dynamic(x, RATE_HZ, **options), together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, *words))
+
+    def test_averaging_times_in_seconds(self):
+        x = noise(12)
+        found = davar.dynamic(x, RATE_HZ, taus_s=[0.01, 0.1, 0.301], stride=10)
+        self.assertEqual(found.clusters.tolist(), [1, 10, 30])
+        np.testing.assert_allclose(found.taus_s, [0.01, 0.1, 0.3], rtol=1e-15)
+        self.expect(found, together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, "--taus", "1,10,30", "--stride", 10))
+
+    def test_an_error_model(self):
+        x = noise(13)
+        with together.elsewhere():
+            Path("table.csv").write_text("m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n4,0.1,0.02,0.04\n5,0.1,0.02,0.05\n")
+            for details in (False, True):
+                self.expect(davar.dynamic(x, RATE_HZ, model_table=Path("table.csv"), stride=10, details=details),
+                            together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, "--model-table", "table.csv", "--stride", 10,
+                                               *(["--details"] if details else [])))
 
     def test_counts(self):
         counts = np.round(noise(2) / 0.01).astype(np.int32)
@@ -67,6 +89,29 @@ class Same(unittest.TestCase):
         listed = davar.dynamic(x[there], 128.0, gaps=[699, 1997], details=True)
         for name in set(found) - {"epoch", "time_s"}:
             np.testing.assert_array_equal(listed[name], found[name], name)
+
+
+class Options(unittest.TestCase):
+    """Every option of davar-sim --help is an argument, or says here why it is none; and the other way round."""
+
+    renamed = {"rate": "rate_hz"}
+    of_the_program = {"column": "x is the column", "out": "arrays", "can-base": "frames", "can-content": "frames", "raw": "frames", "baud": "a serial line",
+                      "device": "another program", "pace": "arrays", "progress": "arrays", "help": "help(davar.dynamic)", "version": "importlib.metadata"}
+    of_python = {"x", "time_s", "gaps", "clusters", "taus_s"}  # gaps are rows that are not there, clusters a form of --taus
+    not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
+
+    def options(self):
+        text = subprocess.run([os.environ["DAVAR_SIM"], "--help"], text=True, capture_output=True, check=True).stdout
+        return set(re.findall(r"(?:^  |, )--([a-z][a-z-]*)", text.split("\nExamples")[0], re.MULTILINE))
+
+    def test_every_option_is_an_argument(self):
+        options = self.options()
+        self.assertGreater(len(options), 30)
+        self.assertLessEqual(set(self.of_the_program), options)
+        wanted = {self.renamed.get(name, name.replace("-", "_")) for name in options - set(self.of_the_program)}
+        self.assertEqual(set(inspect.signature(davar.dynamic).parameters), wanted | self.of_python)
+        self.assertLessEqual(set(self.not_of_a_stream), wanted)
+        self.assertEqual(set(inspect.signature(davar.Stream).parameters), (wanted | {"clusters", "taus_s"}) - set(self.not_of_a_stream))
 
 
 class Streamed(unittest.TestCase):

@@ -26,13 +26,13 @@ def by_definition(x, m, gaps=()):
 
 class Published(unittest.TestCase):
     def test_the_thousand_points(self):
-        found = davar.adev(together.thousand_points(), 1.0, list(POINTS_1000))
+        found = davar.adev(together.thousand_points(), 1.0, clusters=list(POINTS_1000))
         self.assertEqual([f"{value:.6e}" for value in found.adev], list(POINTS_1000.values()))
         self.assertEqual(found.n.tolist(), [999, 981, 801])
         self.assertEqual(found.taus_s.tolist(), [1, 10, 100])
 
     def test_the_nine_points(self):
-        found = davar.adev(NINE, 1.0, list(POINTS_9))
+        found = davar.adev(NINE, 1.0, clusters=list(POINTS_9))
         self.assertEqual([f"{value:.5f}" for value in found.adev], list(POINTS_9.values()))
 
 
@@ -49,11 +49,38 @@ class AllanTools(unittest.TestCase):
                 np.testing.assert_array_equal(found.n, n)
                 self.assertTrue(np.all((found.low < found.adev) & (found.adev < found.high)))
 
+    def test_its_words_and_its_seconds_mean_the_same_here(self):
+        x = np.random.default_rng(9).normal(0.3, 0.2, 3000)
+        for rate_hz in (1.0, 50.0, 99.37):
+            for taus in ("octave", "decade", "all"):
+                with self.subTest(rate_hz=rate_hz, taus=taus):
+                    found = davar.adev(x, rate_hz, taus=taus)
+                    theirs = allantools.oadev(x, rate=rate_hz, data_type="freq", taus=taus)
+                    there = theirs[0] * rate_hz < 3000 // 9 + 0.5  # theirs go on to where one difference is left
+                    np.testing.assert_allclose(found.taus_s, theirs[0][there], rtol=1e-12)
+                    np.testing.assert_allclose(found.adev, theirs[1][there], rtol=2e-8)
+                    np.testing.assert_array_equal(found.n, theirs[3][there])
+            seconds = np.geomspace(1.2 / rate_hz, 1000 / rate_hz, 40)
+            found, theirs = davar.adev(x, rate_hz, taus_s=seconds), allantools.oadev(x, rate=rate_hz, data_type="freq", taus=seconds)
+            np.testing.assert_allclose(found.taus_s, theirs[0], rtol=1e-12)
+            np.testing.assert_allclose(found.adev, theirs[1], rtol=2e-8)
+        self.assertEqual(davar.adev(x, 50.0, taus_s=[1, 10]).taus_s.tolist(), [1, 10])
+        np.testing.assert_array_equal(davar.adev(x, 50.0, clusters=[50, 500]), davar.adev(x, 50.0, taus_s=[1, 10]))
+
+    def test_phase(self):
+        noise = np.random.default_rng(10)
+        for rate_hz in (1.0, 64.0, 12.5):
+            phase = np.cumsum(np.cumsum(noise.normal(0, 1e-9, 4000)) + noise.normal(0, 1e-8, 4000)) / rate_hz
+            found = davar.adev(phase, rate_hz, data_type="phase")
+            theirs = allantools.oadev(phase, rate=rate_hz, data_type="phase", taus=found.taus_s)
+            np.testing.assert_allclose(found.adev, theirs[1], rtol=1e-7)
+            np.testing.assert_array_equal(found.n, theirs[3])
+
     def test_dynamic_is_its_value_per_window(self):
         x = np.random.default_rng(2).normal(0.3, 0.2, 3000)
         epochs = davar.dynamic(x, 100.0, policy="fixed", mode="trailing", window_max=600, window_min=600, stride=97)
         for row, epoch in enumerate(epochs.epoch):
-            expected = allantools.oadev(x[epoch - 599:epoch + 1], rate=100.0, data_type="freq", taus=epochs.taus / 100.0)[1]
+            expected = allantools.oadev(x[epoch - 599:epoch + 1], rate=100.0, data_type="freq", taus=epochs.taus_s)[1]
             np.testing.assert_allclose(epochs.adev[row], expected, rtol=1e-7)
         self.assertEqual(epochs.epoch.tolist(), list(range(679 - 1, 3000, 97)))
 
@@ -70,21 +97,40 @@ class Definition(unittest.TestCase):
         x = np.random.default_rng(3).normal(0, 1, 700)
         holes = x.copy()
         holes[[0, 100, 101, 102, 350, 699]] = np.nan
-        self.expect(davar.adev(holes, 10.0, self.sizes), holes)
-        self.expect(davar.adev(x, 10.0, self.sizes, [200, 201, 450]), x, [200, 201, 450])
+        self.expect(davar.adev(holes, 10.0, clusters=self.sizes), holes)
+        self.expect(davar.adev(x, 10.0, clusters=self.sizes, gaps=[200, 201, 450]), x, [200, 201, 450])
         time_s = np.arange(700) / 10.0
         time_s[300:] += 0.7
-        self.expect(davar.adev(x, taus=self.sizes, time_s=time_s), x, [300])
-        self.expect(davar.adev(x, 10.0, self.sizes, [200], time_s=time_s), x, [200, 300])
-        self.expect(davar.adev(holes, 10.0, self.sizes, [101, 200]), holes, [200])
+        self.expect(davar.adev(x, clusters=self.sizes, time_s=time_s), x, [300])
+        self.expect(davar.adev(x, 10.0, clusters=self.sizes, gaps=[200], time_s=time_s), x, [200, 300])
+        self.expect(davar.adev(holes, 10.0, clusters=self.sizes, gaps=[101, 200]), holes, [200])
 
     def test_counts_are_exact_at_the_ends_of_their_range(self):
         counts = np.random.default_rng(4).choice([-2 ** 31, 2 ** 31 - 1], 400)
-        found = davar.adev(counts, 10.0, self.sizes, lsb=0.5)
+        found = davar.adev(counts, 10.0, clusters=self.sizes, lsb=0.5)
         self.expect(found, counts * 0.5, rtol=1e-14)
 
+    def test_phase_is_the_rate_form_of_its_differences(self):
+        noise = np.random.default_rng(11)
+        phase = noise.integers(-1000, 1000, 700)
+        time_s = np.arange(700) / 8.0
+        time_s[400:] += 3
+        for options in ({}, {"gaps": [300, 301]}, {"time_s": time_s}):
+            given = {"rate_hz": 8.0, "clusters": self.sizes, **options}
+            rates = np.diff(phase) * 8.0
+            broken = [300, 301] if "gaps" in options else [400] if "time_s" in options else []
+            rates[np.array(broken, int) - 1] = np.nan  # between two samples that are no neighbours
+            wanted = davar.adev(rates, 8.0, clusters=self.sizes)
+            self.expect(davar.adev(phase.astype(float), data_type="phase", **given), rates)
+            for one, other in zip(davar.adev(phase.astype(float), data_type="phase", **given), wanted):
+                np.testing.assert_array_equal(one, other)
+            self.expect(davar.adev(phase, data_type="phase", lsb=0.25, **given), rates * 0.25, rtol=1e-14)
+        holes = phase.astype(float)
+        holes[100] = np.nan
+        self.expect(davar.adev(holes, 8.0, clusters=self.sizes, data_type="phase"), np.diff(holes) * 8.0)
+
     def test_nothing_but_gaps_leaves_nothing(self):
-        found = davar.adev(np.arange(6.0), 1.0, [1, 2], gaps=[1, 2, 3, 4, 5])
+        found = davar.adev(np.arange(6.0), 1.0, clusters=[1, 2], gaps=[1, 2, 3, 4, 5])
         self.assertEqual(found.n.tolist(), [0, 0])
         self.assertTrue(np.isnan(found.adev).all() and np.isnan(found.low).all())
 
@@ -98,7 +144,17 @@ class Intervals(unittest.TestCase):
         found = davar.adev(x, 100.0)
         there = davar.dynamic(x, 100.0, policy="fixed", mode="trailing", window_max=5000, window_min=5000, segment=0, grow=1, stride=5000, details=True)
         for name, values in {"adev": found.adev, "adev_low": found.low, "adev_high": found.high, "differences": found.n}.items():
-            np.testing.assert_allclose(values, [there[f"{name}_{m}"][0] for m in there.taus], rtol=1e-6)
+            np.testing.assert_allclose(values, [there[f"{name}_{m}"][0] for m in there.clusters], rtol=1e-6)
+
+    def test_of_more_sizes_than_one_fit_takes_cover_it_too(self):
+        noise, inside = np.random.default_rng(12), []
+        for _ in range(300):
+            found = davar.adev(noise.normal(0, 1, 1000), 1.0, taus="all")
+            truth = 1 / np.sqrt(found.taus_s)
+            inside.append((found.low <= truth) & (truth <= found.high))
+        share = np.mean(inside, axis=0)
+        self.assertEqual(share.size, 111)
+        self.assertTrue(np.all((share > 0.95 - 0.05) & (share < 0.95 + 0.05)), share)  # four of sqrt(0.95 0.05 / 300), for 111 sizes
 
     def test_cover_the_truth_in_white_noise(self):
         noise, inside = np.random.default_rng(7), []

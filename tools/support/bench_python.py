@@ -45,7 +45,7 @@ def windows(x, window, stride):
     epochs = davar.dynamic(part, RATE_HZ, **options)
     ours = seconds(lambda i: davar.dynamic(part, RATE_HZ, **options), 3) / len(epochs.epoch)
     ends = epochs.epoch[np.linspace(0, len(epochs.epoch) - 1, CALLS).astype(int)] + 1
-    theirs = seconds(lambda i: allantools.oadev(part[ends[i] - window:ends[i]], rate=RATE_HZ, data_type="freq", taus=epochs.taus / RATE_HZ), CALLS)
+    theirs = seconds(lambda i: allantools.oadev(part[ends[i] - window:ends[i]], rate=RATE_HZ, data_type="freq", taus=epochs.taus_s), CALLS)
     return {"davar_ns_per_epoch": 1e9 * ours, "allantools_ns_per_epoch": 1e9 * theirs, "ratio": theirs / ours}
 
 

@@ -329,14 +329,14 @@ def wire():
 @once
 def package():
     """Makes sdist and wheel of the Python package with the real tools, and installs the wheel where nothing else of the project is: into a
-    Python outside of the checkout, with AllanTools beside it."""
+    Python outside of the checkout, with AllanTools and Hypothesis beside it."""
     maker = set_up("build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt", "package-python.log")
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
     dist, python = Path(folder.name, "dist"), f"{folder.name}/python/bin/python"
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check"]
     for log, command in {"make": [maker, "-m", "build", "--outdir", str(dist), "."], "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
-                         "beside": [*pip, "--no-deps", "-r", "tools/requirements-bench.txt"]}.items():
+                         "beside": [*pip, "--no-deps", "-r", "tools/requirements-bench.txt", "-r", "tools/support/requirements-hypothesis.txt"]}.items():
         tool(*command, log=f"package-{log}.log").must()
     Path(folder.name, "home").mkdir()
     tool(*pip, *map(str, dist.glob("*.whl")), log="package-install.log").must()
