@@ -14,7 +14,7 @@ class TestPackage(ConanFile):
         self.requires(self.tested_reference_str)
 
     def layout(self):
-        cmake_layout(self)
+        cmake_layout(self, build_folder="../../../build/conan")  # of the checkout: nothing appears among the sources
 
     def generate(self):
         CMakeDeps(self).generate()
