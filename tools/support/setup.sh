@@ -101,12 +101,17 @@ make_python_environment() {
         cp "$2" "$1/requirements.txt"
 }
 
-# python_environment NAME REQUIREMENTS: prints the Python of build/NAME, made when missing or when the pins have changed.
+# python_environment NAME REQUIREMENTS: prints the Python of build/NAME, made when missing or when the pins have changed. Two at
+# once take turns.
 python_environment() {
     local folder=$root/build/$1
     if ! cmp -s "$2" "$folder/requirements.txt"; then
-        note "making build/$1 (once)"
-        quietly "$1.log" make_python_environment "$folder" "$2" || return 1
+        (
+            ! command -v flock >/dev/null || flock 9
+            cmp -s "$2" "$folder/requirements.txt" && exit # made meanwhile
+            note "making build/$1 (once)"
+            quietly "$1.log" make_python_environment "$folder" "$2" 9>&-
+        ) 9>"$logs/$1.lock" || return 1
     fi
     echo "$folder/bin/python"
 }
