@@ -37,7 +37,8 @@ def numbers(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """One dimension, at least one number, all finite and above 0. Raises ValueError."""
     if isinstance(value, str):
         raise ValueError(f"{name}: numbers expected, found {value!r} (words belong in taus=)")
-    found = _samples.unmasked(name, value if np.ndim(value) else [value])  # type: ignore[list-item]
+    found = _samples.unmasked(name, value)
+    found = found if found.ndim else found.reshape(1)
     if found.ndim != 1 or not found.size:
         raise ValueError(f"{name}: a list of numbers expected, found shape {found.shape}")
     found = found.astype(np.float64)
