@@ -102,8 +102,10 @@ bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *ad
         run->model[i] = (davar_model_tau_t){m[i], adev_dps[i], tolerance[i]};
     }
     if ((count > MODEL_MAX) || !davar_monitor_init(&run->monitor, run->model, (uint8_t)used, DAVAR_MONITOR_MEMORY)) {
-        return sim_fail(&run->error, "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "
-                                     "tolerances not below 0", MODEL_MAX);
+        return sim_fail(&run->error,
+                        "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "
+                        "tolerances not below 0",
+                        MODEL_MAX);
     }
     run->model_count = count;
     return true;
@@ -210,7 +212,8 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
     if (monitored) {
         davar_monitor_update(&run->monitor, &run->result, &run->misfit);
     }
-    const epoch_row_t epoch = {.result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
+    const epoch_row_t epoch = {
+        .result = &run->result, .misfit = monitored ? &run->misfit : NULL, .time_s = (double)NAN};
     for (size_t i = 0; i < run->fields.count; i++) {
         const field_t *field = &run->fields.field[i];
         const cell_t cell = field->show(&epoch, field->index);

@@ -65,8 +65,7 @@ DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *c
  * `count`. m: `taus` cluster sizes. rows: 2 x taus: deviation (unit of the values; NaN: absent), number of differences.
  * False: no memory. O(count taus). */
 DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre, double step,
-                                        const size_t *ends, size_t runs, const uint32_t *m, size_t taus,
-                                        double *rows);
+                                        const size_t *ends, size_t runs, const uint32_t *m, size_t taus, double *rows);
 
 /* The limits of these deviations of one record of `count` samples, from the noise mix that they show together. m: `taus` (1..32)
  * strictly ascending cluster sizes. rows: as davar_python_adev writes them. limits: 2 x taus: low, high (95 %; NaN: absent).
