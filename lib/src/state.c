@@ -10,7 +10,8 @@
 
 #include <string.h>
 
-#define MAGIC 0x52564144U /* "DAVR" */
+#define MAGIC 0x52564144U         /* "DAVR" */
+#define MAGIC_SWAPPED 0x44415652U /* ... as a machine of the other byte order wrote it */
 #define FORMAT 2U
 #define SLOTS 2U
 
@@ -124,7 +125,22 @@ DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
 
 /* --- reading ----------------------------------------------------------------------------------------------------- */
 
-/* Reads a slot to its end. False: it cannot be read, as is usual for half-written flash. */
+DAVAR_RARE static uint32_t swapped(uint32_t value)
+{
+    return (value >> 24U) | ((value >> 8U) & 0xFF00U) | ((value << 8U) & 0xFF0000U) | (value << 24U);
+}
+
+/* All but the magic, which keeps the other byte order in mind. */
+DAVAR_RARE static void swap_header(header_t *header)
+{
+    header->bytes = swapped(header->bytes);
+    header->fingerprint = swapped(header->fingerprint);
+    header->order = swapped(header->order);
+    header->check = swapped(header->check);
+}
+
+/* Reads a slot to its end. False: it cannot be read, as is usual for half-written flash. An image of the other byte order is
+ * whole too; its magic remains swapped. */
 DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header, bool *whole)
 {
     size_t offset = slot * storage->slot_bytes;
@@ -132,10 +148,15 @@ DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, 
     if (!storage->read(storage->context, offset, header, sizeof *header)) {
         return false;
     }
-    if ((header->magic != MAGIC) || (header->bytes > (storage->slot_bytes - sizeof *header))) {
+    uint32_t check = header_check(header); /* of the bytes as they lie there */
+    if (header->magic == MAGIC_SWAPPED) {
+        swap_header(header);
+    } else if (header->magic != MAGIC) {
         return true;
     }
-    uint32_t check = header_check(header);
+    if (header->bytes > (storage->slot_bytes - sizeof *header)) {
+        return true;
+    }
     offset += sizeof *header;
     for (size_t left = header->bytes; left > 0U;) {
         unsigned char part[64];
@@ -220,7 +241,7 @@ DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storag
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
         const header_t *const header = &slots.header[slot];
-        const bool fits = (sizeof *header + header->bytes) == davar_state_bytes(davar);
+        const bool fits = (header->magic == MAGIC) && ((sizeof *header + header->bytes) == davar_state_bytes(davar));
         if (slots.whole[slot] && fits && (header->fingerprint == own)) {
             if (read_payload(davar, storage, slot, header)) {
                 return DAVAR_OK;

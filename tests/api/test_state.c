@@ -234,6 +234,19 @@ static void test_storage_that_is_too_small_is_refused(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, davar_state_restore(&original, &storage));
 }
 
+/* The CRC-32 of an image with `bytes` of payload: of its bytes but those of the check itself. */
+static uint32_t check_of_image(const unsigned char *image, size_t bytes)
+{
+    uint32_t crc = 0xFFFFFFFFU;
+    for (size_t i = 0U; i < (16U + bytes); i++) {
+        crc ^= image[(i < 16U) ? i : (i + 4U)];
+        for (unsigned k = 0U; k < 8U; k++) {
+            crc = ((crc & 1U) != 0U) ? ((crc >> 1U) ^ 0xEDB88320U) : (crc >> 1U);
+        }
+    }
+    return ~crc;
+}
+
 /* An image says which version and how many bytes: both are checked even when the rest happens to agree. */
 static void test_an_image_of_another_size_is_foreign(void)
 {
@@ -241,18 +254,54 @@ static void test_an_image_of_another_size_is_foreign(void)
     feed(0U, 100U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
     cells[4]--; /* one byte less, and a check that agrees */
-    const size_t bytes = davar_state_bytes(&original) - 1U - 20U;
-    uint32_t crc = 0xFFFFFFFFU;
-    for (size_t i = 0U; i < (16U + bytes); i++) {
-        crc ^= cells[(i < 16U) ? i : (i + 4U)];
-        for (unsigned k = 0U; k < 8U; k++) {
-            crc = ((crc & 1U) != 0U) ? ((crc >> 1U) ^ 0xEDB88320U) : (crc >> 1U);
-        }
-    }
-    crc = ~crc;
-    memcpy(&cells[16], &crc, sizeof crc);
+    const uint32_t check = check_of_image(cells, davar_state_bytes(&original) - 1U - 20U);
+    memcpy(&cells[16], &check, sizeof check);
     init(Q15, &restored, 1U);
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+}
+
+static void reverse(unsigned char *word)
+{
+    for (unsigned i = 0U; i < 2U; i++) {
+        const unsigned char kept = word[i];
+        word[i] = word[3U - i];
+        word[3U - i] = kept;
+    }
+}
+
+/* The header of slot 0 as a machine of the other byte order writes it, and the check that it computes. */
+static void swap_slot_0(size_t payload)
+{
+    for (unsigned field = 0U; field < 4U; field++) {
+        reverse(&cells[4U * field]);
+    }
+    const uint32_t check = check_of_image(cells, payload);
+    memcpy(&cells[16], &check, sizeof check);
+    reverse(&cells[16]);
+}
+
+/* Even if all else agrees, its numbers mean something else: foreign, never none, and never restored. */
+static void test_an_image_of_the_other_byte_order_is_foreign(void)
+{
+    init(Q15, &original, 0U);
+    feed(0U, 100U);
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    swap_slot_0(davar_state_bytes(&original) - 20U);
+    init(Q15, &restored, 1U);
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage));
+    cells[50] ^= 1U;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
+    cells[50] ^= 1U;
+    cells[4] = 0xFFU; /* more bytes than a slot has */
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
+    cells[4] = 0U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage)); /* beside it, and then over it */
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
+    for (uint32_t n = 100U; n < 200U; n++) {
+        same_step(Q15, n);
+    }
 }
 
 /* Hundreds of saves: the slots take turns, and the newest wins. */
@@ -280,6 +329,7 @@ int main(void)
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
     RUN_TEST(test_storage_that_is_too_small_is_refused);
     RUN_TEST(test_an_image_of_another_size_is_foreign);
+    RUN_TEST(test_an_image_of_the_other_byte_order_is_foreign);
     RUN_TEST(test_saves_take_turns);
     return UNITY_END();
 }

@@ -33,7 +33,7 @@ davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *sto
  * size of memory; the stream then goes on bit for bit (say davar_gap for what was lost meanwhile). DAVAR_OK;
  * DAVAR_ERR_STATE_STORAGE: a slot is too small, neither can be read, or a whole image failed or differed when it was read
  * again; DAVAR_ERR_STATE_NONE: no whole image; DAVAR_ERR_STATE_FOREIGN: the only whole images are of another version,
- * number type, configuration or machine. On refusal the instance is as after init. What lands in the instance is checked
+ * number type, configuration or machine (another byte order included). On refusal the instance is as after init. What lands in the instance is checked
  * before it is used: against accidents, not against forgery. Needs push and take quiet. */
 davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage);
 
