@@ -2,6 +2,7 @@
 #include "davar/taus.h"
 
 #include "number/machine.h"
+#include "number/strict.h"
 
 /* Largest m that the 25 % rule of [FAST] allows, at least 1 (1.3). */
 static uint32_t largest(uint32_t window)

@@ -114,7 +114,7 @@ ROOMS = {
         "number": set(), "common": set(), "change": {"number", "common"}, "window": {"number", "common", "change"},
         "grid": {"number", "common", "change", "window"},
         "pipeline": {"number", "common", "change", "window", "grid", "track"},
-        "track": {"number", "common"}, "fit": {"number", "common"}, "wire": set(),
+        "track": {"number", "common"}, "fit": {"number", "common"}, "wire": {"number"},
     },
     "host_sim": {
         "common": set(), "options": {"common"}, "recording": {"common", "options"},

@@ -3,10 +3,7 @@
 #define DAVAR_SRC_IEEE_H
 
 #include "number/machine.h"
-
-#if defined(__FAST_MATH__)
-#error "davar needs IEEE arithmetic: build it without -ffast-math"
-#endif
+#include "number/strict.h"
 
 static inline uint64_t davar_bits_of_double(double value)
 {

@@ -2,6 +2,7 @@
 #ifndef DAVAR_SRC_DOOR_H
 #define DAVAR_SRC_DOOR_H
 
+#include "number/ieee.h"
 #include "pipeline/pipelines.h"
 
 /* The smallest power of two q with full_scale <= 2^30 q (2.3). */
@@ -17,10 +18,10 @@ static inline double door_quantum(double full_scale)
     return quantum;
 }
 
-/* NaN and inf stay outside. */
+/* NaN and inf stay outside: by their bits, which no flag of a compiler bends. */
 static inline bool door_admits(float rate)
 {
-    return (rate - rate) <= 0.0F;
+    return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
 }
 
 /* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the remainder. */

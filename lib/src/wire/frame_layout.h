@@ -3,6 +3,7 @@
 #define DAVAR_FRAME_LAYOUT_H
 
 #include "davar/codec.h"
+#include "number/strict.h"
 
 typedef struct {
     uint16_t start;
