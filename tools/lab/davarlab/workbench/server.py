@@ -11,7 +11,7 @@ import tempfile
 import threading
 import webbrowser
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import uvicorn
@@ -32,12 +32,17 @@ SERVED = {path.relative_to(PAGE).as_posix(): path for path in PAGE.rglob("*") if
 HOST = "127.0.0.1"
 LARGEST_DROP = 1 << 31
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
-POLICY = "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-ancestors 'none'"
+POLICY = ("default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
+          "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms")  # no popups
+CLOUD = b"https://cloud.plotly.com/newchart"  # where Plotly's "Share chart" would send the data
+HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
 
 
+@cache
 def plotly():
-    """The charts' JavaScript, as it comes inside the wheel of plotly."""
-    return Path(importlib.util.find_spec("plotly").origin).resolve().parent / "package_data/plotly.min.js"
+    """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart" would send the data."""
+    script = Path(importlib.util.find_spec("plotly").origin).resolve().parent / "package_data/plotly.min.js"
+    return script.read_bytes().replace(CLOUD, b"")
 
 
 class Server:
@@ -67,15 +72,14 @@ class Server:
 
     async def page(self, request):
         name = request.path_params["name"]
-        path = plotly() if name == "plotly.min.js" else SERVED.get(name)
-        if path is None:
+        if name == "plotly.min.js":
+            return Response(plotly(), media_type=TYPES[".js"], headers=HEADERS | {"Cache-Control": "max-age=3600"})
+        if name not in SERVED:
             return PlainTextResponse("no such file", 404)
-        return self.file(path)
+        return self.file(SERVED[name])
 
     def file(self, path):
-        return FileResponse(path, media_type=TYPES[path.suffix], headers={
-            "Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
-            "Cache-Control": "no-store" if PAGE in path.parents else "max-age=3600"})
+        return FileResponse(path, media_type=TYPES[path.suffix], headers=HEADERS | {"Cache-Control": "no-store"})
 
     async def ask(self, request):
         what = request.path_params["what"]

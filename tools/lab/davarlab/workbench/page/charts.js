@@ -19,10 +19,12 @@ function layout(x, y, more = {}) {
            legend: innerWidth < 600 ? { orientation: "h", y: -0.3, font: { size: 10 } } : { orientation: "h", y: 1.12 }, uirevision: "kept", ...more };
 }
 
+// The toolbar has these buttons and no others, whatever Plotly adds by default: one of its own sends the chart's data to a company.
 const settings = (name) => ({
-  responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+  responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "", topojsonURL: "",
   toImageButtonOptions: { filename: name, format: "svg" },
-  modeBarButtonsToAdd: [{ name: "Save as PNG", icon: Plotly.Icons.disk, click: (plot) => Plotly.downloadImage(plot, { format: "png", filename: name, scale: 2 }) }],
+  modeBarButtons: [["toImage", { name: "Save as PNG", icon: Plotly.Icons.disk, click: (plot) => Plotly.downloadImage(plot, { format: "png", filename: name, scale: 2 }) }],
+    ["zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d"]],
 });
 
 async function draw(id, traces, place, clicked) {

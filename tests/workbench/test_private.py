@@ -1,0 +1,185 @@
+"""Everything stays on this machine: every control of every screen is clicked, live and still; requests to foreign origins and popups are counted."""
+
+import re
+import socketserver
+import threading
+import unittest
+
+from playwright.sync_api import expect
+from test_door import NAMES, flight, log
+from visiting import FIRST, Visiting, ranked, run, until
+
+# Everything that a person can click. What is there twice (the buttons of a row, the steps) is one control: its name without its numbers.
+CONTROLS = """() => {
+  const name = (one) => [one.closest(".chart")?.id || "", one.tagName, one.id, one.dataset.title || one.dataset.kind || one.dataset.key || one.dataset.val
+    || one.getAttribute("aria-label") || one.textContent].join("|").replace(/[0-9.]+/g, "#");
+  const found = new Map();
+  for (const one of document.querySelectorAll("a, area, button, input, select, summary, label, [role=button], [onclick], .modebar-btn, .legendtoggle, .nsewdrag"))
+    if (!found.has(name(one)) && !one.disabled) found.set(name(one), one);
+  window.controls = found;
+  return [...found.keys()];
+}"""
+CLICK = """(name) => { const one = window.controls.get(name);
+  if (one.matches("select")) { one.selectedIndex = one.options.length - 1; one.dispatchEvent(new Event("change", { bubbles: true })); }
+  else if (one.click) one.click();
+  else for (const kind of ["pointerdown", "mousedown", "mouseup", "click"]) one.dispatchEvent(new MouseEvent(kind, { bubbles: true, view: window })); }"""
+# Every way out of a page that a script has, short of leaving the page.
+WAYS_OUT = """async (there) => {
+  const link = Object.assign(document.createElement("a"), { href: there, target: "_blank" });
+  const form = Object.assign(document.createElement("form"), { action: there, method: "post", target: "_blank" });
+  const frame = Object.assign(document.createElement("iframe"), { src: there }), picture = Object.assign(document.createElement("img"), { src: there });
+  const script = Object.assign(document.createElement("script"), { src: there });
+  document.body.append(link, form, frame, picture, script);
+  link.click();
+  form.submit();
+  navigator.sendBeacon(there, "data");
+  try { new WebSocket(there.replace("http", "ws")); } catch { /* refused */ }
+  const fetched = await fetch(there).then(() => true, () => false);
+  return [window.open(there) !== null, fetched];
+}"""
+
+
+class Private(Visiting):
+    def setUp(self):
+        super().setUp()
+        self.popups, self.clicked = [], set()
+
+    def watched(self, page):
+        """A page whose requests and popups are counted, those of what it opens too."""
+        page.context.on("page", lambda opened: self.popups.append(opened))
+        page.context.on("request", lambda request: self.foreign.append(request.url) if not request.url.startswith(("data:", "blob:", *self.own)) else None)
+        return page
+
+    def assert_private(self):
+        self.assertEqual(([one.url for one in self.popups], self.foreign), ([], []))
+
+    def click_all(self, arrive, wanted):
+        """Clicks whatever is on a screen, and what appears by clicking, until nothing is new. wanted: controls that must have been among them."""
+        page, clicked = arrive(), set()
+        while True:
+            new = [name for name in page.evaluate(CONTROLS) if name not in clicked]
+            if not new and page.is_closed() is False and not clicked - set(page.evaluate(CONTROLS)):
+                break
+            if not new:  # the screen has changed: whatever else the first one offers
+                page.close()
+                page = arrive()
+                new = [name for name in page.evaluate(CONTROLS) if name not in clicked]
+                if not new:
+                    break
+            clicked.add(new[0])
+            page.evaluate(CLICK, new[0])
+            page.wait_for_timeout(30)
+            self.assert_private()
+        page.close()
+        for name in wanted:
+            self.assertTrue([one for one in clicked if name in one], (name, sorted(clicked)))
+        self.clicked |= clicked
+
+    def live_page(self, bench):
+        self.own = (bench.origin, bench.origin.replace("http", "ws"))
+        return self.watched(self.page(bench))
+
+    def recording(self, name="rec.csv", seconds=60, effects=""):
+        scenario, path = self.folder / "scenario.toml", self.folder / name
+        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + effects + f"[simulate]\nseed = 4\nduration_s = {seconds}\n")
+        self.assertEqual(run("simulate", scenario, "-o", path).returncode, 0)
+        return path
+
+    def test_no_control_of_the_bench_sends_anything_anywhere(self):
+        recording = self.recording(effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n')
+        bench = self.open(recording)
+
+        def arrive():
+            bench.act("open", path=str(recording))
+            page = self.live_page(bench)
+            ranked(page)
+            page.keyboard.press("w")
+            expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible()
+            expect(page.locator("#axes .main-svg").first).to_be_visible()
+            return page
+
+        charts = ("deviation", "residual", "spectrum", "map", "record", "against", "spectrogram", "axes", "cell-spectrum", "falling")
+        self.click_all(arrive, [f"{chart}|BUTTON||Save as PNG" for chart in charts] + ["BUTTON|report", "BUTTON|save", "BUTTON|help-button"])
+        self.assertFalse([one for one in self.clicked if re.search("(?i)share|cloud|plotly|edit in", one)])
+
+    def test_no_control_of_the_other_screens_does(self):
+        log(self.folder / "flight.csv", NAMES)
+        flight(self.folder / "flight.bin", (0.1, 0.4))
+        bench = self.open()
+
+        def at(path):
+            def arrive():
+                bench.act("close")
+                if path:
+                    bench.act("open", path=str(self.folder / path))
+                page = self.live_page(bench)
+                expect(page.locator("#landing button").first).to_be_visible()
+                return page
+            return arrive
+
+        self.click_all(at(None), ["BUTTON|tutorial", "BUTTON|listen"])
+        self.click_all(at("flight.csv"), ["BUTTON|read"])
+        self.click_all(at("flight.bin"), ["IMU:#"])
+
+    def test_the_policy_leaves_a_script_no_way_out(self):
+        came = []
+
+        def take(request, client, server):
+            asked = request.recv(100)
+            if asked:  # a browser may connect ahead of a request that it then refuses to send
+                came.append(asked)
+
+        with socketserver.ThreadingTCPServer(("127.0.0.1", 0), take) as elsewhere:
+            elsewhere.daemon_threads = True
+            threading.Thread(target=elsewhere.serve_forever, daemon=True).start()
+            there = f"http://127.0.0.1:{elsewhere.server_address[1]}/"
+            bare = self.browser.new_page()
+            bare.evaluate(WAYS_OUT, there)
+            until(bare, lambda: len(came) >= 4)  # a page without the policy gets out
+            bare.context.close()
+            came.clear()
+            bench = self.open()
+            page = self.live_page(bench)
+            expect(page.locator("#tutorial")).to_be_visible()
+            self.assertEqual(page.evaluate(WAYS_OUT, there), [False, False])
+            page.wait_for_timeout(500)
+            elsewhere.shutdown()
+        self.assertEqual((came, self.popups), ([], []))
+
+    def test_the_charts_script_has_no_address_to_share_a_chart_with(self):
+        bench = self.open(self.recording())
+        self.assertNotIn("cloud.plotly.com", bench.request("/page/plotly.min.js")[1])
+        page = self.live_page(bench)
+        ranked(page)
+        # with Plotly's own settings the button is there; it leads nowhere
+        page.evaluate("document.body.append(Object.assign(document.createElement('div'), { id: 'own' }))")
+        page.evaluate("Plotly.newPlot('own', [{ y: [1, 2] }], {}, { displayModeBar: true }).then(() => null)")
+        expect(page.locator("#own [aria-label^=Share]")).to_be_attached()
+        page.evaluate("document.querySelector('#own [aria-label^=Share]').click()")
+        page.wait_for_timeout(200)
+        self.assertEqual(page.locator(".plotly-cloud-dialog-title, [class*=cloud-dialog]").count(), 0)
+        self.assert_private()
+
+    def test_no_still_page_does(self):
+        self.own = ("file:",)
+        one, two = self.recording(effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n'), self.recording("two.csv")
+        model = self.folder / "model.toml"
+        model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
+        pages = [self.folder / name for name in ("compare.html", "diagnose.html", "improve.html", "plot.svg", "out/fleet.html")]
+        for command, page in zip(("compare", "diagnose", "improve"), pages):
+            self.assertIn(run(command, one, "-m", model, "--report", page).returncode, (0, 1))
+        self.assertEqual(run("plot", one, "-m", model, "-o", pages[3]).returncode, 0)
+        self.assertEqual(run("fleet", one, two, "-m", model, "-o", self.folder / "out", "--chance", "0").returncode, 0)
+        for path in pages:
+            def arrive(path=path):
+                context = self.browser.new_context()
+                self.addCleanup(context.close)
+                page = self.watched(context.new_page())
+                page.goto(path.as_uri())
+                return page
+            with self.subTest(path.name):
+                self.click_all(arrive, [] if path.suffix == ".svg" else ["SUMMARY"])
+
+
+if __name__ == "__main__":
+    unittest.main()
