@@ -46,15 +46,21 @@ static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_pla
     }
 }
 
-/* Doubles the window [begin, end) to the left while the older half is like the rest. */
+/* Doubles the window [begin, end), which is not empty, to the left while the older half is like the rest. Each turn looks further
+ * back than the one before; the one that reaches the bound is the last. Where the window is short, the record found may be no older than
+ * its beginning, because coarse octaves have few records. */
 static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *begin,
                       const davar_glr_place_t *end, const davar_glr_place_t *bound, uint32_t near_limit)
 {
     uint32_t age = glr_age(state, begin);
     while (begin->at != bound->at) {
         davar_glr_place_t older;
+        DAVAR_ASSERT((age > glr_age(state, end)) && (age <= glr_age(state, bound)));
         age += age - glr_age(state, end);
         recorded(state, age, bound, &older);
+        if (glr_age(state, &older) <= glr_age(state, begin)) {
+            continue;
+        }
         const davar_spread_t *const place[3] = {&older.sum, &begin->sum, &end->sum};
         const uint32_t limit = ((end->at - older.at) <= config->far) ? near_limit : FAR_LIMIT;
         if (!is_alike(state, config, place, limit)) {
@@ -312,7 +318,11 @@ bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *confi
         davar_glr_place_t grown;
         recorded(state, widest, &bound, &grown);
         const uint32_t from = grown.at;
-        grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
+        const bool is_comparable = (glr_age(state, &grown) > glr_age(state, &end)) &&
+                                   (grown.sum.blocks != end.sum.blocks); /* blocks between a record and the end */
+        if (is_comparable) {
+            grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
+        }
         if (grown.at != from) {
             glr_place_copy(&begin, &grown);
         }
