@@ -124,6 +124,15 @@ static davar_status_t check_motion(const davar_config_t *config)
     return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
 }
 
+/* On a grid a window of policy glr begins between two blocks: is one of window_min .. window_max samples among them at every epoch? */
+static bool fits_between_blocks(const davar_config_t *config)
+{
+    const bool ends_between = ((config->stride % config->block) == 0U);
+    const uint32_t longest = ends_between ? (config->window_max - (config->window_max % config->block))
+                                          : (config->window_max - (config->block - 1U));
+    return !has_grid(config) || ((longest >= config->window_min) && (config->stride <= config->window_max));
+}
+
 static davar_status_t check_tracking(const davar_config_t *config)
 {
     if (!has_tracker(config)) {
@@ -133,13 +142,11 @@ static davar_status_t check_tracking(const davar_config_t *config)
         is_between(1e-9, config->false_alarms_per_hour, 1e9) && is_between(1e-9, config->cut_interval_s, 1e9);
     const bool blocks =
         (config->block >= GLR_BLOCK_MIN) && (config->block <= GLR_BLOCK_MAX) && (config->shock_blocks <= GLR_SHOCK_MAX);
-    const bool window = ((config->window_max / 8U) >= config->block) &&
-                        (config->window_max <= (GLR_LONGEST * config->block)) &&
-                        ((config->window_max - (config->window_max % config->stride)) >= config->window_min);
+    const bool window = blocks && ((config->window_max / 8U) >= config->block) &&
+                        (config->window_max <= (GLR_LONGEST * config->block)) && fits_between_blocks(config);
     const bool clusters =
         (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
-    const uint32_t half = blocks ? half_in_samples(config) : 1U;
-    const bool about = !looks_back(config) || (((half % config->stride) == 0U) && ((config->window_max / 2U) >= half));
+    const bool about = !looks_back(config) || (blocks && ((config->window_max / 2U) >= half_in_samples(config)));
     return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 

@@ -12,7 +12,7 @@
 
 #define MAGIC 0x52564144U         /* "DAVR" */
 #define MAGIC_SWAPPED 0x44415652U /* ... as a machine of the other byte order wrote it */
-#define FORMAT 2U
+#define FORMAT 3U
 #define SLOTS 2U
 
 /* In front of each image; `check` covers all fields above it and the payload. */

@@ -27,7 +27,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
         [DAVAR_ERR_ENGINE] = "engine unknown, or edges for policy glr with a stride above 1",
         [DAVAR_ERR_TRACKING] =
-            "policy glr: block, shock_blocks, window_max, a rate, or (centred) the stride out of range",
+            "policy glr: block, shock_blocks, long_cluster, window_max, window_min, stride or a rate out of range",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",

@@ -398,6 +398,39 @@ static void test_a_gap_beside_a_shock(void)
     }
 }
 
+/* A gap completes no result: what was accepted in front of it goes on with the samples behind it, and each result can be taken. */
+static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride, uint32_t shock_blocks)
+{
+    uint32_t results = 0U;
+    config.mode = mode;
+    config.stride = stride;
+    config.shock_blocks = shock_blocks;
+    config.gaps_max = 400U;
+    init(Q15, 0U);
+    for (uint32_t n = 0U; n < SAMPLES; n++) {
+        if ((n > 0U) && ((n % 47U) == 0U)) {
+            davar_gap(&davar, 1U);
+            TEST_ASSERT_FALSE(davar_take(&davar, &result));
+        }
+        (void)push(Q15, n, 1U);
+        results += davar_take(&davar, &result) ? 1U : 0U;
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+    /* of 47 samples seven or so are of the block with the gap in it */
+    TEST_ASSERT_GREATER_THAN_UINT32(SAMPLES / stride * 3U / 5U, results);
+}
+
+static void test_every_result_beside_gaps_can_be_taken(void)
+{
+    for (uint32_t shock_blocks = 0U; shock_blocks <= 2U; shock_blocks++) {
+        check_every_result_can_be_taken(DAVAR_MODE_TRAILING, 1U, shock_blocks);
+        check_every_result_can_be_taken(DAVAR_MODE_TRAILING, 3U, shock_blocks);
+        check_every_result_can_be_taken(DAVAR_MODE_TRAILING, 10U, shock_blocks);
+        check_every_result_can_be_taken(DAVAR_MODE_CENTRED, 5U, shock_blocks);
+        check_every_result_can_be_taken(DAVAR_MODE_CENTRED, 10U, shock_blocks);
+    }
+}
+
 /* More gaps than the window can remember: it begins anew, and the detector goes on. */
 static void test_a_restart(void)
 {
@@ -698,7 +731,6 @@ static void refused(void)
 
 static void test_what_init_refuses(void)
 {
-    config.mode = DAVAR_MODE_CENTRED, config.stride = 7U, refused(); /* no whole strides to the middle */
     config.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window_max = 590U, refused();
     config.mode = DAVAR_MODE_CENTRED, config.block = 65U, refused();
     config.mode = DAVAR_MODE_CENTRED, config.engine = DAVAR_ENGINE_EDGES;
@@ -715,7 +747,14 @@ static void test_what_init_refuses(void)
     config.engine = DAVAR_ENGINE_EDGES; /* says nothing at stride 1 */
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.stride = 7U, config.window_min = 1200U, refused();
+    config.stride = 7U, config.window_min = 1192U, refused(); /* its windows begin between two blocks */
+    config.stride = 7U, config.window_min = 1191U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    setUp();
+    config.stride = 20U, config.window_max = 1205U, config.window_min = 1201U, refused();
+    config.stride = 20U, config.window_max = 1205U, config.window_min = 1200U;
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    setUp();
     config.window_max = 7690U, refused();
     config.window_max = 7680U; /* 768 blocks of 10 */
     TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_q15(&config));
@@ -766,6 +805,7 @@ int main(void)
     RUN_TEST(test_without_shock_blocks_a_shock_is_a_change);
     RUN_TEST(test_gaps);
     RUN_TEST(test_a_gap_beside_a_shock);
+    RUN_TEST(test_every_result_beside_gaps_can_be_taken);
     RUN_TEST(test_a_restart);
     RUN_TEST(test_reset_begins_anew);
     RUN_TEST(test_a_centred_window_ends_at_the_step);

@@ -22,7 +22,8 @@ static void clusters_tell(difference_t difference, davar_glr_t *detector, const 
 
 #include "pipeline/tracker.h"
 
-#define FED 400U
+static uint32_t fed;    /* samples before time is moved on */
+static uint32_t length; /* ... and after it */
 
 static const uint32_t taus[3] = {1U, 3U, 8U};
 static uint64_t memory[2][4096];
@@ -39,6 +40,8 @@ void setUp(void)
     config.taus = taus;
     config.tau_count = 3U;
     config.gaps_max = 8U;
+    fed = 400U;
+    length = 1000U;
 }
 
 void tearDown(void) {}
@@ -52,6 +55,31 @@ static void shift_track(track_t *track, uint32_t offset, uint32_t count)
     }
 }
 
+static void shift_place(davar_glr_place_t *place, uint32_t blocks)
+{
+    static const davar_spread_t far_on = {UINT64_MAX - 12345U, UINT32_MAX, UINT32_MAX - 777U};
+    spread_add(&place->sum, &far_on);
+    place->at += blocks;
+}
+
+/* So many blocks more have gone by, whole turns of every octave's records, and the running sums are about to wrap too. */
+static void shift_detector(davar_glr_t *detector, uint32_t blocks)
+{
+    shift_place(&detector->now, blocks);
+    shift_place(&detector->alarm, blocks);
+    shift_place(&detector->cut, blocks);
+    for (uint32_t i = 0U; i < GLR_CUTS; i++) {
+        shift_place(&detector->past[i], blocks);
+    }
+    for (uint32_t i = 0U; i < (GLR_LEVELS * GLR_RECORDS); i++) {
+        davar_glr_place_t place = {detector->record[i / GLR_RECORDS][i % GLR_RECORDS], 0U};
+        shift_place(&place, blocks);
+        detector->record[i / GLR_RECORDS][i % GLR_RECORDS] = place.sum;
+    }
+}
+
+#define TURN (GLR_RECORDS << (GLR_LEVELS - 1U)) /* blocks after which every record has been overwritten */
+
 static void shift(davar_t *davar, uint32_t offset)
 {
     stages_t *const stages = davar->stages;
@@ -64,6 +92,10 @@ static void shift(davar_t *davar, uint32_t offset)
         stages->tracker->tail += offset;
         stages->tracker->cut += offset;
         stages->tracker->end += offset;
+        shift_detector(&stages->tracker->detector, 0U - TURN);
+        if (stages->tracker->clusters != NULL) {
+            shift_detector(&stages->tracker->clusters->detector, 0U - TURN);
+        }
     }
     if (stages->grid != NULL) {
         stages->grid->next += offset;
@@ -94,6 +126,13 @@ static bool feed(davar_t *davar, uint32_t n, davar_result_t *result)
 
 static void same(const davar_result_t *a, const davar_result_t *b)
 {
+    TEST_ASSERT_EQUAL_UINT32(a->cut_age_samples, b->cut_age_samples);
+    TEST_ASSERT_EQUAL(a->young, b->young);
+    TEST_ASSERT_EQUAL(a->alarm, b->alarm);
+    TEST_ASSERT_EQUAL_MEMORY(&a->dispersion, &b->dispersion, sizeof a->dispersion);
+    TEST_ASSERT_EQUAL_UINT32(a->change.m, b->change.m);
+    TEST_ASSERT_EQUAL_DOUBLE(a->change.older, b->change.older);
+    TEST_ASSERT_EQUAL_DOUBLE(a->change.newer, b->change.newer);
     TEST_ASSERT_EQUAL_UINT64(a->epoch, b->epoch);
     TEST_ASSERT_EQUAL_UINT32(a->window_samples, b->window_samples);
     TEST_ASSERT_EQUAL_UINT32(a->gaps_in_window, b->gaps_in_window);
@@ -112,9 +151,9 @@ static void wrapped(uint32_t before)
     davar_result_t result[2];
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&plain, &config, memory[0], sizeof memory[0]));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&wrapping, &config, memory[1], sizeof memory[1]));
-    for (uint32_t n = 0U; n < (FED + 1000U); n++) {
-        if (n == FED) {
-            shift(&wrapping, 0U - FED - before);
+    for (uint32_t n = 0U; n < (fed + length); n++) {
+        if (n == fed) {
+            shift(&wrapping, 0U - fed - before);
         }
         const bool ready = feed(&plain, n, &result[0]);
         TEST_ASSERT_EQUAL(ready, feed(&wrapping, n, &result[1]));
@@ -165,6 +204,34 @@ static void test_positions_wrap_unnoticed_behind_the_detector(void)
     config.stride = 7U;
     wrapped(90U);
     wrapped(333U);
+}
+
+/* Samples, blocks, the running sums and their counts wrap, with windows of many blocks and both channels. */
+static void wrapped_long(uint32_t stride, uint32_t block)
+{
+    config.policy = DAVAR_POLICY_GLR;
+    config.window_max = 60U * block;
+    config.window_min = 3U * block;
+    config.block = block;
+    config.stride = stride;
+    config.long_cluster = 4U * block;
+    config.gaps_max = 64U;
+    fed = 1000U; /* the window is full */
+    length = 3000U + (block * TURN);
+    wrapped(90U);
+    wrapped((block * TURN) - 1000U);
+}
+
+static void test_blocks_wrap_unnoticed(void)
+{
+    config.mode = DAVAR_MODE_TRAILING;
+    wrapped_long(1U, 5U);
+    wrapped_long(10U, 10U);
+    wrapped_long(33U, 10U);
+    config.mode = DAVAR_MODE_CENTRED;
+    wrapped_long(1U, 5U);
+    wrapped_long(10U, 10U);
+    wrapped_long(33U, 10U);
 }
 
 static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(void)
@@ -250,6 +317,7 @@ int main(void)
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
     RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
     RUN_TEST(test_positions_wrap_unnoticed_behind_the_detector);
+    RUN_TEST(test_blocks_wrap_unnoticed);
     RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
     RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);

@@ -78,7 +78,8 @@ void davar_push_all_f32(davar_t *davar, const float *rates, size_t count, davar_
                         davar_on_result_t on_result, void *context);
 
 /* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
- * the gap are left out of every sum. O(gaps_max), when it restarts the window O(T), with one 64-bit division. */
+ * the gap are left out of every sum. It completes no result. Policy glr: up to three blocks of samples before it that were not
+ * accepted yet are left out too. O(gaps_max), when it restarts the window O(T), with one 64-bit division. */
 void davar_gap(davar_t *davar, uint32_t missing);
 
 /* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution and ADEV here, not in push;

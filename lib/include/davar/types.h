@@ -42,8 +42,9 @@ typedef enum {
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
     DAVAR_ERR_ENGINE,       /* engine not in davar_engine_t; or EDGES for policy glr with a stride above 1 */
     DAVAR_ERR_TRACKING, /* policy glr: block outside 5..64; shock_blocks above 2; long_cluster no multiple of four blocks, or above 512;
-                                window_max below 8 or above 768 blocks, or no whole strides of it from window_min on; a rate or
-                                interval outside 1e-9 .. 1e9; centred: half a window no whole strides, or two above window_max */
+                                window_max below 8 or above 768 blocks, or below the stride; on a grid, no window of whole
+                                blocks from window_min to window_max (one that ends within a block: window_max - block + 1); a rate
+                                or interval outside 1e-9 .. 1e9; centred: two halves (see mode) above window_max */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
@@ -178,7 +179,7 @@ typedef struct {
         mirrored_samples; /* of these mirror images of others in the window (4.2), which are no new evidence (5.13) */
     uint32_t gaps_in_window; /* gaps inside this window */
     uint32_t
-        cut_age_samples;   /* glr: at least so many samples of one noise, up to the newest one; 0 for other policies */
+        cut_age_samples;   /* glr: at least so many samples of one noise, up to the newest one at the epoch; else 0 */
     davar_change_t change; /* glr: the newest one; m is 0 for other policies */
     bool unstable;         /* the policy's flag f (fixed: f1 OR f2, for information; glr: cut since the epoch before) */
     /* glr: the window was cut at most eight blocks ago, or is to be (centred: a change is beside it): the estimate leans to what made the

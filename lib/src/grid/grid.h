@@ -84,7 +84,7 @@ static uint32_t slot_before(const track_t *track, uint32_t slot)
 
 /* A position -received in the mirrored start: running sums there are the negatives of those here (2.8). Spans that
  * straddle the start are recorded as they come, so only those wholly in front of it (received > m) are taken here. */
-DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
+DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *stages, uint32_t received)
 {
     const allan_t *const allan = &stages->allan;
     static const powers_t no_powers = {0};
@@ -96,22 +96,22 @@ DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *sta
         }
     }
     track->mirrored_left--;
-    track->mirrored_due += stride;
+    track->mirrored_due += track->hop;
     track->mirrored_slot = slot_before(track, track->mirrored_slot);
 }
 
-static void track_record_powers(track_t *track, const stages_t *stages, uint32_t stride)
+static void track_record_powers(track_t *track, const stages_t *stages)
 {
     powers_copy(&track->powers[track->slot], &stages->moments.whole);
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
         grid_record_all_sums(track, &stages->allan, track->slot);
     }
-    track->due += stride;
+    track->due += track->hop;
     track->slot = slot_after(track, track->slot);
 }
 
 /* One cluster size's sum, where it is due at a trailing edge; returns the samples to where it is due next. */
-DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint32_t received, uint32_t stride)
+DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint32_t received)
 {
     grid_t *const grid = stages->grid;
     uint32_t wait = UINT32_MAX;
@@ -121,7 +121,7 @@ DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint
         if (due == received) {
             const uint32_t slot = track->sum_slot[t];
             track->sum_slot[t] = slot_after(track, slot);
-            due += stride;
+            due += track->hop;
             track->sum_due[t] = due;
             grid_record_sum(track, &stages->allan, t, slot);
         }
@@ -131,11 +131,11 @@ DAVAR_APART static uint32_t tracks_record_sum(stages_t *stages, uint32_t t, uint
 }
 
 /* Every cluster size's, and when the next one is due. */
-static void grid_record_sums(stages_t *stages, uint32_t received, uint32_t stride)
+static void grid_record_sums(stages_t *stages, uint32_t received)
 {
     uint32_t wait = UINT32_MAX;
     for (uint32_t t = 0U; t < stages->allan.count; t++) {
-        wait = smaller(wait, tracks_record_sum(stages, t, received, stride));
+        wait = smaller(wait, tracks_record_sum(stages, t, received));
     }
     stages->grid->sum_next = received + wait;
 }
@@ -149,13 +149,13 @@ static uint32_t tracks_sum_wait(const grid_t *grid, uint32_t t, uint32_t receive
     return wait;
 }
 
-static void track_record(track_t *track, const stages_t *stages, uint32_t received, uint32_t stride)
+static void track_record(track_t *track, const stages_t *stages, uint32_t received)
 {
     if ((track->mirrored_left > 0U) && (track->mirrored_due == received)) {
-        track_record_mirrored(track, stages, received, stride);
+        track_record_mirrored(track, stages, received);
     }
     if (track->due == received) {
-        track_record_powers(track, stages, stride);
+        track_record_powers(track, stages);
     }
 }
 
@@ -183,30 +183,30 @@ static void grid_schedule(grid_t *grid, uint32_t received)
     grid->next = received + wait;
 }
 
-static void tracks_record(track_t *tracks, uint8_t count, const stages_t *stages, uint32_t received, uint32_t stride)
+static void tracks_record(track_t *tracks, uint8_t count, const stages_t *stages, uint32_t received)
 {
     for (uint8_t i = 0U; i < count; i++) {
-        track_record(&tracks[i], stages, received, stride);
+        track_record(&tracks[i], stages, received);
     }
 }
 
-static void grid_record(stages_t *stages, uint32_t received, uint32_t stride)
+static void grid_record(stages_t *stages, uint32_t received)
 {
     grid_t *const grid = stages->grid;
-    tracks_record(grid->tail, grid->tail_count, stages, received, stride);
-    tracks_record(grid->head, grid->head_count, stages, received, stride);
-    tracks_record(grid->middle, grid->middle_count, stages, received, stride);
+    tracks_record(grid->tail, grid->tail_count, stages, received);
+    tracks_record(grid->head, grid->head_count, stages, received);
+    tracks_record(grid->middle, grid->middle_count, stages, received);
     grid_schedule(grid, received);
 }
 
 /* --- samples in, which lie in the ring already, the first at `index`; the window does not know of them yet -------- */
 
 /* `count` samples, the first at `position`: from record to record. */
-DAVAR_APART static void grid_run_group(stages_t *stages, group_t *group, uint32_t position, uint32_t count,
-                                       uint32_t stride)
+DAVAR_APART static void grid_run_group(stages_t *stages, group_t *group, uint32_t position, uint32_t count)
 {
     for (uint32_t done = 0U; done != count;) {
         const uint32_t n = smaller(count - done, smaller(group->wait[0], group->wait[1]));
+        DAVAR_ASSERT(n > 0U); /* a record that is due lies ahead */
         if (group->two) {
             grid_run_two(group, done, n);
         } else {
@@ -216,10 +216,10 @@ DAVAR_APART static void grid_run_group(stages_t *stages, group_t *group, uint32_
         group->wait[0] -= n;
         group->wait[1] -= n;
         if (group->wait[0] == 0U) {
-            group->wait[0] = tracks_record_sum(stages, group->t, position + done, stride);
+            group->wait[0] = tracks_record_sum(stages, group->t, position + done);
         }
         if (group->wait[1] == 0U) {
-            group->wait[1] = tracks_record_sum(stages, group->t + 1U, position + done, stride);
+            group->wait[1] = tracks_record_sum(stages, group->t + 1U, position + done);
         }
     }
 }
@@ -243,7 +243,7 @@ static void grid_run_taus(stages_t *stages, const davar_t *davar, const sample_t
         group.eldest = group.two ? (group.oldest - (2U * m)) : group.oldest;
         group.wait[0] = tracks_sum_wait(stages->grid, t, received);
         group.wait[1] = group.two ? tracks_sum_wait(stages->grid, t + 1U, received) : UINT32_MAX;
-        grid_run_group(stages, &group, received, count, davar->config->stride);
+        grid_run_group(stages, &group, received, count);
         wait = smaller(wait, smaller(group.wait[0], group.wait[1]));
     }
     stages->grid->sum_next = received + count + wait;
@@ -263,7 +263,7 @@ static void grid_receive(stages_t *stages, davar_t *davar, uint32_t count)
 {
     window_receive(&davar->window, count);
     if (stages->grid->next == davar->window.received) {
-        grid_record(stages, davar->window.received, davar->config->stride);
+        grid_record(stages, davar->window.received);
     }
 }
 
@@ -283,7 +283,7 @@ static void grid_advance_plainly(stages_t *stages, davar_t *davar, uint32_t coun
     } else {
         allan_lead(&stages->allan, head);
         if (stages->grid->sum_next == received) {
-            grid_record_sums(stages, received, davar->config->stride);
+            grid_record_sums(stages, received);
         }
     }
     if (has_moments(davar->config)) {
@@ -306,7 +306,7 @@ static void grid_advance_carefully(stages_t *stages, davar_t *davar)
             sum_add_square(&tau->sum, tau->head);
         }
     }
-    grid_record_sums(stages, position + 1U, davar->config->stride);
+    grid_record_sums(stages, position + 1U);
     if (has_moments(davar->config)) {
         powers_add(&stages->moments.whole, *head);
     }

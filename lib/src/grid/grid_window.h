@@ -21,23 +21,22 @@ static uint32_t whole_strides(uint32_t *back, uint32_t stride)
     return strides;
 }
 
-/* Slot of `position` among the records of a track, or slots when it is not one of its positions. */
-static uint32_t track_find(const track_t *track, uint32_t position, uint32_t stride)
+/* Slot of `position` among the records of a track, or slots when it has none of it. */
+static uint32_t track_find(const track_t *track, uint32_t position)
 {
     uint32_t back = track->due - position;
-    const uint32_t strides = whole_strides(&back, stride);
-    if (back != 0U) {
+    const uint32_t hops = whole_strides(&back, track->hop);
+    if ((back != 0U) || ((hops - 1U) >= track->slots)) {
         return track->slots;
     }
-    return (track->slot >= strides) ? (track->slot - strides) : ((track->slot + track->slots) - strides);
+    return (track->slot >= hops) ? (track->slot - hops) : ((track->slot + track->slots) - hops);
 }
 
 /* The track that recorded `position`, and where. Null: the start of a trailing record, where running sums are 0. */
-static const track_t *tracks_find(const track_t *tracks, uint8_t count, uint32_t position, uint32_t stride,
-                                  uint32_t *slot)
+static const track_t *tracks_find(const track_t *tracks, uint8_t count, uint32_t position, uint32_t *slot)
 {
     for (uint8_t i = 0U; i < count; i++) {
-        *slot = track_find(&tracks[i], position, stride);
+        *slot = track_find(&tracks[i], position);
         if (*slot < tracks[i].slots) {
             return &tracks[i];
         }
@@ -50,16 +49,17 @@ static void grid_place(stages_t *stages, const davar_t *davar)
 {
     grid_t *const grid = stages->grid;
     const uint32_t head_at = window_head(&davar->window);
-    const uint32_t stride = davar->config->stride;
     const uint32_t taus = stages->allan.count;
     uint32_t slot = 0U;
-    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, stride, &slot);
+    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, &slot);
     grid->records.head_powers = &head->powers[slot];
     grid->records.head_sums = &head->sums[(size_t)slot * taus];
     const uint32_t middle_position = head_at - davar->config->segment;
-    const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, stride, &slot);
+    const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, &slot);
     grid->records.middle_powers = &middle->powers[slot];
-    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, window_tail(&davar->window), stride, &slot);
+    const uint32_t tail_at = window_tail(&davar->window);
+    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, tail_at, &slot);
+    DAVAR_ASSERT((head != NULL) && (middle != NULL) && ((tail != NULL) || (tail_at == 0U)));
     grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[slot];
     grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)slot * taus];
 }

@@ -117,9 +117,7 @@ static void read_change(const tracker_t *tracker, readings_t *readings)
     readings->newer = spread_between(&detector->alarm.sum, &detector->now.sum);
 }
 
-#define YOUNG 8U /* blocks */
-
-/* What the detector says. A change that is told while samples behind it still wait is 0 samples old. */
+/* What the detector says. */
 static void read_tracker(const davar_t *davar, davar_result_t *result, readings_t *readings)
 {
     const stages_t *const stages = davar->stages;
@@ -129,10 +127,8 @@ static void read_tracker(const davar_t *davar, davar_result_t *result, readings_
     result->cut_age_samples = 0U;
     result->young = false;
     if (is_tracked(stages)) {
-        const uint32_t age = davar->window.received - stages->tracker->cut;
-        result->cut_age_samples = ((int32_t)age > 0) ? age : 0U;
-        result->young = (davar->health.cuts > 0U) && ((result->cut_age_samples <= (YOUNG * davar->config->block)) ||
-                                                      (result->cut_age_samples < result->window_samples));
+        result->cut_age_samples = stages->tracker->age;
+        result->young = stages->tracker->young;
         readings->dispersion = davar_glr_dispersion(&stages->tracker->detector);
         read_change(stages->tracker, readings);
     }

@@ -28,10 +28,12 @@ static inline void pipeline_push_all(davar_t *davar, const sample_t *samples, si
 
 DAVAR_RARE void NUMBER(gap)(davar_t *davar)
 {
-    if (is_tracked(davar->stages)) {
-        tracker_gap(davar->stages, davar);
+    const stages_t *const stages = davar->stages;
+    if (is_tracked(stages)) {
+        tracker_gap(stages->tracker);
+    } else {
+        window_gap(davar);
     }
-    window_gap(davar);
 }
 
 /* The memory has been read back: every pointer in it is set anew, the rest stands. */
@@ -53,6 +55,7 @@ DAVAR_RARE static bool flush_about(stages_t *stages, davar_t *davar)
     tracker_t *const tracker = stages->tracker;
     davar_window_t *const window = &davar->window;
     while ((tracker->behind + window->wait) <= tracker->half) {
+        DAVAR_ASSERT(window->wait > 0U);
         tracker->behind += window->wait;
         window_receive(window, window->wait);
         window->wait = 0U;

@@ -29,6 +29,19 @@ static void window_move(stages_t *stages, davar_t *davar)
     window->at_start = at_start(window) && ((int32_t)window_tail(window) < 0);
 }
 
+#define YOUNG 8U /* blocks */
+
+/* What the detector has found by this epoch. A change that is told while samples behind it still wait is 0 samples old. */
+static void tracker_judge(tracker_t *tracker, const davar_t *davar)
+{
+    const uint32_t age = davar->window.received - tracker->cut;
+    tracker->age = ((int32_t)age > 0) ? age : 0U;
+    tracker->young = (davar->health.cuts > 0U) &&
+                     ((tracker->age <= (YOUNG * davar->config->block)) || (tracker->age < davar->window.length));
+    tracker->was_cut = false;
+    tracker->left_out = 0U;
+}
+
 /* The verdict on the window, and with it the length of the next (4.1). */
 DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
 {
@@ -37,8 +50,7 @@ DAVAR_APART static void window_judge(stages_t *stages, davar_t *davar)
     bool unstable = false;
     if (is_tracked(stages)) {
         unstable = stages->tracker->was_cut;
-        stages->tracker->was_cut = false;
-        stages->tracker->left_out = 0U;
+        tracker_judge(stages->tracker, davar);
     } else if (is_judged(config) && (window->length >= config->window_min)) {
         davar_central_t whole;
         davar_central_t first;
@@ -235,14 +247,21 @@ static uint32_t to_boundary(const davar_t *davar)
     return (since == 0U) ? 0U : (stride - since);
 }
 
-/* Throws the window away and starts again at the next boundary of the grid of epochs. Never while samples in front of one are
- * left out: a gap there is no boundary between samples. */
+/* Throws the window away and starts again, with the next epoch where it was due: at the boundary of the grid of epochs before it.
+ * Windows of policy glr begin at any block, so no sample need be left out. Never while samples in front of a boundary are left out: a gap
+ * there is no boundary between samples. */
 DAVAR_RARE static void pipeline_restart(davar_t *davar)
 {
-    const uint32_t skipped = to_boundary(davar);
+    const bool tracked = is_tracked(davar->stages);
+    const uint32_t skipped = tracked ? 0U : to_boundary(davar);
+    const uint32_t wait = tracked ? davar->window.wait : first_wait(davar->config);
+    const uint32_t received = davar->window.received;
     davar_count(&davar->health.restarts);
     davar->ready = false;
-    start_stages(davar, window_now(&davar->window) + skipped, skipped);
+    start_stages(davar, window_now(&davar->window) + skipped, skipped, wait);
+    if (tracked) {
+        tracker_rebase(((stages_t *)davar->stages)->tracker, received);
+    }
 }
 
 /* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */

@@ -94,14 +94,18 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
     memset(allan->tau, 0, allan->count * sizeof *allan->tau);
 }
 
-/* Samples up to the first epoch of a record. */
+/* Samples up to the first epoch of a record. Policy glr, centred: epochs are half a window behind, and before the start at first. */
 static uint32_t first_wait(const davar_config_t *config)
 {
-    const bool centred = is_centred(config);
-    return centred ? ((config->stride - 1U) + (config->window_max / 2U)) : config->stride;
+    const uint32_t rest = tracks_about(config) ? (half_in_samples(config) % config->stride) : 0U;
+    if (is_centred(config)) {
+        return (config->stride - 1U) + (config->window_max / 2U);
+    }
+    return (rest > 0U) ? rest : config->stride;
 }
 
-static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip)
+static void start_window(davar_window_t *window, const davar_config_t *config, uint64_t origin, uint32_t skip,
+                         uint32_t wait)
 {
     const bool centred = is_centred(config);
     const bool longest = centred || (config->stride > config->window_max);
@@ -109,14 +113,15 @@ static void start_window(davar_window_t *window, const davar_config_t *config, u
         .origin = origin,
         .skip = skip,
         .next_length = longest ? config->window_max : config->stride,
-        .wait = first_wait(config),
+        .wait = wait,
         .filling = !centred,
         .at_start = centred,
     };
     *window = start;
 }
 
-DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t skip)
+/* `skip`: samples to leave out; `wait`: then up to the first epoch. */
+DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t skip, uint32_t wait)
 {
     const davar_config_t *const config = davar->config;
     stages_t *const stages = davar->stages;
@@ -125,16 +130,9 @@ DAVAR_RARE static void start_stages(davar_t *davar, uint64_t origin, uint32_t sk
     stages->ring.next = 0U;
     start_allan(&stages->allan, config);
     memset(&stages->moments, 0, sizeof stages->moments);
-    start_window(&davar->window, config, origin, skip);
-    if (is_tracked(stages)) {
-        stages->tracker->tail = 0U;
-        stages->tracker->end = 0U;
-        stages->tracker->cut = 0U;
-        stages->tracker->news = false;
-        stages->tracker->full = false;
-    }
+    start_window(&davar->window, config, origin, skip, wait);
     if (on_grid(stages)) {
-        grid_start(stages->grid, config, &stages->allan);
+        grid_start(stages->grid, config, &stages->allan, wait);
     }
 }
 
@@ -153,7 +151,7 @@ DAVAR_RARE void NUMBER(start)(davar_t *davar, void *memory)
     memset(memory, 0, carve(davar->stages, davar, davar->config, memory));
     (void)carve(davar->stages, davar, davar->config, memory);
     start_samples(davar->stages, davar->config, davar->is_float);
-    start_stages(davar, 0U, 0U);
+    start_stages(davar, 0U, 0U, first_wait(davar->config));
     if (is_tracked(davar->stages)) {
         tracker_start(((stages_t *)davar->stages)->tracker, davar->config);
     }

@@ -11,13 +11,40 @@ static void leave_out(tracker_t *tracker, davar_t *davar, uint32_t samples)
     tracker->left_out += samples;
 }
 
-/* The shock that was dropped takes its time and leaves a gap. With more gaps than the window can remember its neighbours are joined:
- * no differences are lost then, and a few span the joint. */
-DAVAR_RARE static void pass_shock(tracker_t *tracker, davar_t *davar)
+/* What was left out in front of the next sample takes its time, and no difference spans the place. With more gaps than the window can
+ * remember, it begins anew behind a gap; the neighbours of a shock are joined: no differences are lost then, and a few span the joint. */
+DAVAR_RARE static void pass_mark(tracker_t *tracker, davar_t *davar)
 {
-    leave_out(tracker, davar, tracker->shock);
-    tracker->shock = 0U;
-    (void)window_boundary(davar);
+    const mark_t mark = tracker->mark[0];
+    tracker->marks--;
+    for (uint32_t i = 0U; i < tracker->marks; i++) {
+        tracker->mark[i] = tracker->mark[i + 1U];
+    }
+    leave_out(tracker, davar, mark.left_out);
+    if (mark.is_gap) {
+        window_gap(davar);
+    } else {
+        (void)window_boundary(davar);
+    }
+}
+
+/* The next accepted samples up to a boundary, where they lie in a row, at most `most`; returns how many went on. */
+static uint32_t pass_row(stages_t *stages, davar_t *davar, uint32_t most)
+{
+    tracker_t *const tracker = stages->tracker;
+    const uint32_t straight = tracker->capacity - tracker->first;
+    const uint32_t row = (tracker->marks > 0U) ? smaller(straight, tracker->mark[0].ahead) : straight;
+    const uint32_t saturated = davar->health.saturated; /* counted when they came */
+    const sample_t *const next = &tracker->waiting[tracker->first];
+    const uint32_t n = (uint32_t)push_steadily(stages, davar, next, smaller(most, row));
+    davar->health.saturated = saturated;
+    tracker->first = tracker_index(tracker, n);
+    tracker->count -= n;
+    tracker->accepted -= n;
+    for (uint32_t i = 0U; i < tracker->marks; i++) {
+        tracker->mark[i].ahead -= n;
+    }
+    return n;
 }
 
 /* Accepted samples go on, at most `most` of them. True: up to one that completed a result. */
@@ -26,17 +53,11 @@ static bool pass_on(stages_t *stages, davar_t *davar, uint32_t most)
     tracker_t *const tracker = stages->tracker;
     const uint32_t before = davar->produced;
     for (uint32_t left = smaller(most, tracker->accepted); (left > 0U) && (davar->produced == before);) {
-        if (tracker->shock > 0U) {
-            pass_shock(tracker, davar);
+        if ((tracker->marks > 0U) && (tracker->mark[0].ahead == 0U)) {
+            pass_mark(tracker, davar);
         }
-        const uint32_t straight = tracker->capacity - tracker->first;
-        const sample_t *const next = &tracker->waiting[tracker->first];
-        const uint32_t saturated = davar->health.saturated; /* counted when they came */
-        const uint32_t n = (uint32_t)push_steadily(stages, davar, next, smaller(left, straight));
-        davar->health.saturated = saturated;
-        tracker->first = tracker_index(tracker, n);
-        tracker->count -= n;
-        tracker->accepted -= n;
+        const uint32_t n = pass_row(stages, davar, left);
+        DAVAR_ASSERT((n > 0U) && (n <= left));
         left -= n;
     }
     return davar->produced != before;
@@ -69,19 +90,15 @@ DAVAR_APART static size_t push_tracked(stages_t *stages, davar_t *davar, const s
     return consumed;
 }
 
-/* In front of a gap: what is accepted goes on, what is not is left out, with the block that has the gap in it. */
-DAVAR_RARE static void tracker_gap(stages_t *stages, davar_t *davar)
+/* In front of a gap what is not accepted is left out, with the block that has the gap in it. What is accepted goes on with the samples
+ * that follow, so that each of its results can be taken. */
+DAVAR_RARE static void tracker_gap(tracker_t *tracker)
 {
-    tracker_t *const tracker = stages->tracker;
     davar_glr_event_t event;
-    while (tracker->accepted > 0U) {
-        (void)pass_on(stages, davar, UINT32_MAX);
-    }
-    leave_out(tracker, davar, tracker->count);
+    tracker_drop(tracker, tracker->count - tracker->accepted, true);
     davar_glr_skip(&tracker->detector, &tracker->config, &event);
     block_clear(&tracker->block);
     tracker->filled = 0U;
-    tracker->count = 0U;
     if (tracker->clusters != NULL) {
         clusters_gap(tracker->clusters);
     }

@@ -28,6 +28,16 @@ typedef struct {
     uint32_t hops; /* since the last gap; modulo 8 the place of the next, from 8 on all are there */
 } clusters_t;
 
+/* A boundary between two samples that wait, or in front of the next one to come. */
+typedef struct {
+    uint32_t ahead;    /* accepted samples in front of it */
+    uint32_t left_out; /* samples that take their time there: a shock, or what was not accepted when a gap came */
+    bool is_gap;       /* the producer's, which may restart the window */
+} mark_t;
+
+/* Between two of them is an accepted block at least, and of those tracker_capacity() wait at most. */
+#define MARKS_MAX (GLR_SHOCK_MAX + 4U)
+
 typedef struct tracker {
     davar_glr_config_t config;
     davar_glr_t detector;
@@ -37,13 +47,14 @@ typedef struct tracker {
     uint32_t capacity;
     uint32_t first;
     uint32_t count;
-    uint32_t accepted;    /* of them, the first ones: to be passed on */
-    uint32_t shock;       /* samples that were dropped in front of the next accepted one */
+    uint32_t accepted; /* of them, the first ones: to be passed on */
+    mark_t mark[MARKS_MAX];
+    uint32_t marks;
     uint32_t left_out;    /* samples that belong to no sum and took their time since the newest epoch */
     uint32_t tail;        /* position where the detector wants the window to begin */
     uint32_t cut;         /* position of the newest change */
     uint32_t end;         /* position of the end of what was accepted when a block was last heard */
-    uint32_t longest;     /* whole strides of a window */
+    uint32_t age;         /* samples from the newest change to the newest epoch */
     uint32_t half;        /* samples from the epoch of a centred window to its end; 0: trailing */
     uint32_t behind;      /* samples of time that have gone by behind the end of the record */
     clusters_t *clusters; /* null: none */
@@ -53,6 +64,7 @@ typedef struct tracker {
     bool full;            /* as many samples as the longest window has come */
     bool ended;           /* the record has: nothing comes any more */
     bool was_cut;         /* since the newest epoch */
+    bool young;           /* its window was cut at most YOUNG blocks before it, or is to be (10.14) */
     bool news;            /* the tail is older than the end */
 } tracker_t;
 
@@ -96,7 +108,6 @@ DAVAR_RARE static void tracker_start(tracker_t *tracker, const davar_config_t *c
         davar_glr_start_clusters(&tracker->clusters->config, &wish);
         davar_glr_reset(&tracker->clusters->detector);
     }
-    tracker->longest = (config->window_max / config->stride) * config->stride;
     tracker->half = tracker->config.half * config->block;
 }
 
@@ -106,14 +117,41 @@ static uint32_t tracker_index(const tracker_t *tracker, uint32_t ahead)
     return (index >= tracker->capacity) ? (index - tracker->capacity) : index;
 }
 
-/* The oldest `dropped` samples go: while it was open whether they are a shock, all accepted ones have gone on. */
-DAVAR_RARE static void tracker_drop(tracker_t *tracker, uint32_t dropped)
+/* A boundary behind the accepted samples. */
+DAVAR_RARE static void tracker_mark(tracker_t *tracker, uint32_t left_out, bool is_gap)
 {
-    for (uint32_t i = dropped; i < tracker->count; i++) {
+    const uint32_t marks = tracker->marks;
+    const bool is_known = (marks > 0U) && (tracker->mark[marks - 1U].ahead == tracker->accepted);
+    DAVAR_ASSERT(is_known || (marks < MARKS_MAX));
+    mark_t *const mark = &tracker->mark[is_known ? (marks - 1U) : marks];
+    if (!is_known) {
+        mark->ahead = tracker->accepted;
+        mark->left_out = 0U;
+        mark->is_gap = false;
+        tracker->marks++;
+    }
+    mark->left_out += left_out;
+    mark->is_gap = mark->is_gap || is_gap;
+}
+
+/* The oldest `dropped` samples that are not accepted go. */
+DAVAR_RARE static void tracker_drop(tracker_t *tracker, uint32_t dropped, bool is_gap)
+{
+    const uint32_t kept = tracker->accepted + dropped;
+    for (uint32_t i = kept; i < tracker->count; i++) {
         tracker->waiting[tracker_index(tracker, i - dropped)] = tracker->waiting[tracker_index(tracker, i)];
     }
     tracker->count -= dropped;
-    tracker->shock = dropped;
+    tracker_mark(tracker, dropped, is_gap);
+}
+
+/* The window begins anew, and positions count from here. The detector's places in the past are below 0 then. */
+DAVAR_RARE static void tracker_rebase(tracker_t *tracker, uint32_t received)
+{
+    tracker->tail -= received;
+    tracker->end -= received;
+    tracker->cut -= received;
+    tracker->full = false;
 }
 
 /* A change has been told. */
@@ -190,7 +228,7 @@ static void tracker_hear(tracker_t *tracker, davar_t *davar, const davar_glr_eve
     const davar_glr_t *const detector = &tracker->detector;
     const uint32_t block = tracker->config.block;
     if (event->dropped > 0U) {
-        tracker_drop(tracker, event->dropped * block);
+        tracker_drop(tracker, event->dropped * block, false);
         davar_count(&davar->health.shocks);
     }
     tracker->accepted += (event->resolved - event->dropped) * block;
@@ -258,21 +296,39 @@ static uint32_t tracker_tail(tracker_t *tracker)
     return tracker->tail;
 }
 
-/* Length of the window (10.11): up to what the detector wants. On a grid of the one that ends here; the sums that follow both edges go
- * step by step, with the next sample. */
+/* Up to whole blocks. */
+static uint32_t up_to_blocks(uint32_t samples, uint32_t block)
+{
+    uint32_t rest = samples;
+    const uint32_t whole = whole_strides(&rest, block) * block;
+    return (rest > 0U) ? (whole + block) : whole;
+}
+
+/* Length of the window (10.11) that ends here on a grid: it begins where the detector wants it, or as many blocks away as window_min and
+ * `most` require. */
+static uint32_t tracker_length(const davar_config_t *config, uint32_t since, uint32_t most)
+{
+    uint32_t length = since;
+    if ((int32_t)since < (int32_t)config->window_min) {
+        length += up_to_blocks(config->window_min - since, config->block);
+    }
+    return (length > most) ? (length - up_to_blocks(length - most, config->block)) : length;
+}
+
+/* Length of the window (10.11). On a grid of the one that ends here; the sums that follow both edges go step by step, with the next
+ * sample. */
 static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, const davar_window_t *window,
                              bool at_once)
 {
     const uint32_t head = window->received + (at_once ? 0U : 1U);
     const uint32_t since = head - tracker_tail(tracker);
-    const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
     tracker->full = tracker->full || (head >= config->window_max);
-    const uint32_t most = smaller(wanted, tracker->full ? config->window_max : head);
+    const uint32_t room = tracker->full ? config->window_max : head;
     if (at_once) {
-        uint32_t rest = most;
-        const uint32_t whole = whole_strides(&rest, config->stride) * config->stride;
-        return smaller((rest > 0U) ? (whole + config->stride) : whole, tracker->longest);
+        return tracker_length(config, since, room);
     }
+    const uint32_t wanted = ((int32_t)since < (int32_t)config->window_min) ? config->window_min : since;
+    const uint32_t most = smaller(wanted, room);
     if (most > window->length) {
         return window->length + 1U;
     }
@@ -296,36 +352,33 @@ static uint32_t tracker_back(const tracker_t *tracker, const davar_window_t *win
     return blocks;
 }
 
-/* Up to whole strides. */
-static uint32_t up_to_strides(uint32_t samples, uint32_t stride)
-{
-    uint32_t rest = samples;
-    const uint32_t whole = whole_strides(&rest, stride) * stride;
-    return (rest > 0U) ? (whole + stride) : whole;
-}
-
-/* The window about the epoch that is due, on the grid (10.15): inside of what the detector wants, as far as window_min allows. */
+/* The window about the epoch that is due, on the grid (10.15): what the detector wants, and the epoch in it. Where that is shorter than
+ * window_min it takes newer blocks as far as they have come, then older ones. `back` and `lag`: of its edges, from now. */
 static void tracker_about(tracker_t *tracker, const davar_config_t *config, davar_window_t *window)
 {
-    const uint32_t stride = config->stride;
+    const uint32_t block = config->block;
+    const uint32_t half = tracker->half;
     const uint32_t age = davar_glr_age_of(&tracker->detector, tracker_back(tracker, window));
+    const uint32_t newest = (tracker->behind > 0U) ? (window->received - tracker->end) : 0U;
     davar_glr_window_t wanted;
-    uint32_t back = 2U * tracker->half; /* of its edges, from now */
-    uint32_t lag = tracker->behind;
+    uint32_t back = window->received;
+    uint32_t lag = newest;
     if (davar_glr_centred(&tracker->detector, &tracker->config, age, &wanted)) {
-        const uint32_t end = tracker->end - (wanted.after * config->block);
-        const uint32_t since = window->received - end;
-        back = since + (wanted.blocks * config->block);
-        lag = ((int32_t)since > (int32_t)lag) ? since : lag;
+        const uint32_t since = window->received - (tracker->end - (wanted.after * block));
+        back = since + (wanted.blocks * block);
+        lag = ((int32_t)since > (int32_t)newest) ? since : newest;
     }
     tracker->full = tracker->full || (window->received >= config->window_max);
-    lag = smaller(up_to_strides(lag, stride), tracker->half);
-    back = ((int32_t)back < (int32_t)(tracker->half + stride)) ? (tracker->half + stride) : back;
-    uint32_t rest = smaller(back, tracker->full ? tracker->longest : window->received);
-    back = whole_strides(&rest, stride) * stride;
-    const uint32_t least = up_to_strides(config->window_min, stride);
-    if ((back - lag) < least) {
-        lag -= smaller(least - (back - lag), lag - smaller(lag, up_to_strides(tracker->behind, stride)));
+    const uint32_t most = tracker->full ? config->window_max : window->received;
+    back += ((int32_t)back <= (int32_t)half) ? up_to_blocks((half + 1U) - back, block) : 0U;
+    lag -= (lag > half) ? smaller(up_to_blocks(lag - half, block), lag - newest) : 0U;
+    back -= (back > most) ? up_to_blocks(back - most, block) : 0U;
+    if ((back - lag) < config->window_min) {
+        lag -= smaller(up_to_blocks(config->window_min - (back - lag), block), lag - newest);
+    }
+    if ((back - lag) < config->window_min) {
+        back += up_to_blocks(config->window_min - (back - lag), block);
+        back -= (back > most) ? up_to_blocks(back - most, block) : 0U;
     }
     window->lag = lag;
     window->next_length = back - lag;

@@ -7,13 +7,14 @@
 #include "window/allan.h"
 #include "window/window.h"
 
-/* Running sums recorded at the positions first, first + K, first + 2 K ... (grid, 2.7). */
+/* Running sums recorded at the positions first, first + hop, first + 2 hop ... (grid, 2.7). */
 typedef struct {
     powers_t *powers;   /* slots entries */
     sum_t *sums;        /* slots x taus; null for the middle track */
     uint32_t *sum_due;  /* per tau: value of `received` at the next record; null when recorded with the powers */
     uint32_t *sum_slot; /* per tau: slot of that record */
     uint32_t slots;
+    uint32_t hop;          /* samples from record to record: the stride; policy glr: of its edges the block */
     uint32_t due;          /* value of `received` at the next record of the powers: its position */
     uint32_t slot;         /* slot of that record */
     uint32_t mirrored_due; /* value of `received` that gives a position in the mirrored start */

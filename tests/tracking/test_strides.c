@@ -1,0 +1,290 @@
+/* davar tests - policy glr: the stride says how often results come and nothing else. Streams with steps, shocks and gaps: each result
+ * equals that of the same stream with a stride of one block, in window, age of the cut, `young` and every bit of the deviations; and the
+ * 95 % interval holds the truth from one second after a change on, whatever the stride. */
+#include "davar/davar.h"
+#include "davar/fit.h"
+
+#include "random.h"
+#include "unity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SAMPLES 60000U
+#define TAUS 6U
+#define SIGMA 20.0
+
+static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U};
+static davar_config_t config;
+static davar_t davar;
+static davar_result_t result;
+static uint64_t memory[32768];
+static int16_t stream[SAMPLES];
+static bool is_gap[SAMPLES]; /* in front of this sample */
+
+/* What must not depend on the stride; by epoch. */
+typedef struct {
+    uint32_t window;
+    uint32_t gaps;
+    uint32_t age;
+    uint32_t differences[TAUS];
+    double adev[TAUS];
+    bool young;
+    bool is_there;
+} row_t;
+
+static row_t expected[SAMPLES];
+
+void setUp(void)
+{
+    config = davar_default_config;
+    config.rate_hz = 1000.0;
+    config.unit_per_count = 1.0;
+    config.mode = DAVAR_MODE_TRAILING;
+    config.policy = DAVAR_POLICY_GLR;
+    config.segment = 0U;
+    config.grow = 1U;
+    config.shrink = 64U;
+    config.gaps_max = 400U;
+    config.taus = taus;
+    config.tau_count = TAUS;
+}
+
+void tearDown(void) {}
+
+/* Steps of x1 to x3 every few thousand samples, knocks of up to three blocks, gaps, now and then three in a row. */
+static void make_stream(uint64_t seed, bool has_gaps)
+{
+    random_t random = random_seeded(seed);
+    double level = 1.0;
+    uint32_t knock = 0U;
+    memset(is_gap, 0, sizeof is_gap);
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        if ((random_next(&random) % 4000U) == 0U) {
+            level = 1.0 + (2.0 * random_uniform(&random));
+        }
+        if ((random_next(&random) % 1500U) == 0U) {
+            knock = 1U + (uint32_t)(random_next(&random) % (3U * config.block));
+        }
+        is_gap[i] = has_gaps && (i > 0U) && ((random_next(&random) % ((((i / 5000U) % 2U) == 0U) ? 900U : 60U)) == 0U);
+        const double kick = (knock > 0U) ? (400.0 * (((knock % 2U) == 0U) ? 1.0 : -1.0)) : 0.0;
+        knock -= (knock > 0U) ? 1U : 0U;
+        stream[i] = (int16_t)lround((SIGMA * level * random_gauss(&random)) + kick);
+    }
+}
+
+static void init(uint32_t stride)
+{
+    config.stride = stride;
+    TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory, davar_memory_size_q15(&config));
+    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
+}
+
+static void keep(row_t *row)
+{
+    row->window = result.window_samples;
+    row->gaps = result.gaps_in_window;
+    row->age = result.cut_age_samples;
+    row->young = result.young;
+    row->is_there = true;
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        row->differences[t] = result.tau[t].differences;
+        row->adev[t] = result.tau[t].adev;
+    }
+}
+
+static void compare(const row_t *row)
+{
+    TEST_ASSERT_TRUE(row->is_there);
+    TEST_ASSERT_EQUAL_UINT32(row->window, result.window_samples);
+    TEST_ASSERT_EQUAL_UINT32(row->gaps, result.gaps_in_window);
+    TEST_ASSERT_EQUAL_UINT32(row->age, result.cut_age_samples);
+    TEST_ASSERT_EQUAL(row->young, result.young);
+    for (uint32_t t = 0U; t < TAUS; t++) {
+        TEST_ASSERT_EQUAL_UINT32(row->differences[t], result.tau[t].differences);
+        TEST_ASSERT_EQUAL_MEMORY(&row->adev[t], &result.tau[t].adev, sizeof row->adev[t]);
+    }
+}
+
+/* Every result of the stream, to be kept or compared; returns how many. */
+static uint32_t run(uint32_t stride, bool is_reference)
+{
+    uint32_t results = 0U;
+    init(stride);
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        if (is_gap[i]) {
+            davar_gap(&davar, 1U);
+            TEST_ASSERT_FALSE(davar_take(&davar, &result)); /* a gap completes none */
+        }
+        davar_push_q15(&davar, &stream[i], 1U);
+        if (davar_take(&davar, &result)) {
+            TEST_ASSERT_LESS_THAN_UINT64(SAMPLES, result.epoch);
+            if (is_reference) {
+                keep(&expected[result.epoch]);
+            } else {
+                compare(&expected[result.epoch]);
+            }
+            results++;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
+    TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).restarts);
+    return results;
+}
+
+/* Strides of whole blocks, and where shocks and gaps leave epochs between the others' multiples, they meet no less often. */
+static void check_strides(uint32_t block, double rate_hz, davar_mode_t mode)
+{
+    static const uint32_t factors[] = {2U, 3U, 10U, 25U, 50U, 100U};
+    config.block = block;
+    config.rate_hz = rate_hz;
+    config.mode = mode;
+    config.window_max = 120U * block;
+    config.window_min = 2U * block;
+    make_stream((10U * block) + (uint64_t)mode, true);
+    memset(expected, 0, sizeof expected);
+    const uint32_t all = run(block, true);
+    for (uint32_t i = 0U; i < sizeof factors / sizeof factors[0]; i++) {
+        const uint32_t results = run(factors[i] * block, false);
+        TEST_ASSERT_UINT32_WITHIN(2U, all / factors[i], results);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT32(3U, davar_health(&davar).shocks);
+    TEST_ASSERT_GREATER_THAN_UINT32(3U, davar_health(&davar).cuts);
+}
+
+static void test_a_stride_changes_no_result(void)
+{
+    check_strides(5U, 100.0, DAVAR_MODE_TRAILING);
+    check_strides(10U, 1000.0, DAVAR_MODE_TRAILING);
+    check_strides(25U, 50.0, DAVAR_MODE_TRAILING);
+    check_strides(64U, 8000.0, DAVAR_MODE_TRAILING);
+}
+
+static void test_a_stride_changes_no_result_of_centred_windows(void)
+{
+    check_strides(5U, 100.0, DAVAR_MODE_CENTRED);
+    check_strides(10U, 1000.0, DAVAR_MODE_CENTRED);
+    check_strides(25U, 50.0, DAVAR_MODE_CENTRED);
+    check_strides(64U, 8000.0, DAVAR_MODE_CENTRED);
+}
+
+/* --- by time since a change ----------------------------------------------------------------------------------------- */
+
+#define STRETCH 6007U /* samples from step to step, 1 kHz; no multiple of a stride */
+#define STRETCHES 200U
+#define LATE (STRETCH - 1007U)
+
+static const uint32_t strides[] = {7U, 10U, 33U, 100U, 250U, 500U, 1000U};
+
+static double sigma_at(uint64_t i)
+{
+    return (((i / STRETCH) % 2U) == 0U) ? SIGMA : (2.0 * SIGMA);
+}
+
+typedef struct {
+    uint32_t all;
+    uint32_t held; /* the interval holds the truth, from 1 s after the change */
+    uint32_t late; /* from 5 s */
+    uint32_t young;
+} coverage_t;
+
+/* No cut for nine blocks: not young. */
+static void check_young(uint64_t cut_at)
+{
+    if ((result.epoch > cut_at) && ((result.epoch - cut_at) > (9U * config.block))) {
+        TEST_ASSERT_FALSE(result.young);
+    }
+    if (result.cut_age_samples >= config.window_min) {
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.cut_age_samples, result.window_samples); /* nothing older */
+    }
+}
+
+static void judge(davar_plan_t *plan, coverage_t *coverage)
+{
+    const double truth = 60.0 * sqrt((pow(sigma_at(result.epoch), 2.0) + (1.0 / 12.0)) / config.rate_hz);
+    davar_fit_white(plan, config.rate_hz, &result);
+    const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    const uint32_t since = (uint32_t)(result.epoch % STRETCH);
+    if (since >= 1000U) {
+        coverage->all++;
+        coverage->held += (arw->present && (arw->low <= truth) && (truth <= arw->high)) ? 1U : 0U;
+    }
+    if (since >= LATE) {
+        coverage->late++;
+        coverage->young += result.young ? 1U : 0U;
+    }
+}
+
+static void check_coverage(uint32_t stride)
+{
+    static davar_plan_t plan;
+    coverage_t coverage = {0U, 0U, 0U, 0U};
+    random_t random = random_seeded(23U);
+    uint32_t cuts = 0U;
+    uint64_t cut_at = 0U;
+    davar_plan_init(&plan, taus, TAUS);
+    init(stride);
+    for (uint64_t i = 0U; i < ((uint64_t)STRETCHES * STRETCH); i++) {
+        const int16_t sample = (int16_t)lround(sigma_at(i) * random_gauss(&random));
+        davar_push_q15(&davar, &sample, 1U);
+        cut_at = (davar_health(&davar).cuts == cuts) ? cut_at : i;
+        cuts = davar_health(&davar).cuts;
+        if (davar_take(&davar, &result) && (result.epoch >= STRETCH)) {
+            check_young(cut_at);
+            judge(&plan, &coverage);
+        }
+    }
+    printf("stride %u: %u of %u held from 1 s, %u of %u young from 5 s\n", (unsigned)stride, (unsigned)coverage.held,
+           (unsigned)coverage.all, (unsigned)coverage.young, (unsigned)coverage.late);
+    TEST_ASSERT_TRUE(coverage.held >= (0.9 * coverage.all));
+    TEST_ASSERT_TRUE(coverage.young <= (0.02 * coverage.late));
+}
+
+static void test_intervals_hold_soon_after_a_change_at_every_stride(void)
+{
+    config.window_max = 6000U;
+    config.window_min = 20U;
+    for (uint32_t i = 0U; i < sizeof strides / sizeof strides[0]; i++) {
+        check_coverage(strides[i]);
+    }
+}
+
+/* window_min: a window is no shorter, and where the noise has changed since it is longer by less than a block. */
+static void check_shortest(uint32_t stride, uint32_t window_min)
+{
+    uint32_t shortest = UINT32_MAX;
+    config.window_min = window_min;
+    init(stride);
+    for (uint32_t i = 0U; i < SAMPLES; i++) {
+        davar_push_q15(&davar, &stream[i], 1U);
+        if (davar_take(&davar, &result)) {
+            TEST_ASSERT_GREATER_OR_EQUAL_UINT32(window_min, result.window_samples);
+            if (result.cut_age_samples < window_min) {
+                TEST_ASSERT_LESS_THAN_UINT32(window_min + config.block, result.window_samples);
+            }
+            shortest = (result.window_samples < shortest) ? result.window_samples : shortest;
+        }
+    }
+    TEST_ASSERT_LESS_THAN_UINT32(window_min + config.block, shortest);
+}
+
+static void test_the_shortest_window_has_its_effect_at_every_stride(void)
+{
+    config.window_max = 1200U;
+    make_stream(7U, false);
+    for (uint32_t i = 0U; i < sizeof strides / sizeof strides[0]; i++) {
+        check_shortest(strides[i], 400U);
+        check_shortest(strides[i], 405U);
+    }
+}
+
+int main(void)
+{
+    UNITY_BEGIN();
+    RUN_TEST(test_a_stride_changes_no_result);
+    RUN_TEST(test_a_stride_changes_no_result_of_centred_windows);
+    RUN_TEST(test_intervals_hold_soon_after_a_change_at_every_stride);
+    RUN_TEST(test_the_shortest_window_has_its_effect_at_every_stride);
+    return UNITY_END();
+}
