@@ -1,20 +1,33 @@
-/* davar-sim - signals. Hazard: system calls are not restarted, so that one that waits for ever ends too. */
+/* davar-sim - signals. Hazard: system calls are not restarted, so that one that waits for ever ends too. What does not come back to
+ * stop_asked() in time is ended by a timer: of processor time for work that never ends, of the clock for a reader that never reads. */
 #include "common/stop.h"
 
 #include <signal.h>
 #include <stddef.h>
+#include <sys/time.h>
+#include <unistd.h>
 
 static volatile sig_atomic_t caught;
 
+#define WORK_S 1      /* of processor time; a row takes microseconds */
+#define PATIENCE_S 5U /* for a line that is half written */
+
 static void note(int number)
 {
+    static const struct itimerval limit = {.it_value = {.tv_sec = WORK_S}};
+    if (caught != 0) {
+        (void)raise(caught); /* no longer handled: it kills */
+        return;
+    }
     caught = number;
+    (void)setitimer(ITIMER_PROF, &limit, NULL);
+    (void)alarm(PATIENCE_S);
 }
 
 void stop_catch(void)
 {
-    static const int SIGNALS[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGPIPE, SIGALRM,
-                                  SIGTERM, SIGUSR1, SIGUSR2, SIGXCPU, SIGXFSZ};
+    static const int SIGNALS[] = {SIGHUP,  SIGINT,  SIGQUIT, SIGPIPE, SIGALRM, SIGTERM,
+                                  SIGUSR1, SIGUSR2, SIGXCPU, SIGXFSZ, SIGPROF};
     struct sigaction action = {.sa_handler = note, .sa_flags = (int)SA_RESETHAND};
     (void)sigemptyset(&action.sa_mask);
     for (size_t i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {

@@ -1,6 +1,7 @@
 /* davar tests - loaded in front of the C library (LD_PRELOAD): the n-th call of one function fails, is cut short or comes with a
- * signal. FAULT is "function:kind:n", kind an errno, "short", "torn" (short; the line is full, then gone) or "signal<number>"; the file FAULT_MARK
- * says that it has happened. */
+ * signal. FAULT is "function:kind:n", kind an errno, "short", "torn" (short; the line is full, then gone), "signal<number>",
+ * "spin<number>" or "pause<number>" (a signal in a call that never returns, at work or waiting); the file FAULT_MARK says that it has
+ * happened. */
 #define _GNU_SOURCE /* NOLINT: for RTLD_NEXT */
 #include <dlfcn.h>
 #include <errno.h>
@@ -43,6 +44,17 @@ static bool is_the_one(const char *name)
     if (strncmp(kind, "signal", 6U) == 0) {
         (void)raise(atoi(kind + 6));
         return false;
+    }
+    if (strncmp(kind, "spin", 4U) == 0) {
+        (void)raise(atoi(kind + 4));
+        for (volatile unsigned n = 0U;; n++) {
+        }
+    }
+    if (strncmp(kind, "pause", 5U) == 0) {
+        (void)raise(atoi(kind + 5));
+        for (;;) {
+            (void)pause();
+        }
     }
     errno = atoi(kind);
     return true;

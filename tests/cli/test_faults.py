@@ -151,6 +151,16 @@ class Signals(FaultCase):
             self.assertGreater(self.stops("write", 1, LSB, output), 5 // STRIDE)
             self.assertGreater(self.stops("snprintf", 997, LSB, output), 5 // STRIDE)
 
+    def test_in_work_that_never_ends_and_in_a_wait_that_never_ends(self):
+        whole = self.sim(self.path, *LSB, *PACED).stdout
+        for fault, number in (("snprintf:spin{}:900", signal.SIGINT), ("snprintf:spin{}:900", signal.SIGTERM),
+                              ("write:pause{}:20", signal.SIGTERM)):
+            done = self.faulty(fault.format(int(number)), self.path, *LSB, *PACED)
+            with self.subTest(fault=fault):
+                self.assertEqual((-number, ""), (done.returncode, done.stderr))
+                self.whole_lines(whole, done.stdout)
+                self.assertGreater(len(done.stdout), 0)
+
     def test_in_a_line_that_a_pipe_does_not_take_at_once(self):
         self.path = self.recording(count=80)
         self.assertGreater(self.stops("write", 3, (*LSB, *WIDE)), 5 // STRIDE)
