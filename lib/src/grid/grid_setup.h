@@ -11,7 +11,8 @@
 typedef struct {
     int32_t first[TRACKS_MAX];
     uint32_t hop[TRACKS_MAX];
-    uint32_t reach[TRACKS_MAX]; /* samples back from the newest record that one may be needed */
+    uint32_t reach
+        [TRACKS_MAX]; /* samples back from the newest record that one may be needed: for a stride until it is taken */
     uint8_t count;
 } residues_t;
 
@@ -58,7 +59,7 @@ DAVAR_RARE static residues_t residues_of_tail(const davar_config_t *config)
         return residues;
     }
     if (has_tracker(config)) {
-        residues_put(&residues, 0, 0, config->block, config->window_max);
+        residues_put(&residues, 0, 0, config->block, config->window_max + config->stride);
         return residues;
     }
     residues_add(&residues, -longest, 0, config->stride, config->window_max);
@@ -96,7 +97,7 @@ DAVAR_RARE static residues_t residues_of_head(const davar_config_t *config, int3
     }
     residues_put(&residues, (has_tracker(config) ? (int32_t)wait : 0) - lag, 0, config->stride, (uint32_t)lag);
     if (tracks_about(config)) {
-        residues_put(&residues, -lag, 0, config->block, reach);
+        residues_put(&residues, -lag, 0, config->block, reach + config->stride);
     }
     return residues;
 }
