@@ -1,6 +1,7 @@
-/* davar tests - policy glr against brute force: bytes choose a configuration, then stretches of noise of some level, knocks, stuck
- * stretches, gaps, results that nobody takes at once, saves and restores; every result taken is that of the samples that a detector of
- * the test's own has accepted. */
+/* davar tests - policy glr against brute force: bytes choose a configuration, trailing or centred, then stretches of noise of any level,
+ * knocks, stuck stretches, gaps, results that nobody takes at once, saves and restores; every result taken is that of the samples that
+ * a detector of the test's own has accepted. Where a configuration remembers so few gaps that windows begin anew or shocks are joined,
+ * every result is within its bounds. */
 #include "accepted.h"
 #include "davar/davar.h"
 #include "fuzzing.h"
@@ -8,11 +9,11 @@
 #include <math.h>
 #include <string.h>
 
-#define MEMORY_WORDS 4096
+#define MEMORY_WORDS 8192
 #define SLOT ((size_t)8 * MEMORY_WORDS)
 #define TAUS 4U
 
-static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U};
+static const uint32_t taus[4][TAUS] = {{1U, 2U, 4U, 8U}, {1U, 3U, 7U, 16U}, {2U, 5U, 6U, 11U}, {1U, 2U, 3U, 19U}};
 static davar_config_t config;
 static bool is_q31;
 static accepted_t accepted;
@@ -59,9 +60,31 @@ static void choose_config(bytes_t *bytes)
     config.cut_interval_s = (double)between(bytes, 1U, 100U);
     config.long_cluster = (between(bytes, 0U, 1U) == 1U) ? (4U * config.block) : 0U;
     config.gaps_max = 400U;
-    config.taus = taus;
+    config.taus = taus[0];
     config.tau_count = TAUS;
     is_q31 = byte(bytes) % 2U != 0U;
+}
+
+/* What the bytes behind the first ones choose: larger blocks and strides, other cluster sizes, few gaps, centred windows. */
+static void choose_more(bytes_t *bytes)
+{
+    const uint8_t what = byte(bytes);
+    if ((what & 1U) != 0U) {
+        config.block = between(bytes, GLR_BLOCK_MIN, GLR_BLOCK_MAX);
+        config.window_max = (8U * config.block) + between(bytes, 0U, 200U);
+        config.long_cluster = 4U * config.block * (byte(bytes) % ((GLR_CLUSTER_MAX / (4U * config.block)) + 1U));
+    }
+    if ((what & 2U) != 0U) {
+        config.stride *= between(bytes, 1U, 20U);
+    }
+    if ((what & 4U) != 0U) {
+        config.gaps_max = (uint16_t)between(bytes, 1U, 4U);
+    }
+    config.taus = taus[(what >> 3U) % 4U];
+    if ((what & 32U) != 0U) {
+        config.mode = DAVAR_MODE_CENTRED;
+        config.window_max = 600U + between(bytes, 0U, 255U);
+    }
 }
 
 static davar_status_t start(unsigned which)
@@ -71,18 +94,31 @@ static davar_status_t start(unsigned which)
                   : davar_init_q15(&instances[which], &config, memory[which], sizeof memory[which]);
 }
 
+/* One behind the newest accepted sample of the result's window. Centred windows may end in front of the newest of all. */
+static uint64_t head_of(const davar_result_t *result)
+{
+    const davar_window_t *const window = &instances[current].window;
+    return (config.mode == DAVAR_MODE_CENTRED) ? (window->received - window->lag)
+                                               : accepted_head(&accepted, result->epoch);
+}
+
 static void check(const davar_result_t *result)
 {
-    const uint64_t head = accepted_head(&accepted, result->epoch);
-    REQUIRE((head >= result->window_samples) && (head > 0U));
     REQUIRE((result->window_samples >= config.window_min) && (result->window_samples <= config.window_max));
+    REQUIRE(result->epoch < accepted.now);
+    REQUIRE(!result->young || (instances[current].health.cuts > 0U));
+    if (config.gaps_max < 400U) {
+        return;
+    }
+    const uint64_t head = head_of(result);
+    REQUIRE((head >= result->window_samples) && (head > 0U));
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
-        const double m = (double)taus[t];
-        const uint64_t sum = accepted_sum(&accepted, head - result->window_samples, head, taus[t], &differences);
+        const double m = (double)config.taus[t];
+        const double sum = accepted_sum(&accepted, head - result->window_samples, head, config.taus[t], &differences);
         REQUIRE(differences == result->tau[t].differences);
         if (differences > 0U) {
-            const double expected = sqrt((double)sum / (2.0 * m * m * (double)differences));
+            const double expected = sqrt(sum / (2.0 * m * m * (double)differences));
             REQUIRE(fabs(result->tau[t].adev - expected) <= ((is_q31 ? 3e-16 : 0.0) * expected));
         }
     }
@@ -96,8 +132,11 @@ static void take(void)
     }
 }
 
-static void push(int32_t sample, bool is_left)
+/* A sample within its type's bits. */
+static void push(int32_t given, bool is_left)
 {
+    const int32_t limit = is_q31 ? 0x7FFFFF : INT16_MAX;
+    const int32_t sample = (given > limit) ? limit : ((given < -limit) ? -limit : given);
     const int16_t narrow = (int16_t)sample;
     accepted_hear(&accepted, sample);
     REQUIRE(1U == (is_q31 ? davar_push_until_result_q31(&instances[current], &sample, 1U)
@@ -132,7 +171,7 @@ static void run_stretch(bytes_t *bytes)
     const uint8_t what = byte(bytes);
     const uint32_t length = between(bytes, 1U, 120U);
     const bool is_left = (what & 0x80U) != 0U;
-    const int32_t level = 1 << ((what >> 3U) % 10U);
+    const int32_t level = 1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and beyond */
     switch (what % 8U) {
     case 0U:
         change_over();
@@ -143,7 +182,7 @@ static void run_stretch(bytes_t *bytes)
         break;
     case 2U: /* a knock */
         for (uint32_t i = 0U; i < (1U + (length % 30U)); i++) {
-            push(((i % 2U) != 0U) ? 32767 : -32768, is_left);
+            push(((i % 2U) != 0U) ? INT32_MAX : INT32_MIN, is_left);
         }
         break;
     case 3U: /* stuck */
@@ -171,6 +210,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     bytes_t bytes = {data, data + size};
     choose_config(&bytes);
+    choose_more(&bytes);
     current = 0U;
     random_bits = 1U;
     memset(cells, 0xFF, sizeof cells);

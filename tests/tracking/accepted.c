@@ -1,5 +1,6 @@
 #include "accepted.h"
 
+#include <math.h>
 #include <string.h>
 
 void accepted_start(accepted_t *accepted, const davar_config_t *config)
@@ -43,10 +44,12 @@ static void hear_block(accepted_t *accepted)
     const uint32_t block = accepted->config.block;
     davar_glr_event_t event;
     int64_t sum = 0;
-    davar_u128_t squares = {0U, 0U}; /* of 64 samples at most: 2^46 */
+    davar_u128_t squares = {0U, 0U};
     for (uint32_t i = accepted->waits - block; i < accepted->waits; i++) {
         sum += accepted->waiting[i];
-        squares.low += (uint64_t)((int64_t)accepted->waiting[i] * accepted->waiting[i]);
+        const uint64_t square = (uint64_t)((int64_t)accepted->waiting[i] * accepted->waiting[i]);
+        squares.low += square;
+        squares.high += (squares.low < square) ? 1U : 0U;
     }
     davar_glr_push_q31(&accepted->detector, &accepted->config, sum, &squares, &event);
     accepted->cuts += event.is_cut ? 1U : 0U;
@@ -92,9 +95,10 @@ uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch)
     return ((head > oldest) && (accepted->moment[(head - 1U) % ACCEPTED_RING] == epoch)) ? head : 0U;
 }
 
-uint64_t accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences)
+double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences)
 {
-    uint64_t sum = 0U;
+    uint64_t low = 0U; /* 53 bits, and what they carry */
+    uint64_t high = 0U;
     *differences = 0U;
     for (uint64_t last = tail + (UINT64_C(2) * m) - 1U; last < head; last++) {
         if (accepted->run[last % ACCEPTED_RING] >=
@@ -102,9 +106,11 @@ uint64_t accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, 
             const uint64_t middle = last + ACCEPTED_RING - m;
             const int64_t d = accepted->phase[last % ACCEPTED_RING] - (2 * accepted->phase[middle % ACCEPTED_RING]) +
                               accepted->phase[(middle - m) % ACCEPTED_RING];
-            sum += (uint64_t)(d * d);
+            low += (uint64_t)(d * d); /* |d| below 2^31 */
+            high += low >> 53U;
+            low &= (UINT64_C(1) << 53U) - 1U;
             (*differences)++;
         }
     }
-    return sum;
+    return ldexp((double)high, 53) + (double)low;
 }

@@ -1,12 +1,12 @@
 /* davar tests - which samples policy glr accepts, told by a detector of the test's own that hears the raw ones (unit/test_glr.c holds it to
- * the law), and sums over them made anew: 64-bit integers from cumulative sums, another road than the library's. */
+ * the law), and sums over them made anew: integers from cumulative sums, another road than the library's. */
 #ifndef DAVAR_TESTS_ACCEPTED_H
 #define DAVAR_TESTS_ACCEPTED_H
 
 #include "davar/davar.h"
 #include "track/glr.h"
 
-#define ACCEPTED_RING 1024U /* samples that are remembered; a power of two */
+#define ACCEPTED_RING 4096U /* samples that are remembered; a power of two */
 
 typedef struct {
     davar_glr_config_t config;
@@ -26,7 +26,6 @@ typedef struct {
 
 void accepted_start(accepted_t *accepted, const davar_config_t *config);
 
-/* |sample| below 2^20. */
 void accepted_hear(accepted_t *accepted, int32_t sample);
 
 /* What waits is left out with the gap. */
@@ -38,7 +37,8 @@ void accepted_end(accepted_t *accepted);
 /* One behind the accepted sample that came at `epoch`; 0: none did. */
 uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch);
 
-/* Sum of D^2 over the accepted samples [tail, head) and its count; none spans a boundary. D = P[i] - 2 P[i - m] + P[i - 2 m]. */
-uint64_t accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences);
+/* Sum of D^2 over the accepted samples [tail, head) and its count; none spans a boundary. D = P[i] - 2 P[i - m] + P[i - 2 m]. Exact below
+ * 2^53, and to a rounding of each 64 bits above. */
+double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences);
 
 #endif

@@ -103,12 +103,12 @@ static void check(const davar_result_t *result, bool is_cut)
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
         const double m = (double)taus[t];
-        const uint64_t sum = accepted_sum(&accepted, tail, head, taus[t], &differences);
+        const double sum = accepted_sum(&accepted, tail, head, taus[t], &differences);
         if (differences != result->tau[t].differences) {
             TEST_ASSERT_EQUAL_UINT32(differences, result->tau[t].differences);
         }
         if (differences > 0U) {
-            const double expected = sqrt((double)sum / (2.0 * m * m * (double)differences));
+            const double expected = sqrt(sum / (2.0 * m * m * (double)differences));
             if ((expected < result->tau[t].adev) || (expected > result->tau[t].adev)) {
                 TEST_ASSERT_EQUAL_DOUBLE(expected, result->tau[t].adev);
             }

@@ -393,8 +393,8 @@ def fuzz(name):
     shutil.rmtree(found, ignore_errors=True)
     found.mkdir()
     crash = LOGS / f"fuzz-{name}-"
-    status, output = run([target, "-seed=1", f"-runs={runs}", f"-max_len={longest}", f"-artifact_prefix={crash}",
-                          "-timeout=0", str(found), *([str(corpus)] if corpus.is_dir() else [])], f"fuzz-{name}.log")
+    status, output = run([target, "-seed=1", f"-runs={runs}", f"-max_len={longest}", f"-artifact_prefix={crash}", str(found),
+                          *([str(corpus)] if corpus.is_dir() else [])], f"fuzz-{name}.log")
     done = re.search(r"^Done (\d+) runs", output, re.MULTILINE)
     return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
 
