@@ -92,6 +92,7 @@ static bool finish(run_t *run, sim_error_t *error)
         return fail_short(run, error);
     }
     report_weather(&run->health);
+    report_coarse(run->output.coarse, run->output.rows);
     return output_finish(&run->output, error);
 }
 

@@ -67,11 +67,11 @@ DAVAR_PYTHON_API void davar_python_health(const davar_python_t *run, uint32_t *c
 DAVAR_PYTHON_API bool davar_python_adev(const double *values, size_t count, double centre, double step,
                                         const size_t *ends, size_t runs, const uint32_t *m, size_t taus, double *rows);
 
-/* The limits of these deviations of one record of `count` samples, from the noise mix that they show together. m: `taus` (1..32)
- * strictly ascending cluster sizes. rows: as davar_python_adev writes them. limits: 2 x taus: low, high (95 %; NaN: absent).
+/* The limits of these deviations of one record of `count` samples, from the noise mix that they show together. unit_per_count: what
+ * the samples are rounded to; 0: not known. m: `taus` (1..32) strictly ascending cluster sizes. rows: as davar_python_adev writes them. limits: 2 x taus: low, high (95 %; NaN: absent).
  * False: no memory. */
 DAVAR_PYTHON_API bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count,
-                                             double rate_hz, double *limits);
+                                             double rate_hz, double unit_per_count, double *limits);
 
 /* Cluster sizes for a window: octaves, or `wanted` (1..32) on a log scale. m has room for 32. Returns how many. */
 DAVAR_PYTHON_API uint8_t davar_python_taus(uint32_t window, uint8_t wanted, uint32_t *m);

@@ -72,7 +72,7 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
 }
 
 bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count, double rate_hz,
-                            double *limits)
+                            double unit_per_count, double *limits)
 {
     davar_result_t *result = calloc(1U, sizeof *result);
     davar_plan_t *plan = calloc(1U, sizeof *plan);
@@ -80,6 +80,7 @@ bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus,
     if (good) {
         result->window_samples = count;
         result->tau_count = taus;
+        result->unit_per_count = unit_per_count;
         for (uint8_t t = 0; t < taus; t++) {
             result->tau[t] = (davar_adev_t){.m = m[t],
                                             .differences = (uint32_t)rows[taus + t],

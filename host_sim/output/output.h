@@ -17,6 +17,7 @@ typedef struct {
     bool raw;        /* samples go out too */
     bool flush_rows; /* somebody watches */
     uint64_t rows;   /* written so far */
+    uint64_t coarse; /* of these: noise below half a count */
     watch_t watch;   /* of --model-table */
     wire_out_t wire; /* of OUT_LINK */
 } output_t;

@@ -130,3 +130,15 @@ void report_weather(const davar_health_t *health)
                   " windows restarted, %" PRIu32 " results missed\n",
                   health->gaps, health->missing, health->saturated, health->restarts, health->missed);
 }
+
+void report_coarse(uint64_t coarse, uint64_t rows)
+{
+    if (coarse > 0U) {
+        (void)fprintf(
+            stderr,
+            "davar-sim: note: %" PRIu64 " of %" PRIu64
+            " results: the noise is below half a count, so rounding hides the angle random walk; record with a"
+            " finer count (--details: its upper limit)\n",
+            coarse, rows);
+    }
+}

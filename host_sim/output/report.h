@@ -13,4 +13,7 @@ void report_notes(const options_t *options, const recording_t *recording, const 
 /* After the run: one line when anything out of the ordinary was counted. */
 void report_weather(const davar_health_t *health);
 
+/* After the run: why so many of the results have no coefficients. */
+void report_coarse(uint64_t coarse, uint64_t rows);
+
 #endif

@@ -40,7 +40,7 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: str | None = None
         clusters: samples (tau_s * rate_hz), ascending, up to half of the record.
     gaps: indices of x, each the first sample behind a gap. time_s: time stamps of x, seconds (N), ascending; a step above `gap` periods is a
         gap. No difference spans a gap.
-    lsb: unit of x per count.
+    lsb: unit of x per count. Rounding to counts is in the deviations; where the noise is below half a count, their intervals are 0 to infinity.
 
     Returns (taus_s, adev, low, high, n). The sums are exact in integers: floats are first rounded to 2^-31 or less of the largest distance from
     their mean (where N m^2 is above 2^64 for the largest size m, as from 10^7 samples on with "octave", to as many bits as 128 of the sum
@@ -72,7 +72,7 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: str | None = None
     ends = np.array([*there.starts()[1:], there.size], np.uintp)
     rows = adev_of(values, centre, step, ends, sizes)
     rows[0] *= unit if counted else 1.0
-    low, high = limits_of(sizes, rows, there.size, clock.rate_hz)
+    low, high = limits_of(sizes, rows, there.size, clock.rate_hz, unit if lsb is not None and data_type == "freq" else 0.0)
     return Adev(sizes / clock.rate_hz, rows[0], low, high, rows[1].astype(np.int64))
 
 

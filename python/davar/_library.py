@@ -28,7 +28,7 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
     "adev": (c_bool, (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p)),
-    "intervals": (c_bool, (c_void_p, c_void_p, c_uint8, c_uint32, c_double, c_void_p)),
+    "intervals": (c_bool, (c_void_p, c_void_p, c_uint8, c_uint32, c_double, c_double, c_void_p)),
     "taus": (c_uint8, (c_uint32, c_uint8, c_void_p)),
     "health": (None, (c_void_p, POINTER(c_uint32))),
 }
@@ -151,12 +151,12 @@ def adev_of(values: Floats, centre: float, step: float, ends: npt.NDArray[np.uin
     return rows
 
 
-def limits_of(m: npt.NDArray[np.uint32], rows: Floats, count: int, rate_hz: float) -> Floats:
+def limits_of(m: npt.NDArray[np.uint32], rows: Floats, count: int, rate_hz: float, unit_per_count: float = 0.0) -> Floats:
     """Rows low, high of rows of adev_of. More sizes than one fit takes: a frame that spans all of them, with some of the others beside it each time."""
     limits = np.empty((2, len(m)))
     for some in parts(m):
         sizes, these, found = m[some], np.ascontiguousarray(rows[:, some]), np.empty((2, len(some)))
-        if not library().davar_python_intervals(sizes.ctypes.data, these.ctypes.data, len(some), count, rate_hz, found.ctypes.data):
+        if not library().davar_python_intervals(sizes.ctypes.data, these.ctypes.data, len(some), count, rate_hz, unit_per_count, found.ctypes.data):
             raise MemoryError
         limits[:, some] = found
     return limits

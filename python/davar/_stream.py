@@ -15,7 +15,7 @@ from ._samples import Clock, There
 from ._types import Array, Floats, Pair, Path
 
 WHOLE = ("epoch", "window_samples", "cut_age_samples", "gaps_in_window")
-FLAGS = ("unstable", "alarm")
+FLAGS = ("unstable", "alarm", "coarse")
 SCALES = (1e-40, 1e20)  # of rates that the library takes
 BITS = 24  # of a count, unless bits says otherwise
 
@@ -26,8 +26,8 @@ class Epochs(dict[str, Array]):
     epoch (index of a sample in x: the centre of the window, or its newest sample when trailing), time_s, window_samples, kurtosis,
     contribution, unstable (bool), arw_deg_per_sqrt_h with arw_low_... and arw_high_... (95 %), bi_deg_per_h,
     rrw_deg_per_h_per_sqrt_h, rr_deg_per_h2, qn_deg; adev_M (deg/s) for each cluster size M. Policy glr: alarm (bool), cut_age_samples,
-    dispersion. details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, arw_upper_... and companions (95 % upper
-    bounds of what is absent). model_table: model_health, model_deviation_M. NaN: a value that the window cannot support.
+    dispersion. details=True: adev_low_M, adev_high_M (95 %), differences_M, gaps_in_window, coarse (bool: the noise is below half a
+    count, so rounding hides the coefficients), arw_upper_... and companions (95 % upper bounds of what is absent). model_table: model_health, model_deviation_M. NaN: a value that the window cannot support.
     pandas.DataFrame(epochs) is a table.
     """
 

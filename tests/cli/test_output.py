@@ -39,9 +39,15 @@ class Csv(SimCase):
     def test_details_are_appended(self):
         self.assertEqual(
             [*COLUMNS, "adev_1", "adev_5", "adev_low_1", "adev_high_1", "differences_1", "adev_low_5", "adev_high_5",
-             "differences_5", "gaps_in_window", "arw_upper_deg_per_sqrt_h", "bi_upper_deg_per_h",
+             "differences_5", "gaps_in_window", "coarse", "arw_upper_deg_per_sqrt_h", "bi_upper_deg_per_h",
              "rrw_upper_deg_per_h_per_sqrt_h", "rr_upper_deg_per_h2", "qn_upper_deg"],
             self.header(*SMALL_WINDOW, "--taus", "1,5", "--details"))
+
+    def test_noise_below_half_a_count_is_reported_in_words(self):
+        quiet = self.recording(1000)
+        for lsb, coarse in (("0.8", True), ("0.001", False)):
+            done = self.sim(quiet, "--lsb", lsb, *SMALL_WINDOW, "--details")
+            self.assertEqual(coarse, "results: the noise is below half a count" in done.stderr, done.stderr)
 
     def test_a_coefficient_has_a_value_or_an_upper_bound(self):
         for row in self.results(self.recording(), *LSB, *SMALL_WINDOW, "--details"):

@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/lab"))
 SIM, NODE = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_NODE", "davar-node")
 RECORDING = str(ROOT / "data/demo_disturbance.csv.gz")
-REPLAY = (RECORDING, "--lsb", "0.05", "--stride", "100", "--progress", "never")
+REPLAY = (RECORDING, "--lsb", "0.001", "--stride", "100", "--progress", "never")
 N_SLCAN = 17  # line discipline
 SIOCGIFNAME = 0x8910
 assert "time-travel=inf-cpu" in Path("/proc/cmdline").read_text(), "these tests need virtual time"

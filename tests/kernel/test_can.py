@@ -51,7 +51,7 @@ class Values(KernelCase):
         settle()
         subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True)
         text, errors = decoder.communicate(timeout=60)
-        for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", "ArwDegPerSqrtH: 0.46", "deg/sqrt(h)"):
+        for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", "ArwDegPerSqrtH: 0.29", "deg/sqrt(h)"):
             self.assertIn(word, text, errors)
 
 

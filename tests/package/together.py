@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-WHOLE = ("epoch", "window_samples", "unstable", "alarm", "cut_age_samples", "gaps_in_window")
+WHOLE = ("epoch", "window_samples", "unstable", "alarm", "cut_age_samples", "gaps_in_window", "coarse")
 
 
 @contextlib.contextmanager

@@ -129,8 +129,10 @@ typedef struct {
 typedef struct {
     uint32_t m;           /* cluster size, samples */
     uint32_t differences; /* differences D that the estimate rests on; 0: the window cannot support this tau */
-    double adev;          /* overlapping Allan deviation, unit of the rate (deg/s); NaN when differences is 0 (1.1) */
-    double low;           /* 95 % interval from chi-square and edf (5.2); NaN when absent, and until davar_fit */
+    double
+        adev; /* overlapping Allan deviation, unit of the rate (deg/s); NaN when differences is 0 (1.1). Of the samples as
+                             they are: rounding to counts is in it, unlike in the coefficients (5.15) */
+    double low; /* 95 % interval from chi-square and edf (5.2); NaN when absent, and until davar_fit */
     double high;
     double edf; /* equivalent degrees of freedom (5.1); NaN until davar_fit */
 } davar_adev_t;
@@ -166,9 +168,11 @@ typedef struct {
 typedef enum {
     DAVAR_NOISE_UNKNOWN = 0, /* not fitted yet, or no cluster size of the plan has a difference in this window */
     DAVAR_NOISE_WHITE,       /* white noise explains the window: the angle random walk is present */
-    DAVAR_NOISE_MIXED,   /* white noise alone does not. davar_fit_white then gives the angle random walk an upper limit;
+    DAVAR_NOISE_MIXED, /* white noise alone does not. davar_fit_white then gives the angle random walk an upper limit;
                                 davar_fit separates the terms */
-    DAVAR_NOISE_CONSTANT /* every difference is 0: the noise is below one count, or the sensor is stuck */
+    DAVAR_NOISE_CONSTANT, /* every difference is 0: the noise is below one count, or the sensor is stuck */
+    DAVAR_NOISE_COARSE /* the noise is below about half a count: rounding hides it (5.15). Every coefficient is absent; the angle
+                             random walk has an upper limit. Use a finer count (a smaller range of the sensor, or more of its bits) */
 } davar_noise_t;
 
 /* One epoch. */
@@ -187,10 +191,11 @@ typedef struct {
     bool young;
     bool alarm; /* glr: an alarm since the result taken before; false for every other policy */
     uint8_t tau_count;
-    davar_noise_t noise; /* what davar_fit or davar_fit_white found */
-    double kurtosis;     /* of the whole window; NaN when its variance is 0 (3.1) */
-    double contribution; /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
-    double dispersion;   /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (10.3) */
+    davar_noise_t noise;   /* what davar_fit or davar_fit_white found */
+    double unit_per_count; /* q15, q31: size of a count, whose rounding the fit takes off (5.15). f32: 0, not known */
+    double kurtosis;       /* of the whole window; NaN when its variance is 0 (3.1) */
+    double contribution;   /* |K - Km| / K; NaN when K or Km is undefined (3.2) */
+    double dispersion;     /* glr: by how much the thresholds are widened, f >= 1; NaN for other policies (10.3) */
     davar_adev_t tau[DAVAR_TAUS_MAX];
     davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /* of davar_fit or davar_fit_white; absent until then */
 } davar_result_t;

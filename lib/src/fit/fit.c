@@ -63,6 +63,42 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
     }
 }
 
+/* Of one sample, rounding included: the Allan variance of the model at m = 1. */
+static double variance_of_sample(const davar_mixture_t *model)
+{
+    double sum = 0.0;
+    for (int k = 0; k < TERMS; k++) {
+        sum += model->a[k];
+    }
+    return sum;
+}
+
+static void take_off_rounding(const davar_mixture_t *model, uint32_t share, davar_coefficient_t *walk)
+{
+    const double whole = walk->value;
+    const double least = model->least[WHITE] / model->a[WHITE];
+    const davar_unrounded_t unrounded = davar_unrounded(share, (uint32_t)(least * (double)(1U << NOISE_BITS)),
+                                                        scaled_of_double(davar_divide(walk->high, whole)));
+    walk->value = whole * scaled_to_double(unrounded.value);
+    walk->low = whole * scaled_to_double(unrounded.low);
+    walk->high = whole * scaled_to_double(unrounded.high);
+}
+
+/* Rounding adds to white noise (5.15). It leaves the other terms, which are slow, as they are while a sample scatters by half a count,
+ * whatever makes it scatter. */
+static void write_rounded(const davar_plan_t *plan, const davar_mixture_t *model, davar_result_t *result)
+{
+    davar_coefficient_t *const walk = &result->coefficient[WHITE];
+    const uint32_t share = walk->present ? davar_rounding_share(result, scaled_of_double(model->a[WHITE])) : UINT32_MAX;
+    if (davar_rounding_share(result, scaled_of_double(variance_of_sample(model))) >= DAVAR_FIT_COARSE) {
+        davar_write_coarse(plan, walk->high, result);
+    } else if (share >= DAVAR_FIT_COARSE) {
+        write_absent(walk, davar_half_a_count_at_least(plan, result, walk->high));
+    } else {
+        take_off_rounding(model, share, walk);
+    }
+}
+
 DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white, double rate_hz,
                                    davar_result_t *result)
 {
@@ -71,6 +107,9 @@ DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t
     davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
     write_mixture_intervals(&model, result);
     write_mixture(&model, rate_hz, result);
+    if (result->unit_per_count > 0.0) {
+        write_rounded(plan, &model, result);
+    }
 }
 
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result)

@@ -129,6 +129,62 @@ static bool fit_data(const davar_plan_t *plan, const davar_result_t *result, dav
     return true;
 }
 
+/* --- rounding (5.15) ------------------------------------------------------------------------------------------------ */
+
+DAVAR_APART DAVAR_RARE uint32_t davar_rounding_share(const davar_result_t *result, scaled_t variance)
+{
+    const scaled_t count = scaled_of_double(result->unit_per_count);
+    const scaled_t rounding = scaled_times(scaled_times(count, count), scaled_of_double(1.0 / 12.0));
+    return scaled_to_fixed(scaled_times(rounding, scaled_inverse(variance)), NOISE_BITS);
+}
+
+/* value / under as 2.30, for value < under / 2. */
+static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
+{
+    const uint32_t zeros = davar_leading_zeros_32(under);
+    return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
+}
+
+/* A product of 2.30. */
+static uint32_t product_of_ones(uint32_t a, uint32_t b)
+{
+    return davar_upper_product(a, b) << 2U;
+}
+
+/* How far the variance of rounding may be from q^2 / 12, wherever the mean lies between two counts, beside noise of this share. */
+static uint32_t rounding_margin(uint32_t share, uint32_t noise)
+{
+    const uint32_t ratio = quotient_of_ones(share, noise);
+    const uint32_t square = product_of_ones(ratio, ratio);
+    return product_of_ones(share, product_of_ones(square, square)) * 17U / 2U;
+}
+
+DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least, scaled_t high)
+{
+    const bool is_low = (least / 4U) > share;
+    const uint32_t noise = is_low ? (least - share) : (3U * share);
+    const uint32_t margin = (share > 0U) ? rounding_margin(share, noise) : 0U;
+    davar_unrounded_t unrounded = {{0U, SCALED_ZERO}, {0U, SCALED_ZERO}, high};
+    if (is_low) {
+        unrounded.low = scaled_root(scaled_of_u32(noise - margin, -NOISE_BITS));
+    }
+    if (share > 0U) {
+        const uint32_t square = scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS);
+        const uint32_t less = (share - margin) >> ((uint32_t)NOISE_BITS - DAVAR_FIT_SHARE_BITS);
+        unrounded.value = scaled_root(scaled_of_u32(CENTRE_ONE - share, -NOISE_BITS));
+        unrounded.high = scaled_root(scaled_of_u32(square - less, -(int32_t)DAVAR_FIT_SHARE_BITS));
+    }
+    return unrounded;
+}
+
+DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_t *result, double limit)
+{
+    const scaled_t count = scaled_of_double(result->unit_per_count);
+    const scaled_t half = {count.mantissa, count.exponent - 1};
+    const double least = scaled_to_double(scaled_times(half, scaled_of_double(plan->root[WHITE])));
+    return (davar_bits_of_double(limit) < davar_bits_of_double(least)) ? least : limit;
+}
+
 /* --- what is reported -------------------------------------------------------------------------------------------- */
 
 /* Upper limit of an absent term, in units of N: sqrt((share + margin)(1 + margin)), see (5.11). */
@@ -147,13 +203,6 @@ static uint32_t taken(float centre, uint32_t share)
     const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - per_share.exponent);
     const uint64_t product = davar_multiply_u32(per_share.mantissa, share) >> shift;
     return (product < CENTRE_ONE) ? (uint32_t)product : CENTRE_ONE;
-}
-
-/* value / under as 2.30, for value < under / 2. */
-static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
-{
-    const uint32_t zeros = davar_leading_zeros_32(under);
-    return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
 }
 
 /* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). As 2.30. */
@@ -202,37 +251,35 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
     }
 }
 
-static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
+static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, uint32_t rounding,
                           davar_coefficient_t *coefficient)
 {
-    const scaled_t value = scaled_times(root, scaled_of_double(plan->root[WHITE]));
-    const uint32_t least = least_square(plan, white);
-    const scaled_t low = scaled_root(scaled_of_u32((least == 0U) ? 1U : least, -30));
+    const scaled_t whole = scaled_times(root, scaled_of_double(plan->root[WHITE]));
+    const davar_unrounded_t unrounded =
+        davar_unrounded(rounding, least_square(plan, white), scaled_of_float(plan->white_high));
     coefficient->present = true;
-    coefficient->value = scaled_to_double(value);
-    coefficient->low = (least == 0U) ? 0.0 : scaled_to_double(scaled_times(value, low));
-    coefficient->high = scaled_to_double(scaled_times(value, scaled_of_float(plan->white_high)));
+    coefficient->value = scaled_to_double((rounding == 0U) ? whole : scaled_times(whole, unrounded.value));
+    coefficient->low = scaled_to_double(scaled_times(whole, unrounded.low));
+    coefficient->high = scaled_to_double(scaled_times(whole, unrounded.high));
 }
 
-static void write_white(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+static void write_white(const davar_plan_t *plan, const davar_white_t *white, uint32_t rounding, davar_result_t *result)
 {
     const scaled_t root = scaled_root(white->square);
     write_intervals(plan, white, result);
     result->noise = DAVAR_NOISE_WHITE;
     for (int k = 0; k < TERMS; k++) {
-        if (k == WHITE) {
-            white_present(plan, white, root, &result->coefficient[k]);
-        } else {
+        if (k != WHITE) {
             white_absent(plan, white, root, k, &result->coefficient[k]);
+        } else {
+            white_present(plan, white, root, rounding, &result->coefficient[k]);
         }
     }
 }
 
 /* --- the step --------------------------------------------------------------------------------------------------------- */
 
-/* A constant input: noise below the size of a count, or a sensor that is stuck. Its differences are 0, and that bounds
- * nothing. */
-DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *result)
+DAVAR_RARE static void write_unlimited(const davar_plan_t *plan, davar_noise_t noise, davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         result->tau[t].edf = plan->edf[t];
@@ -240,7 +287,20 @@ DAVAR_RARE static void write_constant(const davar_plan_t *plan, davar_result_t *
         result->tau[t].high = (double)INFINITY;
     }
     davar_absent_coefficients(result);
-    result->noise = DAVAR_NOISE_CONSTANT;
+    result->noise = noise;
+}
+
+/* Below half a count, what the window shows depends on where the mean lies between two counts, and does not scatter as chi-square. */
+DAVAR_RARE void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *result)
+{
+    write_unlimited(plan, DAVAR_NOISE_COARSE, result);
+    result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
+}
+
+static double highest_white(const davar_plan_t *plan, const davar_white_t *white)
+{
+    const scaled_t high = scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
+    return scaled_to_double(scaled_times(high, scaled_of_double(plan->root[WHITE])));
 }
 
 /* Nothing can be said. */
@@ -255,14 +315,20 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
 {
     davar_absent_taus(result, plan->count);
     if (!fit_data(plan, result, white)) {
-        write_constant(plan, result);
+        /* Noise below the size of a count, or a sensor that is stuck: differences of 0 bound nothing. */
+        write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
         return true;
     }
     if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
         davar_plan_rate(plan, rate_hz);
     }
+    const uint32_t rounding = davar_rounding_share(result, white->square);
+    if (rounding >= DAVAR_FIT_COARSE) {
+        davar_write_coarse(plan, highest_white(plan, white), result);
+        return true;
+    }
     if (white->explains) {
-        write_white(plan, white, result);
+        write_white(plan, white, rounding, result);
     }
     return white->explains;
 }
@@ -285,7 +351,8 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white, d
     write_intervals(plan, white, result);
     davar_absent_coefficients(result);
     const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
-    result->coefficient[WHITE].high = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
+    const double limit = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
+    result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
     davar_absent_taus(result, 0U); /* theirs are those of white noise, which this is not */
     result->noise = DAVAR_NOISE_MIXED;
 }

@@ -5,6 +5,28 @@
 #include "davar/fit.h"
 #include "number/scaled.h"
 
+/* Rounding to counts of size q adds q^2 / 12 to the variance of a sample (5.15). Its share of `variance`, as 2.30; 0: not known. */
+uint32_t davar_rounding_share(const davar_result_t *result, scaled_t variance);
+
+/* From this share on, what is left is below half a count. */
+#define DAVAR_FIT_COARSE (UINT32_C(1) << 28U)
+
+/* The angle random walk without rounding, over that with it. */
+typedef struct {
+    scaled_t value;
+    scaled_t low;
+    scaled_t high;
+} davar_unrounded_t;
+
+/* For a share below DAVAR_FIT_COARSE. `least`, as 2.30: lower limit of the variance, over the variance; `high`: upper limit of its root. */
+davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least, scaled_t high);
+
+/* An upper limit of the angle random walk, with rounding in it: at least half a count, for so much can hide. */
+double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_t *result, double limit);
+
+/* Writes DAVAR_NOISE_COARSE: all is absent but an upper limit of the angle random walk, from one with rounding in it. */
+void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *result);
+
 /* White noise fitted to the usable cluster sizes of a result. */
 typedef struct {
     scaled_t adev[DAVAR_TAUS_MAX];

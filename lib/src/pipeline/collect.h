@@ -223,6 +223,7 @@ static void evaluate(const davar_t *davar, const readings_t *readings, davar_res
     const davar_config_t *const config = davar->config;
     const double unit_per_count =
         is_float(davar) ? davar_inverse_of_power(davar->counts_per_unit) : config->unit_per_count;
+    result->unit_per_count = is_float(davar) ? 0.0 : config->unit_per_count;
     evaluate_taus(readings, unit_per_count, result);
     evaluate_stationarity(config, readings, result);
     result->alarm = (readings->alarms != davar->alarms_seen);
