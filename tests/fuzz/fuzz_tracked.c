@@ -165,6 +165,24 @@ static void change_over(void)
     REQUIRE(davar_state_restore(&instances[current], &storage) == DAVAR_OK);
 }
 
+static void gap(uint32_t missing)
+{
+    davar_gap(&instances[current], missing);
+    accepted_gap(&accepted);
+}
+
+/* Noise for many blocks with gaps at random, now and then in every block. */
+static void run_noise_with_gaps(int32_t level, uint32_t length, bool is_left)
+{
+    const uint32_t blocks = 1U + (length % 13U); /* between two gaps, about */
+    for (uint32_t i = 0U; i < (10U * length); i++) {
+        if (((random_bits >> 8U) % (blocks * config.block)) == 0U) {
+            gap(1U);
+        }
+        push(noise(level), is_left);
+    }
+}
+
 /* One stretch: what it is, and how long. */
 static void run_stretch(bytes_t *bytes)
 {
@@ -177,8 +195,10 @@ static void run_stretch(bytes_t *bytes)
         change_over();
         break;
     case 1U:
-        davar_gap(&instances[current], length);
-        accepted_gap(&accepted);
+        gap(length);
+        break;
+    case 4U:
+        run_noise_with_gaps(level, length, is_left);
         break;
     case 2U: /* a knock */
         for (uint32_t i = 0U; i < (1U + (length % 30U)); i++) {

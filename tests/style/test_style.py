@@ -194,7 +194,63 @@ class Includes(unittest.TestCase):
         self.assertEqual(cycles, [])
 
 
+# Rooms whose loops go over samples and records. A loop without a counter of its own asserts in its body what brings it to its end
+# (something that grows or shrinks with every turn), or is listed here with the reason.
+LOOPING = ("lib/src/track/", "lib/src/pipeline/", "lib/src/grid/", "lib/src/window/")
+BOUNDED = {
+    ("lib/src/window/wide.h", "while ((top > 1U) && (wide->limb[top] == 0U))"): "top falls to 1",
+    ("lib/src/window/number_q15.h", "while (n > 0U)"): "n falls by SMALL_RUN or to 0",
+    ("lib/src/window/number_q15.h", "while (count > 0U)"): "count falls by POWERS_RUN or to 0",
+    ("lib/src/window/number_q15.h", "for (const sample_t *const end = sample + count; sample != end;)"):
+        "sample rises by POWERS_RUN or to end",
+    ("lib/src/window/gaps.c", "while (low < high)"): "what lies between halves",
+    ("lib/src/window/gaps.c", "while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0))"):
+        "gone rises to the count",
+    ("lib/src/pipeline/pipeline.h", "while ((stages->tracker->accepted > 0U) && !complete)"): "pass_on() takes one at least",
+    ("lib/src/pipeline/pipeline.h", "while ((window->received - window->end) < (half - 1U))"): "received rises by one",
+    ("lib/src/pipeline/door.h", "while ((quantum * 1073741824.0) < full_scale)"): "quantum doubles",
+    ("lib/src/pipeline/door.h", "while ((quantum * 536870912.0) >= full_scale)"): "quantum halves",
+    ("lib/src/grid/grid_window.h", "while ((stride * power) <= (*back >> 1U))"): "power doubles",
+    ("lib/src/track/start.c",
+     "while ((levels < GLR_LEVELS) && (((GLR_RECORDS - 1U) << (levels - 1U)) < longest))"): "levels rises",
+    ("lib/src/track/scan.c", "while ((level < levels) && (((at >> (level - 1U)) & 1U) == 0U))"): "level rises",
+}
+
+
+def closed(text, at, pair):
+    """Where what opens at `at` is closed."""
+    depth = 0
+    for i in range(at, len(text)):
+        depth += (text[i] == pair[0]) - (text[i] == pair[1])
+        if depth == 0:
+            return i
+    raise AssertionError(text[at:at + 60])
+
+
+def loops_without_counter(text):
+    """Yields (head, body) of each while loop, and of each for loop that leaves its third part empty."""
+    text = bare(text)
+    for loop in re.finditer(r"\b(while|for) \(", text):
+        end = closed(text, loop.end() - 1, "()")
+        head = " ".join(text[loop.start():end + 1].split())
+        after = text[end + 1:].lstrip()
+        if after.startswith("{") and (loop[1] == "while" or head.endswith(";)")):
+            start = text.index("{", end)
+            yield head, text[start:closed(text, start, "{}")]
+
+
 class Library(unittest.TestCase):
+    def test_every_loop_over_records_asserts_what_ends_it(self):
+        seen, wrong = set(), []
+        for name in c_files(*LOOPING):
+            for head, body in loops_without_counter(text_of(name)):
+                seen.add((name, head))
+                if "DAVAR_ASSERT(" not in body and (name, head) not in BOUNDED:
+                    wrong.append(f"{name}: {head}")
+        self.assertEqual([], wrong)
+        self.assertEqual([], sorted(set(BOUNDED) - seen), "no such loop any more")
+        self.assertGreater(len(seen), 15, "the loops were not recognised")
+
     def test_lib_has_no_heap_no_output_and_no_clock(self):
         wrong = [f"{name}: {call.group()}" for name in c_files("lib/")
                  for call in re.finditer(LIB_FORBIDDEN_CALLS, bare(text_of(name)))]

@@ -22,7 +22,9 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
 static inline void pipeline_push_all(davar_t *davar, const sample_t *samples, size_t count)
 {
     for (size_t done = 0U; done < count;) {
-        done += pipeline_push(davar, &samples[done], count - done);
+        const size_t n = pipeline_push(davar, &samples[done], count - done);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - done)));
+        done += n;
     }
 }
 

@@ -157,6 +157,7 @@ static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples,
     while (samples != end) {
         const uint32_t again = ring_again(ring);
         const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring));
+        DAVAR_ASSERT(n > 0U);
         sample_t *to = &ring->sample[ring->next];
         DAVAR_UNROLLED
         for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
@@ -215,7 +216,9 @@ DAVAR_APART static size_t push_any(stages_t *stages, davar_t *davar, const sampl
         if (davar->window.skip > 0U) {
             consumed += skip(stages, davar, samples[consumed]);
         } else {
-            consumed += step(stages, davar, &samples[consumed], count - consumed);
+            const size_t n = step(stages, davar, &samples[consumed], count - consumed);
+            DAVAR_ASSERT((n > 0U) && (n <= (count - consumed)));
+            consumed += n;
             complete = step_end(stages, davar);
         }
     }

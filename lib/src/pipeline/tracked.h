@@ -84,7 +84,9 @@ DAVAR_APART static size_t push_tracked(stages_t *stages, davar_t *davar, const s
     bool complete = false;
     while ((consumed < count) && !complete) {
         const size_t most = (grid && (tracker->accepted == 0U)) ? (count - consumed) : 1U;
-        consumed += tracker_take_in(tracker, davar, stages->highest, &samples[consumed], most);
+        const uint32_t n = tracker_take_in(tracker, davar, stages->highest, &samples[consumed], most);
+        DAVAR_ASSERT((n > 0U) && (n <= most));
+        consumed += n;
         complete = grid ? pass_on(stages, davar, UINT32_MAX) : pass_in_step(stages, davar);
     }
     return consumed;

@@ -214,9 +214,11 @@ static void sliding_move(stages_t *stages, davar_t *davar, uint32_t lag, uint32_
         sliding_follow(stages, davar, lag, length);
     }
     while (window->lag != lag) {
+        DAVAR_ASSERT(window->lag > lag);
         sliding_lead(stages, davar);
     }
     while (window->length != length) {
+        DAVAR_ASSERT(window->length > length);
         sliding_trail(stages, davar);
     }
 }
