@@ -315,7 +315,7 @@ static void choose(bytes_t *bytes)
     config.full_scale = 300.0;
     type = (type_t)between(bytes, 0U, 2U);
     config.mode = (davar_mode_t)between(bytes, 0U, 1U);
-    config.policy = (davar_policy_t)between(bytes, 0U, 3U);
+    config.policy = (davar_policy_t)between(bytes, 0U, 4U);
     config.window_max = 2U * between(bytes, 4U, 80U);
     config.window_min = 2U * between(bytes, 2U, config.window_max / 2U);
     config.segment = between(bytes, 0U, config.window_min - 1U);
