@@ -137,6 +137,26 @@ static void test_edf_is_never_below_one(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.0, result.tau[1].edf);
 }
 
+/* White noise, and beside a walk: with a count so fine that it takes nothing off, and where it begins to. */
+static void test_a_fine_count_changes_nothing(void)
+{
+    static const double units[] = {1e-300, 1e-30, 1e-9, 1e-6, 2e-5, 4e-5, 1e-4, 1e-3};
+    for (unsigned i = 0U; i < 16U; i++) {
+        const double model[] = {0, 1.0, 0, (i % 2U == 0U) ? 0.0 : 0.01, 0};
+        set_octaves(6000, 10);
+        set_model(model);
+        result.unit_per_count = 0.0;
+        davar_fit(&plan, 1.0, &result);
+        const davar_coefficient_t whole = *term(DAVAR_ANGLE_RANDOM_WALK);
+        result.unit_per_count = units[i / 2U];
+        davar_fit(&plan, 1.0, &result);
+        TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.value, term(DAVAR_ANGLE_RANDOM_WALK)->value);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.low, term(DAVAR_ANGLE_RANDOM_WALK)->low);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.high, term(DAVAR_ANGLE_RANDOM_WALK)->high);
+    }
+}
+
 /* A term of 1.5 standard errors is not resolved, yet N may be smaller by it: only the lower limit knows. */
 static void test_an_unresolved_term_lowers_the_arw_limit_alone(void)
 {
@@ -444,6 +464,7 @@ int main(void)
     RUN_TEST(test_edf_follows_the_dominant_noise);
     RUN_TEST(test_missing_differences_cost_degrees_of_freedom);
     RUN_TEST(test_edf_is_never_below_one);
+    RUN_TEST(test_a_fine_count_changes_nothing);
     RUN_TEST(test_an_unresolved_term_lowers_the_arw_limit_alone);
     RUN_TEST(test_a_doubt_can_leave_nothing_of_the_arw);
     RUN_TEST(test_a_misfit_widens_the_interval);

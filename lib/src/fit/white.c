@@ -164,7 +164,7 @@ DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_
     const bool is_low = (least / 4U) > share;
     const uint32_t noise = is_low ? (least - share) : (3U * share);
     const uint32_t margin = (share > 0U) ? rounding_margin(share, noise) : 0U;
-    davar_unrounded_t unrounded = {{0U, SCALED_ZERO}, {0U, SCALED_ZERO}, high};
+    davar_unrounded_t unrounded = {{SCALED_TOP, -31}, {0U, SCALED_ZERO}, high}; /* 1, 0 */
     if (is_low) {
         unrounded.low = scaled_root(scaled_of_u32(noise - margin, -NOISE_BITS));
     }
