@@ -15,7 +15,7 @@
 #define SLOT ((size_t)65536)
 
 static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U};
-static uint64_t memory[2][2048];
+static uint64_t memory[2][4096];
 static davar_t instances[2];
 static unsigned char cells[2U * SLOT];
 static davar_config_t config;
@@ -91,13 +91,21 @@ static int16_t next_sample(random_t *random, uint32_t n)
 
 /* --- the check -------------------------------------------------------------------------------------------------------- */
 
-/* `is_cut`: there was one by now. Up to eight blocks behind it, and until the window does not reach it (10.14). */
-static void check(const davar_result_t *result, bool is_cut)
+/* One behind the newest accepted sample of the window. Centred windows may end in front of the newest of all. */
+static uint64_t head_of(const davar_t *davar, const davar_result_t *result)
 {
+    return (config.mode == DAVAR_MODE_CENTRED) ? (davar->window.received - davar->window.lag)
+                                               : accepted_head(&accepted, result->epoch);
+}
+
+/* `is_cut`: there was one by now. Up to eight blocks behind it, and until the window does not reach it (10.14). */
+static void check(const davar_t *davar, const davar_result_t *result)
+{
+    const bool is_cut = (davar->health.cuts > 0U);
     const bool young = is_cut && ((result->cut_age_samples <= (8U * config.block)) ||
                                   (result->cut_age_samples < result->window_samples));
     TEST_ASSERT_EQUAL(young, result->young);
-    const uint64_t head = accepted_head(&accepted, result->epoch);
+    const uint64_t head = head_of(davar, result);
     TEST_ASSERT_TRUE(head > 0U);
     const uint64_t tail = head - result->window_samples;
     for (uint32_t t = 0U; t < TAUS; t++) {
@@ -126,6 +134,15 @@ static davar_t *change_over(davar_t *davar)
     return &instances[other];
 }
 
+/* Now and then, or soon after the level has changed: while blocks that may have been a shock go on at once. */
+static bool has_gap(random_t *random, uint32_t n)
+{
+    const bool soon = ((n % 2000U) > 8U) && ((n % 2000U) < 60U);
+    const bool dense = soon && (((n / 2000U) % 3U) == 0U) && ((random_next(random) % 7U) == 0U);
+    const bool rare = (((n / 3000U) % 3U) == 1U) && ((random_next(random) % 200U) == 0U);
+    return (n > 0U) && (dense || rare);
+}
+
 static void run_forever(uint32_t stride, uint32_t samples)
 {
     davar_t *davar = &instances[0];
@@ -138,7 +155,7 @@ static void run_forever(uint32_t stride, uint32_t samples)
     uint32_t gaps = 0U;
     for (uint32_t n = 0U; n < samples; n++) {
         const int16_t sample = next_sample(&random, n);
-        if ((n > 0U) && (((n / 3000U) % 3U) == 1U) && ((random_next(&random) % 200U) == 0U)) {
+        if (has_gap(&random, n)) {
             davar_gap(davar, 1U + (n % 3U));
             accepted_gap(&accepted);
             gaps++;
@@ -147,7 +164,7 @@ static void run_forever(uint32_t stride, uint32_t samples)
         davar_push_q15(davar, &sample, 1U);
         const bool is_late = (stride > 1U) && ((n % 4U) != 3U); /* up to three samples behind the epoch */
         if (!is_late && davar_take(davar, &result)) {
-            check(&result, davar_health(davar).cuts > 0U);
+            check(davar, &result);
             checked++;
         }
         if ((n % 7919U) == 7918U) {
@@ -174,10 +191,19 @@ static void test_every_epoch_of_ten_million_samples_on_a_grid_is_exact(void)
     run_forever(10U, FOREVER_SAMPLES);
 }
 
+static void test_every_epoch_of_centred_windows_is_exact(void)
+{
+    config.mode = DAVAR_MODE_CENTRED;
+    config.window_max = 330U;
+    run_forever(1U, FOREVER_SAMPLES / 10U);
+    run_forever(12U, FOREVER_SAMPLES);
+}
+
 int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_every_epoch_of_ten_million_samples_is_exact);
     RUN_TEST(test_every_epoch_of_ten_million_samples_on_a_grid_is_exact);
+    RUN_TEST(test_every_epoch_of_centred_windows_is_exact);
     return UNITY_END();
 }

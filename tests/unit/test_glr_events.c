@@ -330,6 +330,74 @@ static void test_a_cut_that_came_late_counts(void)
     TEST_ASSERT_BIT_HIGH((int)(state.cuts - 1U), state.counts);
 }
 
+#define STEPS 6000U
+
+static bool heard[STEPS + 1U]; /* block n was accepted */
+
+static uint32_t heard_between(uint32_t begin, uint32_t end)
+{
+    uint32_t count = 0U;
+    for (uint32_t n = begin; n < end; n++) {
+        count += heard[n] ? 1U : 0U;
+    }
+    return count;
+}
+
+/* A window [begin, end) about the block that so many accepted ones follow: in the record, not empty, with the blocks it says. Of a
+ * beginning that no record holds only the newest blocks are counted one by one. */
+static void check_centred_window(uint32_t accepted)
+{
+    davar_glr_window_t window;
+    const uint32_t now = state.now.at;
+    const uint32_t age = davar_glr_age_of(&state, accepted);
+    if (!davar_glr_centred(&state, &config, age, &window)) {
+        return;
+    }
+    const uint32_t newest = (now > GLR_RECENT) ? (now - GLR_RECENT) : 0U;
+    const uint32_t from = (window.begin > newest) ? window.begin : newest;
+    TEST_ASSERT_TRUE((int32_t)(window.end - window.begin) > 0);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(now, window.end);
+    TEST_ASSERT_TRUE((now - window.begin) >= age);
+    TEST_ASSERT_TRUE((now - window.end) < age);
+    TEST_ASSERT_EQUAL_UINT32(heard_between(window.end, now), window.after);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(heard_between(window.begin, window.end), window.blocks);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(heard_between(from, window.end), window.blocks);
+}
+
+/* Steps and gaps beside one another: where gaps leave few blocks of many, the records that are as old as the window hold none of it. */
+static void check_windows_beside_gaps(uint32_t block, uint32_t gaps)
+{
+    static const double levels[] = {20.0, 100.0, 20.0, 60.0};
+    davar_glr_wish_t wish = usual;
+    wish.block = block;
+    wish.longest = 600U * block;
+    davar_glr_start(&config, &wish);
+    davar_glr_reset(&state);
+    while (state.now.at < (STEPS - 4U)) {
+        const uint32_t before = state.now.at;
+        if ((random_next(&rng) % 100U) < gaps) {
+            davar_glr_skip(&state, &config, &event);
+            event.dropped = event.resolved;
+        } else {
+            push_noise(levels[(before / 150U) % 4U]);
+        }
+        for (uint32_t i = 0U; i < event.resolved; i++) {
+            heard[before + i] = (i >= event.dropped);
+        }
+        check_centred_window(config.half + 1U + (before % 4U));
+    }
+}
+
+static void test_windows_about_a_place_beside_gaps(void)
+{
+    static const uint32_t blocks[] = {5U, 10U, 25U};
+    for (uint32_t i = 0U; i < 3U; i++) {
+        for (uint32_t gaps = 5U; gaps < 100U; gaps += 15U) {
+            check_windows_beside_gaps(blocks[i], gaps);
+        }
+    }
+}
+
 static void test_a_trailing_detector_remembers_no_cuts(void)
 {
     davar_glr_wish_t wish = usual;
@@ -361,6 +429,7 @@ int main(void)
     RUN_TEST(test_the_oldest_cut_that_is_remembered_bounds_the_window);
     RUN_TEST(test_a_cut_beside_a_gap_counts);
     RUN_TEST(test_a_cut_that_came_late_counts);
+    RUN_TEST(test_windows_about_a_place_beside_gaps);
     RUN_TEST(test_a_trailing_detector_remembers_no_cuts);
     return UNITY_END();
 }
