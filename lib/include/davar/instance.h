@@ -57,7 +57,8 @@ typedef struct davar {
 
 /* Bytes for static memory of a value at every sample (stride 1), when every span fits the shortest window
  * (2 m_max <= window_min); on a grid DAVAR_MEMORY_GRID_*; a stride by edges: window_max and stride - 1 in place of window_max; otherwise, and for policy glr, ask davar_memory_size_*.
- * Policy glr on a grid records at every block, whatever the stride: about ((window_max + stride) / block + 4) (8 T + 32) bytes (q15; q31: 16 T + 64). Declare it aligned:
+ * Policy glr on a grid records at every block, whatever the stride: about ((window_max + stride) / block + 4) 8 T bytes (q15; q31: 16 T) and,
+ * with moments, 32 (64) more each. Declare it aligned:
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 128, 8, 4) / 8];
  * Per sample of the window and of the longest span 2 bytes (q15) or 4 (q31, f32) (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)

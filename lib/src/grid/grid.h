@@ -102,7 +102,9 @@ DAVAR_RARE static void track_record_mirrored(track_t *track, const stages_t *sta
 
 static void track_record_powers(track_t *track, const stages_t *stages)
 {
-    powers_copy(&track->powers[track->slot], &stages->moments.whole);
+    if (track->powers != NULL) {
+        powers_copy(&track->powers[track->slot], &stages->moments.whole);
+    }
     if ((track->sums != NULL) && (track->sum_due == NULL)) {
         grid_record_all_sums(track, &stages->allan, track->slot);
     }

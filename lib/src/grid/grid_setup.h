@@ -143,7 +143,9 @@ static void track_record_zero(track_t *track, const allan_t *allan)
     const powers_t no_powers = {0};
     const sum_t no_sum = {0};
     if (track->due == 0U) {
-        track->powers[track->slot] = no_powers;
+        if (track->powers != NULL) {
+            track->powers[track->slot] = no_powers;
+        }
         track->due += track->hop;
         track->slot = slot_after(track, track->slot);
     }
@@ -176,12 +178,14 @@ DAVAR_RARE static void grid_start(grid_t *grid, const davar_config_t *config, co
     grid_schedule(grid, 0U);
 }
 
-DAVAR_RARE static void tracks_carve(davar_arena_t *arena, track_t *tracks, const residues_t *residues, uint32_t sums)
+DAVAR_RARE static void tracks_carve(davar_arena_t *arena, const davar_config_t *config, track_t *tracks,
+                                    const residues_t *residues, uint32_t sums)
 {
+    const bool has_powers = has_moments(config) || !has_tracker(config);
     for (uint8_t i = 0U; i < residues->count; i++) {
         tracks[i].hop = residues->hop[i];
         tracks[i].slots = slots_for(residues->reach[i], tracks[i].hop);
-        tracks[i].powers = davar_arena_take(arena, tracks[i].slots, sizeof(powers_t));
+        tracks[i].powers = has_powers ? davar_arena_take(arena, tracks[i].slots, sizeof(powers_t)) : NULL;
         tracks[i].sums = davar_arena_take(arena, (size_t)tracks[i].slots * sums, sizeof(sum_t));
     }
 }
@@ -203,9 +207,9 @@ DAVAR_RARE static void grid_carve(davar_arena_t *arena, grid_t *grid, const dava
     grid->tail_count = tail.count;
     grid->head_count = head.count;
     grid->middle_count = middle.count;
-    tracks_carve(arena, grid->tail, &tail, config->tau_count);
-    tracks_carve(arena, grid->head, &head, config->tau_count);
-    tracks_carve(arena, grid->middle, &middle, 0U);
+    tracks_carve(arena, config, grid->tail, &tail, config->tau_count);
+    tracks_carve(arena, config, grid->head, &head, config->tau_count);
+    tracks_carve(arena, config, grid->middle, &middle, 0U);
     tracks_carve_dues(arena, grid->tail, grid->tail_count, config->tau_count);
 }
 

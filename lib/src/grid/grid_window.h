@@ -44,24 +44,35 @@ static const track_t *tracks_find(const track_t *tracks, uint8_t count, uint32_t
     return NULL;
 }
 
+/* Finds the records of the power sums, where the window's first part ends too. */
+static void grid_place_powers(grid_t *grid, uint32_t middle_at, const track_t *head, uint32_t head_slot,
+                              const track_t *tail, uint32_t tail_slot)
+{
+    uint32_t slot = 0U;
+    const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_at, &slot);
+    DAVAR_ASSERT(middle != NULL);
+    grid->records.head_powers = &head->powers[head_slot];
+    grid->records.middle_powers = &middle->powers[slot];
+    grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[tail_slot];
+}
+
 /* Finds the records of the window that the law has placed. */
 static void grid_place(stages_t *stages, const davar_t *davar)
 {
     grid_t *const grid = stages->grid;
     const uint32_t head_at = window_head(&davar->window);
-    const uint32_t taus = stages->allan.count;
-    uint32_t slot = 0U;
-    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, &slot);
-    grid->records.head_powers = &head->powers[slot];
-    grid->records.head_sums = &head->sums[(size_t)slot * taus];
-    const uint32_t middle_position = head_at - davar->config->segment;
-    const track_t *const middle = tracks_find(grid->middle, grid->middle_count, middle_position, &slot);
-    grid->records.middle_powers = &middle->powers[slot];
     const uint32_t tail_at = window_tail(&davar->window);
-    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, tail_at, &slot);
-    DAVAR_ASSERT((head != NULL) && (middle != NULL) && ((tail != NULL) || (tail_at == 0U)));
-    grid->records.tail_powers = (tail == NULL) ? NULL : &tail->powers[slot];
-    grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)slot * taus];
+    const uint32_t taus = stages->allan.count;
+    uint32_t head_slot = 0U;
+    uint32_t tail_slot = 0U;
+    const track_t *const head = tracks_find(grid->head, grid->head_count, head_at, &head_slot);
+    const track_t *const tail = tracks_find(grid->tail, grid->tail_count, tail_at, &tail_slot);
+    DAVAR_ASSERT((head != NULL) && ((tail != NULL) || (tail_at == 0U)));
+    grid->records.head_sums = &head->sums[(size_t)head_slot * taus];
+    grid->records.tail_sums = (tail == NULL) ? NULL : &tail->sums[(size_t)tail_slot * taus];
+    if (has_moments(davar->config)) {
+        grid_place_powers(grid, head_at - davar->config->segment, head, head_slot, tail, tail_slot);
+    }
 }
 
 /* The sum of squared differences of the window for one tau. */

@@ -9,7 +9,7 @@
 
 /* Running sums recorded at the positions first, first + hop, first + 2 hop ... (grid, 2.7). */
 typedef struct {
-    powers_t *powers;   /* slots entries */
+    powers_t *powers;   /* slots entries; null: policy glr without moments */
     sum_t *sums;        /* slots x taus; null for the middle track */
     uint32_t *sum_due;  /* per tau: value of `received` at the next record; null when recorded with the powers */
     uint32_t *sum_slot; /* per tau: slot of that record */
