@@ -25,7 +25,7 @@ def cell(tau_s, ratio, z):
 
 
 def comparison(p, cells=(), tests=None):
-    return Made(cells=list(cells) or [cell(1.0, 1.0, 0.0)], samples=360000, rate_hz=50.0, effects=MODEL.kinds, error=0.13, error_floor=0.03,
+    return Made(cells=list(cells) or [cell(1.0, 1.0, 0.0)], samples=360000, rate_hz=50.0, duration_s=7200.0, effects=MODEL.kinds, error=0.13, error_floor=0.03,
                 p_value=p, adequate=p >= 0.01, judgement=judgement(p), where=[one for one in cells if abs(one.z) > 4], correlations={},
                 tests=tests or {}, observations=[])
 

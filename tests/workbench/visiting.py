@@ -26,6 +26,7 @@ expect.set_options(timeout=HANG_MS)
 def run(*arguments):
     """A command of davarlab as a user types it."""
     return subprocess.run([COMMAND, *map(str, arguments)], text=True, capture_output=True)
+OF_A_STEP = ("add", "line", "set", "refit", "remove", "restore", "go")  # actions on what a page shows
 
 
 class Workbench:
@@ -59,10 +60,24 @@ class Workbench:
                 return why.code, why.read().decode()
 
     def ask(self, what, **given):
+        given = self.shown(what, given) if what in ("ghost", "preview") else given
         status, text = self.request(f"/api/{what}?{urllib.parse.urlencode(given)}")
         return status, json.loads(text)
 
+    def shown(self, what, given):
+        """What is given, with the state and the kind that a page shows which shows what is so now."""
+        status, step = self.ask("step")
+        if status != 200:
+            return {"state": "none", **given}
+        if type(given.get("place")) is int:
+            listed = {"add": lambda: self.ask("candidates")[1]["candidates"], "restore": lambda: step["off"]}
+            listed["ghost"] = listed["add"]
+            there = listed.get(what, lambda: step["cards"])()
+            given = {"kind": there[given["place"]]["kind"] if 0 <= given["place"] < len(there) else "none", **given}
+        return {"state": step["state"], **given}
+
     def act(self, what, **given):
+        given = self.shown(what, given) if what in OF_A_STEP else given
         status, text = self.request(f"/api/{what}", json.dumps(given).encode())
         return status, json.loads(text)
 

@@ -38,6 +38,11 @@ class Recording:
         return len(next(iter(self.columns.values())))
 
     @property
+    def measured_samples(self):
+        """How many samples there are, without the missing ones of the grid."""
+        return self.samples if self.known is None else int(np.count_nonzero(self.known))
+
+    @property
     def time_s(self):
         """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples. Not to be written to."""
         if "time" not in self.measured:

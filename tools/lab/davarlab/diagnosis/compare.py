@@ -17,6 +17,7 @@ from .judge import Judgement
 
 @dataclass
 class Comparison:
+    """samples: those that are there; missing: places of the even grid without one; duration_s: of the grid."""
     samples: int
     rate_hz: float
     effects: list
@@ -27,6 +28,8 @@ class Comparison:
     spectrum: tuple = ()  # f, measured over model, degrees of freedom
     correlations: dict = field(default_factory=dict)  # column -> (correlation, p)
     observations: list = field(default_factory=list)  # what is in the record and no error of the sensor
+    missing: int = 0
+    duration_s: float = 0.0
 
     error = property(lambda self: self.judgement.error)
     error_floor = property(lambda self: self.judgement.floor)
@@ -111,8 +114,9 @@ def of_state(state, column):
     """The comparison that a judged state comes to."""
     where = sorted((cell for cell, off in zip(state.cells, judge.proven(state.cells)) if off), key=lambda cell: -abs(cell.z))
     recording = state.bench.recording
-    return Comparison(recording.samples, recording.rate_hz, state.model_kinds, state.judgement, state.cells, state.adequacy.tests,
-                      where[:40], residual_spectrum(state), correlations(state, column), state.seen)
+    return Comparison(recording.measured_samples, recording.rate_hz, state.model_kinds, state.judgement, state.cells, state.adequacy.tests,
+                      where[:40], residual_spectrum(state), correlations(state, column), state.seen,
+                      recording.samples - recording.measured_samples, recording.samples / recording.rate_hz)
 
 
 def loss_of(fitted, state):

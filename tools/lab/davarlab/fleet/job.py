@@ -74,7 +74,7 @@ def row_of(recording, given, job):
     fitted, entries = improve.fitted_model(state, model)
     found = state.judgement
     row = {"axis": given.column, "verdict": verdict, "adequacy": found.adequacy, "error": found.error, "error_floor": found.floor, "p_value": found.p_value,
-           "samples": recording.samples, "rate_hz": recording.rate_hz, "temperature_degC": temperature(recording), "start_s": start(recording),
+           "samples": recording.measured_samples, "rate_hz": recording.rate_hz, "temperature_degC": temperature(recording), "start_s": start(recording),
            "observations": [one.kind for one in state.seen], "coefficients": coefficients(fitted, entries, given.column), "gains": gains(ranking)}
     if job.chance:
         row["chance"] = gains(search.ranking(state_of.start(drawn(seen, fitted, state, job.address), model)))

@@ -60,7 +60,7 @@ def file_facts(files):
 def run_facts(run):
     recording = run.recording
     return {"command": run.command, "files": file_facts(run.files),
-            "samples": recording.samples, "rate_hz": recording.rate_hz, "duration_s": recording.samples / recording.rate_hz,
+            "samples": recording.measured_samples, "missing": recording.samples - recording.measured_samples, "rate_hz": recording.rate_hz, "duration_s": recording.samples / recording.rate_hz,
             "gaps": len(recording.gaps), "column": run.model.column, "notes": recording.notes,
             "columns": list(recording.columns), "versions": versions(),
             "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")}

@@ -35,7 +35,7 @@ def observations(seen):
 
 
 def comparison(c):
-    return {"samples": c.samples, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
+    return {"samples": c.samples, "samples_missing": c.missing, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
             "p_value": c.p_value, **judgement(c.judgement), "observations": observations(c.observations), "tests": c.tests,
             "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
             "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,

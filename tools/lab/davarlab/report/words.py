@@ -139,7 +139,7 @@ def observation(one):
 
 def misfit(comparison):
     """Where the whole record is off, and by how much at most, in one sentence; what the judge takes for chance is not."""
-    span = comparison.samples / comparison.rate_hz
+    span = comparison.duration_s
     away = [cell for cell in comparison.where if cell.start_s == 0 and cell.stop_s >= 0.99 * span]
     if away:
         away.sort(key=lambda cell: cell.tau_s)

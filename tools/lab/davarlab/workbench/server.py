@@ -25,7 +25,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from ..errors import BadInput, internal_error
 from ..report import values
-from .visit import Visit
+from .visit import Stale, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {path.relative_to(PAGE).as_posix(): path for path in PAGE.rglob("*") if path.is_file()}  # these, whatever is asked for
@@ -131,7 +131,7 @@ class Server:
         try:
             found = await self.loop.run_in_executor(self.reader if table is self.visit.looks else self.worker, self.begun(table, what, given))
         except BadInput as why:
-            return JSONResponse({"error": str(why)}, 400)
+            return JSONResponse({"error": str(why)}, 409 if isinstance(why, Stale) else 400)
         except Exception as why:
             return self.fault(why)
         if isinstance(found, bytes):
@@ -151,7 +151,7 @@ class Server:
     def fault(self, why):
         """What nobody foresaw: said, and the visit goes on."""
         internal_error(why)
-        return JSONResponse({"error": f"an internal error: {type(why).__name__}: {why}; nothing that was done is lost"}, 500)
+        return JSONResponse({"error": f"an internal error: {type(why).__name__}: {why}; the steps so far are kept"}, 500)
 
     def tell(self, **event):
         """Sends an event to every tab; may be called from the worker."""
@@ -206,7 +206,7 @@ def run(options):
         async def serve():
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
-            print("davarlab: the workbench is open at this address, on this machine only; Ctrl-C ends it, nothing is lost", file=sys.stderr, flush=True)
+            print("davarlab: the workbench is open at this address, on this machine only; Ctrl-C ends it, every step is kept beside the recording", file=sys.stderr, flush=True)
             if not options.no_browser:
                 show(address, folder)
             try:

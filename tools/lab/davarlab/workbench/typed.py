@@ -17,6 +17,12 @@ def commands(steps, sight):
     return [shlex.join(["tools/davarlab", *row]) for row in rows]
 
 
+def again(steps):
+    """What opens the recording once more."""
+    sensor = ["--sensor", steps.log["sensor"]] if steps.log and steps.log.get("sensor") else []
+    return shlex.join(["tools/davarlab", "open", steps.recording, *sensor])
+
+
 def in_terminal(steps):
     """(the import that the log needs, if any, the name of the recording behind it, its --rate): words to type."""
     renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])

@@ -1,5 +1,6 @@
 """A visit to the workbench: which recording lies on the desk, which step one stands on, and everything that a page may ask or do."""
 
+import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,6 +18,10 @@ from .steps import Sight, Steps
 
 class Superseded(Exception):
     """What was being computed is not wanted now."""
+
+
+class Stale(BadInput):
+    """An action on something that the page showed and that is not so any more."""
 
 
 @dataclass
@@ -62,9 +67,10 @@ class Visit:
         """Where the visit stands; `step` gives what a step looks like."""
         desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
         if not desk:
-            return {"revision": self.revision, "recording": None, "live": live, "log": log and log.shown, "folder": str(self.arrivals.folder)}
+            return {"again": "tools/davarlab open", "revision": self.revision, "recording": None, "live": live, "log": log and log.shown, "folder": str(self.arrivals.folder)}
         recording = desk.recording
-        return {"revision": self.revision, "recording": str(recording.name), "live": live, "samples": recording.samples, "rate_hz": recording.rate_hz, "gaps": len(recording.gaps),
+        return {"revision": self.revision, "recording": str(recording.name), "live": live, "samples": recording.measured_samples, "missing": recording.samples - recording.measured_samples,
+                "rate_hz": recording.rate_hz, "gaps": len(recording.gaps), "state": self.state(), "again": typed.again(self.steps),
                 "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
                 "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
                 "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
@@ -104,7 +110,7 @@ class Visit:
         recording = self.as_named(path, steps)
         gyros = desks.gyro_columns(recording)
         if not gyros:
-            raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s")
+            raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)")
         given = model and models.read(model)
         if given:
             models.check_fits(given, recording, model)
@@ -222,11 +228,16 @@ class Visit:
             raise BadInput("no recording is open")
         return self.steps.here if number is None else self.steps.steps[self.known(number)]
 
-    def current(self, number):
-        """The current step, if it is the one that the page showed."""
+    def state(self, step=None):
+        """Names what a page shows: the recording, the sight of it, the step and its model."""
+        step = step or self.here()
+        return hashlib.sha256("\0".join([str(self.steps.path), self.steps.sight.text, str(step.number), step.text]).encode()).hexdigest()[:16]
+
+    def current(self, state):
+        """The current step, if it is the one that the page showed. Raises Stale."""
         step = self.here()
-        if number is not None and whole(number, "a step") != step.number:
-            raise BadInput("another step is current now, of another tab perhaps: look at it first")
+        if state != self.state(step):
+            raise Stale("this was shown for another axis, stretch or step; nothing was changed, look at the page as it is now and try again")
         return step
 
     def known(self, number):
@@ -256,47 +267,55 @@ class Visit:
         """A step as the page draws it."""
         step = self.here(number)
         outcome = self.outcome(step)
-        return {"number": step.number, "did": step.did, "fitted": step.fitted, "off": step.off,
+        return {"number": step.number, "state": self.state(step), "did": step.did, "fitted": step.fitted, "off": step.off,
                 **views.model(outcome, self.desk.recording), "text": models.text_of(outcome.model)}
 
     def candidates(self, number=None):
         """The ranking beside a step; given up, and said so, when somebody does something or holds a slider."""
         step = self.here(number)
+        state = self.state(step)
 
         def partly(kind, found):
             if self.hurried():
                 raise Superseded
             so_far = sorted(filter(None, found), key=lambda candidate: candidate.log_p)
-            self.tell(ranking=step.number, trying=words.name(kind), candidates=views.candidates(so_far))
+            self.tell(ranking=state, trying=words.name(kind), candidates=views.candidates(so_far))
 
         try:
-            return {"number": step.number, "candidates": views.candidates(self.desk.ranked(step.text, self.progress, partly))}
+            return {"number": step.number, "state": state, "candidates": views.candidates(self.desk.ranked(step.text, self.progress, partly))}
         except Superseded:
-            return {"number": step.number, "superseded": True}
+            return {"number": step.number, "state": state, "superseded": True}
 
-    def candidate(self, step, place):
+    def candidate(self, step, place, kind):
         ranked = self.desk.ranked(step.text, self.progress)
         if not 0 <= whole(place, "a candidate") < len(ranked):
             raise BadInput(f"there is no candidate {place}")
-        return ranked[int(place)]
+        return self.of_kind(ranked[int(place)], kind)
 
-    def ghost(self, place, number=None):
+    @staticmethod
+    def of_kind(found, kind):
+        """What stands at a place, if it is of the kind that the page showed there. Raises Stale."""
+        if found.kind != kind:
+            raise Stale(f"{words.name(found.kind)} stands there now, not {words.name(str(kind))}; nothing was changed")
+        return found
+
+    def ghost(self, place, kind, state):
         """The curve and the error with a candidate, before it is added."""
-        step = self.here(number)
-        found = self.joined(step, self.candidate(step, place))
+        step = self.current(state)
+        found = self.joined(step, self.candidate(step, place, kind))
         judgement = found.state.judgement
         return {"deviation": views.deviation(found, self.desk.recording), "error": judgement.error, "floor": judgement.floor}
 
-    def preview(self, place, name, value):
+    def preview(self, place, kind, name, value, state):
         """The curve with one value moved, while a slider is held."""
-        step = self.here()
-        model = self.moved(step, place, {name: real(value, name)})
+        step = self.current(state)
+        model = self.moved(step, place, kind, {name: real(value, name)})
         return views.preview(self.desk.given(self.best(step), model))
 
-    def moved(self, step, place, parameters):
+    def moved(self, step, place, kind, parameters):
         """The model of a step with some values of an effect set by hand."""
         model = models.of_text(step.text, "model")
-        term = self.term(model, place)
+        term = self.of_kind(self.term(model, place), kind)
         if not isinstance(parameters, dict):
             raise BadInput("parameters: name and value expected")
         model.terms[int(place)] = models.checked_term({"kind": term.kind, **term.parameters, **parameters}, term.kind)
@@ -307,14 +326,14 @@ class Visit:
         key = (step.text, candidate.kind, str(candidate.part.key))
         return self.desk.remembered(key, lambda: self.desk.with_candidate(step.text, candidate, self.progress))
 
-    def add(self, place, number=None):
+    def add(self, place, kind, state):
         """A candidate joins the model."""
-        step = self.here(number)
-        return self.join(step, self.candidate(step, place))
+        step = self.current(state)
+        return self.join(step, self.candidate(step, place, kind))
 
-    def line(self, f_hz, wide=False, number=None):
+    def line(self, f_hz, state, wide=False):
         """A line where somebody saw a peak; the fit moves a sharp one by less than one over the record's length."""
-        step = self.current(number)
+        step = self.current(state)
         return self.join(step, self.desk.line_at(step.text, real(f_hz, "a frequency"), bool(wide)))
 
     def join(self, step, candidate):
@@ -322,10 +341,10 @@ class Visit:
         self.steps.go(step.number)
         return self.grow(f"added {words.name(candidate.kind)}", found, off=step.off)
 
-    def set(self, place, parameters, number=None):
+    def set(self, place, kind, parameters, state):
         """Values of an effect by hand; they are judged as they stand."""
-        step = self.current(number)
-        model = self.moved(step, place, parameters)
+        step = self.current(state)
+        model = self.moved(step, place, kind, parameters)
         return self.grow(f"set {words.name(model.kinds[int(place)])}", self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
 
     def best(self, step):
@@ -339,9 +358,9 @@ class Visit:
             raise BadInput(f"there is no effect {place}")
         return model.terms[int(place)]
 
-    def refit(self, held=(), number=None):
+    def refit(self, state, held=()):
         """All values at their best, from where they stand; those of the effects at the places `held` stay."""
-        step = self.current(number)
+        step = self.current(state)
         if held:
             model = models.of_text(step.text, "model")
             places = sorted({int(place) for place in held if self.term(model, place)})
@@ -350,30 +369,30 @@ class Visit:
             return self.grow(f"fitted around {names}", outcome, fitted=False, off=step.off)
         return self.grow("fitted", self.fit(models.of_text(step.text, "model")), off=step.off)
 
-    def remove(self, place, number=None):
+    def remove(self, place, kind, state):
         """Switches an effect off: it stays in sight and can be switched on again."""
-        step = self.current(number)
+        step = self.current(state)
         model = models.of_text(step.text, "model")
-        term = self.term(model, place)
+        term = self.of_kind(self.term(model, place), kind)
         if len(model.terms) == 1:
             raise BadInput("a model needs an effect: the last one stays")
         del model.terms[int(place)]
         return self.grow(f"without {words.name(term.kind)}", self.fit(model), off=[*step.off, {"kind": term.kind, **term.parameters}])
 
-    def restore(self, place, number=None):
+    def restore(self, place, kind, state):
         """Switches an effect on again."""
-        step = self.current(number)
+        step = self.current(state)
         if not 0 <= whole(place, "an effect") < len(step.off):
             raise BadInput(f"no effect {place} is switched off")
         model = models.of_text(step.text, "model")
-        term = models.checked_term(step.off[int(place)], "an effect that was switched off")
+        term = self.of_kind(models.checked_term(step.off[int(place)], "an effect that was switched off"), kind)
         model.terms.append(term)
         off = [one for index, one in enumerate(step.off) if index != int(place)]
         return self.grow(f"with {words.name(term.kind)} again", self.fit(model), off=off)
 
-    def go(self, number):
+    def go(self, number, state):
         """To another step of the tree: undo, redo, a branch."""
-        self.here()
+        self.current(state)
         self.steps.go(self.known(number))
         return self.changed()
 
@@ -398,17 +417,17 @@ class Visit:
         """The numbers of a kalibr file, as a data sheet's."""
         return {"sheet": kalibr.sizes(text, "the kalibr file")}
 
-    def report(self, number=None):
+    def report(self, number=None, state=None):
         """The still page of a step: that of `davarlab compare --report`."""
-        step = self.here(number)
+        step = self.here(number) if state is None else self.current(state)
         if self.desk.sight.alone or self.desk.sight.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
         _, recording, rate = typed.in_terminal(self.steps)
         return self.desk.report(self.outcome(step), self.steps.recording, (recording, typed.MODEL_NAME, rate), self.progress)
 
-    def save(self, what, number=None):
+    def save(self, what, number=None, state=None):
         """The model to take home: toml, or the table for the device."""
-        step = self.here(number)
+        step = self.here(number) if state is None else self.current(state)
         if what == "toml":
             return step.text.encode()
         if what == "h":

@@ -6,23 +6,25 @@ import * as charts from "/page/charts.js";
 import { closer, look, record, sights, worst } from "/page/parts/closer.js";
 import * as landing from "/page/parts/landing.js";
 import { heard, live } from "/page/parts/live.js";
-import { acting, at, change, changed, doing, leaving, newest, now, say, shownBy } from "/page/now.js";
+import { acting, at, change, changed, dead, doing, leaving, newest, now, say, shownBy, stale } from "/page/now.js";
 import * as stack from "/page/parts/stack.js";
 import { falling, timeline } from "/page/parts/timeline.js";
 import { element, fill, number } from "/page/words.js";
 
 const OF_A_STEP = ["refit", "save", "save-h", "report"]; // buttons
+const LATER = ["falling", "residual", "map", "spectrum", "record", "against", "spectrogram"]; // charts that come after the others
 
 async function refresh() {
   const turn = ++now.turn;
   now.all = await ask("all");
   live(now.all).catch(() => {});
+  if (now.all.recording && now.all.state !== now.view?.state) stale(true);
   at("landing").hidden = Boolean(now.all.recording);
   at("bench").hidden = !now.all.recording || !now.view; // nothing of a recording that was closed
   at("close").hidden = !now.all.recording;
   at("axis-label").hidden = !now.all.recording;
   if (!now.all.recording) for (const id of [...OF_A_STEP, "undo", "redo"]) at(id).disabled = true;
-  at("recording").textContent = now.all.recording ? `${now.all.recording.split("/").at(-1)}: ${now.all.samples} samples, ${number(now.all.rate_hz, 6)} Hz, ${now.all.gaps} gaps` : "";
+  at("recording").textContent = now.all.recording ? `${now.all.recording.split("/").at(-1)}: ${now.all.samples} samples${now.all.missing ? ` (${now.all.missing} missing in ${now.all.gaps} gaps)` : ""}, ${number(now.all.rate_hz, 6)} Hz` : "";
   if (!now.all.recording) {
     now.view = now.found = null;
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
@@ -30,11 +32,13 @@ async function refresh() {
       sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
       read: (columns, rate_hz) => change("reading the recording and fitting a first model", "read", { columns, rate_hz }) };
     landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);
+    stale(false);
     return;
   }
   fill("axis", ...now.all.gyros.map((name) => element("option", { value: name, selected: name === now.all.column }, name)));
   const next = await ask("step", { number: now.all.current });
-  if (turn !== now.turn) return;
+  if (turn !== now.turn || next.state !== now.all.state) return; // of what has changed meanwhile the server sends word
+  if (next.state !== now.view?.state) fill("cell");
   now.view = next;
   at("bench").hidden = false;
   now.found = null;
@@ -44,27 +48,34 @@ async function refresh() {
 // What a person waits for first; the other charts follow, and stop where another step is wanted.
 async function show(turn) {
   for (const id of OF_A_STEP) at(id).disabled = false;
+  for (const id of LATER) if (at(id)) dead(id, true);
   fill("peak");
   verdict();
   stack.draw(now.view, cards);
   timeline();
   charts.stopMoving();
   draggable(await charts.deviation(now.view), now.view, cards);
+  if (turn !== now.turn) return;
   heldOut();
   rank(turn);
+  stale(false);
   rest(turn);
 }
 
 async function rest(turn) {
-  for (const draw of [falling, sights, () => charts.residual(now.view), () => charts.map(now.view, look), () => charts.spectrum(now.view, peak), record, closer]) {
+  const { view } = now;
+  const drawn = [["falling", falling], [null, sights], ["residual", () => charts.residual(view)], ["map", () => charts.map(view, look)],
+    ["spectrum", () => charts.spectrum(view, (point) => peak(view, point))], ["record", record], [null, closer]];
+  for (const [id, draw] of drawn) {
     await new Promise((done) => setTimeout(done));
     if (turn !== now.turn) return;
-    try { await draw(); } catch { /* a picture less */ }
+    try { await draw(); } catch { continue; } // an old picture stays dimmed
+    if (id && turn === now.turn) dead(id, false);
   }
 }
 
-function peak(point) {
-  const f_hz = now.view.spectrum.peak_hz[point.pointIndex], at_hz = `at ${number(f_hz, 6)} Hz`; // of the group of frequencies that was clicked
+function peak(view, point) {
+  const f_hz = view.spectrum.peak_hz[point.pointIndex], at_hz = `at ${number(f_hz, 6)} Hz`; // of the group of frequencies that was clicked
   const offer = (text, wide) => element("button", { onclick: () => acting(`adding a line ${at_hz}`, "line", { f_hz, wide }) }, text);
   fill("peak", offer(`Add a sharp line ${at_hz}`, false), offer(`Add a line with a width ${at_hz}`, true));
 }
@@ -103,15 +114,15 @@ const follow = newest(async (given, still) => {
 const cards = {
   moved: (card, parameter, value) => {
     const model = stack.withSize(now.view, card, parameter, value);
-    if (model) charts.moving(now.view.deviation.tau_s, model); else follow({ place: card.place, name: parameter.name, value });
+    if (model) charts.moving(now.view.deviation.tau_s, model); else follow({ place: card.place, kind: card.kind, name: parameter.name, value, state: now.view.state });
   },
-  released: (card, parameter, value) => acting(`judging ${parameter.name} = ${value}`, "set", { place: card.place, parameters: { [parameter.name]: value } }),
-  off: (card) => acting(`fitting without ${card.name}`, "remove", { place: card.place }),
-  on: (place) => acting("fitting with it again", "restore", { place }),
+  released: (card, parameter, value) => acting(`judging ${parameter.name} = ${value}`, "set", { place: card.place, kind: card.kind, parameters: { [parameter.name]: value } }),
+  off: (card) => acting(`fitting without ${card.name}`, "remove", { place: card.place, kind: card.kind }),
+  on: (one, place) => acting(`fitting with ${one.kind.replaceAll("_", " ")} again`, "restore", { place, kind: one.kind }),
 };
 
 const keys = { u: () => at("undo").click(), r: () => at("redo").click(), f: () => at("refit").click(), s: () => at("save").click(),
-  w: () => now.view && worst(), "?": () => at("help").showModal() };
+  w: () => now.view && !now.stale && worst(), "?": () => at("help").showModal() };
 
 document.addEventListener("keydown", (event) => {
   if (event.target.matches("input, select, textarea") || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -122,7 +133,7 @@ document.addEventListener("keydown", (event) => {
 });
 at("axis").onchange = () => leaving(`looking at ${at("axis").value}`, "sight", { column: at("axis").value });
 at("refit").onclick = () => acting("fitting all values", "refit", { held: stack.held(now.view) });
-const home = (id, what, given, name) => { at(id).onclick = () => doing("making it", () => download(what, { ...given, number: now.view.number }, name)); };
+const home = (id, what, given, name) => { at(id).onclick = () => doing("making it", () => download(what, { ...given, state: now.view.state }, name)); };
 home("save", "save", { what: "toml" }, "model.toml");
 home("save-h", "save", { what: "h" }, "model.h");
 home("report", "report", {}, "report.html");
@@ -130,10 +141,20 @@ at("close").onclick = () => leaving("", "close");
 at("help-button").onclick = () => at("help").showModal();
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => now.view && show(now.turn));
 
+// The server does not answer: what is kept, and how to go on.
+function gone() {
+  say("");
+  stale(true);
+  const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s" : ""} listed below are kept in ${now.all.session}; what was being computed is lost. ` : "";
+  fill("gone", element("b", {}, "The workbench's server does not answer. "), kept, "This page goes on by itself when it answers again. If it has ended, type ",
+    element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
+  at("gone").hidden = false;
+}
+
 shownBy(refresh);
 listen((event) => {
   if (event.progress) say(event.progress);
   if (event.candidates) partly(event);
   if (event.live) heard(event.live);
   if (event.changed) changed(event.changed);
-}, () => say("the server has gone; nothing is lost, start it again with tools/davarlab open"));
+}, gone, () => { at("gone").hidden = true; });

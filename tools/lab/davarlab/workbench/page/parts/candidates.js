@@ -1,7 +1,7 @@
 // What may be missing: the candidates beside the model, their curves before they are added.
 import { ask } from "/page/api.js";
 import * as charts from "/page/charts.js";
-import { change, newest, now, refused, say } from "/page/now.js";
+import { acting, newest, now, refused, say } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 const SHOWN = 9; // as many as there are keys
@@ -12,13 +12,14 @@ const hint = (text) => element("p", { class: "hint" }, text);
 export async function rank(turn) {
   now.found = null;
   if (!now.view.fitted) {
-    list(hint("Values were set by hand: fit first."));
+    list(hint("These values are not fitted. What may be missing is judged beside the fitted values: fit first."),
+      element("button", { class: "main", id: "fit-first", onclick: () => acting("fitting all values", "refit") }, "Fit all values"));
     return;
   }
   list(hint("Trying every effect …"));
   try {
     const answer = await ask("candidates", { number: now.view.number });
-    if (turn !== now.turn) return;
+    if (turn !== now.turn || answer.state !== now.view.state) return;
     if (answer.superseded) { setTimeout(() => turn === now.turn && rank(turn), 500); return; }
     now.found = answer.candidates;
     list(now.found.some((one) => one.beyond_chance) ? null : element("p", { id: "nothing" }, "Nothing beyond chance: of the effects in the table none is missing."),
@@ -31,7 +32,7 @@ export async function rank(turn) {
 
 // What was found so far, while the rest is tried: to read, not yet to add.
 export function partly(event) {
-  if (now.found || !now.view || event.ranking !== now.view.number) return;
+  if (now.found || !now.view || now.stale || event.ranking !== now.view.state) return;
   list(hint(`Trying ${event.trying} …`),
     ...event.candidates.slice(0, SHOWN).map((one) => element("div", { class: "candidate early" }, one.name, element("small", {}, one.why))));
 }
@@ -40,7 +41,7 @@ function candidate(one) {
   const note = element("small", {}, one.why), confirm = one.place === 0 && one.beyond_chance ? element("small", {}, `To confirm: ${one.confirm}`)
     : one.alike && now.found[0].beyond_chance ? element("small", { class: "alike" }, `This recording cannot tell it from the first. To tell: ${one.confirm}`) : null;
   const button = element("button", { class: `candidate${one.beyond_chance ? " strong" : ""}`, "data-kind": one.kind, title: one.confirm,
-    onclick: () => add(one.place) }, `${one.place + 1}. ${one.name}`, note, confirm);
+    onclick: () => add(one.place) }, `${one.place + 1}. Add ${one.name}`, note, confirm);
   let wanted = null;
   const enter = () => { clearTimeout(wanted); wanted = setTimeout(() => ghost({ one, note }), 300); };
   const leave = () => { clearTimeout(wanted); ghost({}); };
@@ -52,13 +53,13 @@ function candidate(one) {
 // The candidate of a place joins the model; nothing where none is.
 export function add(place) {
   const one = now.found?.[place];
-  return one ? change(`adding ${one.name}`, "add", { place, number: now.view.number }) : null;
+  return one && !now.stale ? acting(`adding ${one.name}`, "add", { place: one.place, kind: one.kind }) : null;
 }
 
 // The curve with a candidate, or of another step, beside the model's; of nothing: the model's alone.
 export const ghost = newest(async ({ one, note, step }, still) => {
   const turn = now.turn;
-  const answer = one ? await ask("ghost", { place: one.place, number: now.view.number }) : step ? await ask("step", { number: step.number }) : null;
+  const answer = one ? await ask("ghost", { place: one.place, kind: one.kind, state: now.view.state }) : step ? await ask("step", { number: step.number }) : null;
   if (turn !== now.turn || !now.view) return;
   if (note) note.textContent = `${one.why}. With it the error would be ${number(answer.error)} (floor ${number(answer.floor)}).`;
   if (still()) await charts.deviation(now.view, answer && { name: one ? one.name : `step ${step.number + 1}`, deviation: answer.deviation });

@@ -1,7 +1,7 @@
 // Looking closer: stretches and cells, what is left beside a column, spectra over time, the axes and a data sheet.
 import { act, ask, drop } from "/page/api.js";
 import * as charts from "/page/charts.js";
-import { at, change, doing, leaving, newest, now } from "/page/now.js";
+import { at, change, dead, doing, leaving, newest, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 let sheet = null, axes = null;
@@ -13,6 +13,7 @@ export async function closer() {
   await beside({});
   fill("over", ...["time_s", ...now.all.columns].map((name) => element("option", { value: name, selected: name === at("over").dataset.chosen }, name)));
   await charts.spectrogram(await ask("spectrogram", { column: at("over").value }));
+  dead("spectrogram", false);
   await sensor();
 }
 
@@ -28,6 +29,7 @@ const lag = () => (Number(at("lag").value) ? 0.1 * now.all.duration_s * 1000 ** 
 const beside = newest(async () => {
   at("lag-s").textContent = number(lag(), 2);
   if (at("against-column").value) await charts.against(await ask("against", { column: at("against-column").value, lag_s: lag() }));
+  dead("against", false);
 });
 
 // Seconds of what is shown as seconds of the whole recording.

@@ -1,7 +1,7 @@
 // The first page: the tutorial's sensor, a place to drop a recording, and what its columns are.
 import { element, fill, number } from "/page/words.js";
 
-const QUANTITIES = { time: "time", gyro: "gyro", accel: "accelerometer", temp: "temperature", other: "something else" };
+const QUANTITIES = { time: "time", gyro: "gyro", accel: "accelerometer, beside the gyro", temp: "temperature", other: "something else" };
 
 export function first(all, actions) {
   const input = element("input", { type: "file", id: "file", "aria-label": "a recording", onchange: () => input.files[0] && actions.drop(input.files[0]) });
@@ -54,14 +54,20 @@ export function columns(all, actions) {
     if (key !== "factor") one.factor = (all.log.units[one.quantity] || {})[one.unit] ?? 1;
     one.sure = true;
     table.tBodies[0].rows[index].replaceWith(row(one, Number(index), all));
+    readable();
   });
   const rate = element("input", { type: "number", step: "any", min: 0, id: "rate", placeholder: "from the time" });
   const clock = all.log.rate_hz ? `${number(all.log.rate_hz, 6)} Hz, ${all.log.missing} samples missing` : "no time";
+  const read = element("button", { class: "main", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null) }, "Read it so");
+  const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet: say which one is. The workbench shows gyros only; of an accelerometer, ",
+    element("code", {}, "tools/davarlab fit REC -m MODEL --axes accel"), " fits the noise.");
+  const readable = () => { read.disabled = !guesses.some((one) => one.quantity === "gyro" && one.axis); none.hidden = !read.disabled; };
+  readable();
   fill("landing", element("h2", {}, "What the columns are"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${clock}. `
       + "Guesses can be changed."),
     element("div", { class: "scroll" }, table),
     element("p", { class: "hint" }, "A factor turns the file's numbers into s, deg/s, g or degC; of counts only a data sheet knows it."),
     element("p", {}, element("label", { for: "rate" }, "Samples per second, where no column is the time: "), rate),
-    element("p", {}, element("button", { class: "main", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null) }, "Read it so"), " ",
+    none, element("p", {}, read, " ",
       element("button", { onclick: actions.close }, "Another file")));
 }

@@ -58,7 +58,7 @@ function card(view, one, actions) {
 
 function switchedOff(one, place, actions) {
   return element("article", { class: "card off" }, element("header", {},
-    element("input", { type: "checkbox", "aria-label": `${one.kind} is part of the model`, onchange: () => actions.on(place) }),
+    element("input", { type: "checkbox", "aria-label": `${one.kind} is part of the model`, onchange: () => actions.on(one, place) }),
     element("h3", {}, one.kind.replaceAll("_", " "))));
 }
 

@@ -1,7 +1,7 @@
 // The steps: where one stands in the tree, back and forth, and how the error fell.
 import * as charts from "/page/charts.js";
 import { ghost } from "/page/parts/candidates.js";
-import { at, change, now } from "/page/now.js";
+import { acting, at, now } from "/page/now.js";
 import { element, fill, number } from "/page/words.js";
 
 const undone = {}; // step -> the one that was left for it
@@ -11,10 +11,12 @@ export function timeline() {
   const child = children.find((step) => step.number === undone[here.number]) || children.at(-1);
   at("undo").disabled = here.parent === null;
   at("redo").disabled = !child;
-  at("undo").onclick = () => { undone[here.parent] = here.number; change("going back", "go", { number: here.parent }); };
-  at("redo").onclick = () => child && change("going on", "go", { number: child.number });
+  at("undo").title = here.parent === null ? "u" : `Undo: ${here.did} (u)`;
+  at("redo").title = child ? `Redo: ${child.did} (r)` : "r";
+  at("undo").onclick = () => { undone[here.parent] = here.number; acting("going back", "go", { number: here.parent }); };
+  at("redo").onclick = () => child && acting("going on", "go", { number: child.number });
   fill("timeline", element("h2", {}, "Steps"), element("ol", { class: "steps" }, ...now.all.steps.map((step) => element("li", {},
-    element("button", { "aria-current": step.number === now.all.current ? "step" : null, onclick: () => change("going there", "go", { number: step.number }),
+    element("button", { "aria-current": step.number === now.all.current ? "step" : null, onclick: () => acting("going there", "go", { number: step.number }),
       onpointerenter: () => ghost(step.number === now.all.current ? {} : { step }), onpointerleave: () => ghost({}) },
       `${step.number + 1}${step.parent === null || step.parent === step.number - 1 ? "" : ` (from ${step.parent + 1})`}. ${step.did}: ${number(step.error)}`)))),
     element("div", { id: "falling", class: "chart" }),

@@ -1,0 +1,206 @@
+"""What a page still shows while something else is so already: dimmed, dead, and refused by the server; and what it says when no server answers."""
+
+import contextlib
+import json
+import math
+import random
+import re
+import signal
+import socket
+import threading
+import unittest
+
+from playwright.sync_api import expect
+from visiting import FIRST, Visiting, ranked, run, until
+
+WARM_X, HUM_Z = 0.05, 0.02  # deg/s per degC on x alone, a line of 1 Hz on z alone
+
+
+def two_axes(path, rows=3000, first_missing=None):
+    """A log of two gyro axes, each with a failing of its own; every third sample of its last part missing where wanted."""
+    rng, lines = random.Random(3), ["time_s,gyro_x_dps,gyro_z_dps,temp_degC"]
+    for i in range(rows):
+        warm = 25 + 5 * math.sin(i / 400)
+        if first_missing is None or i < first_missing or i % 3:
+            lines.append(f"{i / 50:.2f},{rng.gauss(0, .05) + WARM_X * (warm - 25):.6f},{rng.gauss(0, .05) + HUM_Z * math.sin(2 * math.pi * i / 50):.6f},{warm:.3f}")
+    path.write_text("\n".join(lines) + "\n")
+    return len(lines) - 1
+
+
+class Line:
+    """What lies between a browser and a server: it can be cut, and joined again."""
+
+    def __init__(self, port):
+        self.port, self.ends = port, []
+        self.door = socket.create_server(("127.0.0.1", 0))
+        self.here = self.door.getsockname()[1]
+        self.origin = f"http://127.0.0.1:{self.here}"
+        threading.Thread(target=self.take, args=(self.door,), daemon=True).start()
+
+    def take(self, door):
+        with contextlib.suppress(OSError):
+            while True:
+                near, far = door.accept()[0], socket.create_connection(("127.0.0.1", self.port))
+                self.ends += [near, far]
+                for one, other in ((near, far), (far, near)):
+                    threading.Thread(target=self.carry, args=(one, other), daemon=True).start()
+
+    @staticmethod
+    def carry(one, other):
+        with contextlib.suppress(OSError):
+            while data := one.recv(1 << 16):
+                other.sendall(data)
+            other.shutdown(socket.SHUT_WR)
+
+    def cut(self):
+        for end in (self.door, *self.ends):
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+        self.ends = []
+
+    def join(self):
+        self.door = socket.create_server(("127.0.0.1", self.here))
+        threading.Thread(target=self.take, args=(self.door,), daemon=True).start()
+
+
+class Stale(Visiting):
+    def test_while_another_axis_is_computed_nothing_of_the_old_one_can_be_added(self):
+        two_axes(self.folder / "rec.csv")
+        bench = self.open(self.folder / "rec.csv")
+        page, late = self.page(bench), []
+        old = ranked(page)
+        self.assertRegex(old.inner_text(), r"^1\. Add ")
+        kind, shown = old.get_attribute("data-kind"), bench.ask("step")[1]["state"]
+        expect(page.locator("#axes .main-svg").first).to_be_visible()
+        page.route(re.compile("/api/step"), lambda route: late.append(route))
+        page.select_option("#axis", "gyro_x_dps")
+        until(page, lambda: late)  # the answer is under way, the old list still stands
+        expect(old).to_be_visible()
+        self.assertTrue(page.evaluate("document.getElementById('bench').inert"))
+        self.assertLess(float(page.evaluate("getComputedStyle(document.getElementById('bench')).opacity")), 1)
+        self.shot(page, "stale")
+        page.keyboard.press("1")
+        page.keyboard.press("w")
+        box = old.bounding_box()
+        page.mouse.click(box["x"] + 20, box["y"] + 10)
+        for name in ("undo", "redo", "refit", "save", "save-h", "report"):
+            self.assertTrue(page.locator(f"#{name}").is_disabled(), name)
+        page.wait_for_timeout(300)
+        self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
+        # what a page sent before it knew is refused, and nothing is added
+        for what, more in (("add", {"place": 0, "kind": kind}), ("refit", {}), ("go", {"number": 0}), ("line", {"f_hz": 5.0}), ("remove", {"place": 1, "kind": "bias_instability"}),
+                           ("set", {"place": 0, "kind": "angle_random_walk", "parameters": {"coefficient_deg_per_sqrt_h": 1.0}})):
+            self.assertEqual(bench.act(what, state=shown, **more)[0], 409, what)
+        self.assertEqual(bench.request(f"/api/save?what=toml&state={shown}")[0], 409)
+        self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
+        for route in late:
+            route.continue_()
+        page.unroute(re.compile("/api/step"))
+        fresh = ranked(page)
+        expect(page.locator("#bench")).to_have_js_property("inert", False)
+        wanted = fresh.get_attribute("data-kind")
+        fresh.click()
+        expect(page.locator(".card")).to_have_count(3)
+        self.assertIn(wanted, [card["kind"] for card in bench.ask("step")[1]["cards"]])
+        self.assertEqual(bench.ask("all")[1]["column"], "gyro_x_dps")
+        self.assert_quiet()
+
+    def test_an_action_says_for_which_state_and_kind_it_is_meant(self):
+        two_axes(self.folder / "rec.csv")
+        bench = self.open(self.folder / "rec.csv")
+        first, second = (one["kind"] for one in bench.ask("candidates")[1]["candidates"][:2])
+        for given in ({"place": 0, "kind": second}, {"place": 0, "kind": "nonsense"}):
+            self.assertEqual(bench.act("add", **given)[0], 409, given)
+        state = bench.ask("step")[1]["state"]
+        for given in ({"place": 0}, {"place": 0, "kind": first}, {"place": 0, "state": state}):
+            self.assertEqual(bench.request("/api/add", json.dumps(given).encode())[0], 400, given)
+        self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
+        self.assertEqual(bench.act("add", place=0, kind=first)[0], 200)
+        self.assertEqual(bench.act("go", number=0)[0], 200)
+        self.assertEqual(bench.ask("step")[1]["state"], state)  # who comes back is where the page was
+
+    def test_a_tab_whose_server_stops_for_a_while_goes_on_by_itself(self):
+        two_axes(self.folder / "rec.csv")
+        bench = self.open(self.folder / "rec.csv")
+        line = Line(int(bench.origin.rsplit(":", 1)[1]))
+        self.addCleanup(line.cut)
+        bench.address, bench.origin = bench.address.replace(bench.origin, line.origin), line.origin
+        page = self.page(bench)
+        ranked(page)
+        line.cut()
+        expect(page.locator("#gone")).to_be_visible()
+        self.assertTrue(page.evaluate("document.getElementById('bench').inert"))
+        line.join()
+        expect(page.locator("#gone")).to_be_hidden()
+        expect(page.locator("#bench")).to_have_js_property("inert", False)
+        ranked(page).click()
+        expect(page.locator(".card")).to_have_count(3)
+        self.complaints.clear()  # that nobody answered
+
+    def test_a_tab_whose_server_was_killed_says_what_is_kept_and_what_to_type(self):
+        two_axes(self.folder / "my rec.csv")
+        bench = self.open(self.folder / "my rec.csv")
+        page = self.page(bench)
+        ranked(page).click()
+        expect(page.locator(".card")).to_have_count(3)
+        ranked(page)
+        bench.stop(signal.SIGKILL)
+        gone = page.locator("#gone")
+        expect(gone).to_be_visible()
+        expect(gone).to_contain_text("The 2 steps listed below are kept in")
+        expect(gone.locator("code")).to_have_text(f"tools/davarlab open '{self.folder}/my rec.csv'")
+        self.shot(page, "gone")
+        page.keyboard.press("1")
+        page.wait_for_timeout(1500)  # it has tried to come back meanwhile
+        expect(page.locator("#error")).to_be_hidden()
+        self.assertNotIn("nothing is lost", page.inner_text("body"))
+        self.assertNotIn("Failed to fetch", page.inner_text("body"))
+        self.assertTrue(page.evaluate("document.getElementById('bench').inert"))
+        again = self.open(self.folder / "my rec.csv")  # what it says is true
+        self.assertEqual([one["number"] for one in again.ask("all")[1]["steps"]], [0, 1])
+
+
+class Honest(Visiting):
+    def test_only_samples_that_are_there_are_counted(self):
+        there = two_axes(self.folder / "rec.csv", first_missing=1500)
+        bench = self.open(self.folder / "rec.csv")
+        shown = bench.ask("all")[1]
+        self.assertEqual((there, shown["samples"], shown["missing"]), (2500, 2500, 500 - (2999 % 3 == 0)))
+        page = self.page(bench)
+        (self.folder / "model.toml").write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
+        told = json.loads(run("compare", self.folder / "rec.csv", "-m", self.folder / "model.toml", "--json", "--report", self.folder / "r.html").stdout)
+        self.assertEqual((told["samples"], told["samples_missing"]), (2500, shown["missing"]))
+        self.assertRegex((self.folder / "r.html").read_text(), rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} more are missing\)')
+        expect(page.locator("#recording")).to_contain_text(f"2500 samples ({shown['missing']} missing in {shown['gaps']} gaps)")
+
+    def test_a_model_that_was_given_can_be_fitted_where_the_list_would_be(self):
+        two_axes(self.folder / "rec.csv")
+        (self.folder / "model.toml").write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
+        page = self.page(self.open(self.folder / "rec.csv", "-m", self.folder / "model.toml"))
+        expect(page.locator("#fit-first")).to_be_visible()
+        self.assertIn("fit first", page.inner_text("#candidates"))
+        self.shot(page, "given")
+        page.click("#fit-first")
+        ranked(page)
+        self.assert_quiet()
+
+    def test_an_accelerometer_alone_is_not_offered_to_be_read(self):
+        rng = random.Random(2)
+        (self.folder / "a.csv").write_text("time_s,accel_x_g,accel_y_g,accel_z_g,w\n" + "".join(
+            f"{i / 50:.2f},{rng.gauss(0, .01):.5f},{rng.gauss(0, .01):.5f},{rng.gauss(1, .01):.5f},{rng.gauss(0, .5):.5f}\n" for i in range(2000)))
+        page = self.page(self.open(self.folder / "a.csv"))
+        expect(page.locator("#no-gyro")).to_be_visible()
+        expect(page.locator("#read")).to_be_disabled()
+        self.shot(page, "no gyro")
+        page.select_option("select[data-index='4'][data-key=quantity]", "gyro")
+        expect(page.locator("#read")).to_be_disabled()
+        page.select_option("select[data-index='4'][data-key=axis]", "z")
+        expect(page.locator("#no-gyro")).to_be_hidden()
+        page.click("#read")
+        ranked(page)
+        self.assert_quiet()
+
+
+if __name__ == "__main__":
+    unittest.main()
