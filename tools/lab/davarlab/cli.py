@@ -31,7 +31,7 @@ def emit(options, data, text):
 def log_options(options):
     """How a log is to be read, from the command line."""
     return door.Options(options.rate, options.sensor, options.unit, getattr(options, "rename", []), getattr(options, "scale", []), options.types,
-                        options.names.split(",") if options.names else None)
+                        options.names.split(",") if options.names else None, as_recorded=options.as_recorded)
 
 
 def given_model(options, path=None):
@@ -267,6 +267,8 @@ def run_import(options):
     rate = door.write(found, options.output, options.rate, options.log)
     for line in door.said(found.guesses):
         progress(line)
+    for one in [] if options.as_recorded else door.doubts(found, rate):
+        progress(f"{options.log}: doubtful: {one}")
     emit(options, {"recording": options.output, "samples": count, "rate_hz": rate, "columns": columns, "guesses": [vars(one) for one in found.guesses]},
          f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}")
     return 0
@@ -328,6 +330,7 @@ SENSOR = argument("--sensor", metavar="NAME", help="which of the sensors, topics
 LOG = [RATE, SENSOR,
        argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
                 "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
+       argument("--as-recorded", action="store_true", help="rate, units and levels of the recording are right, however implausible: they are not doubted"),
        argument("--types", action="append", default=[], metavar="PATH",
                 help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
        argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]

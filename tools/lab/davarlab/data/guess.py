@@ -13,7 +13,7 @@ UNITS = {"time": SECONDS, "gyro": RATES, "accel": FORCES, "temp": DEGREES}  # fa
 AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z", "roll": "x", "pitch": "y", "yaw": "z"}
 QUIET_RAD = 0.006  # scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad gyro's
 STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))  # least time from sample to sample, for rates up to 10 kHz
-WORDS = {"time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns)$",
+WORDS = {"time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec|micros|millis|nanos|(micro|milli|nano)seconds)$",
          "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
          "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
          "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$"}
@@ -89,6 +89,14 @@ def unit_by_numbers(quantity, values):
     else:
         unit = "g"
     return unit, UNITS[quantity][unit]
+
+
+def units_of(name, values):
+    """quantity -> the unit that a column would have if it were one."""
+    values = np.asarray(values, float)
+    told = {quantity: said_unit(name, quantity) for quantity in UNITS}
+    rising = bool(np.all(np.diff(values) >= 0))
+    return {quantity: told[quantity] or ("s" if quantity == "time" and not rising else unit_by_numbers(quantity, values)[0]) for quantity in UNITS}
 
 
 def of_column(name, values):

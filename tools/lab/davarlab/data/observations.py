@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import motion, repeats, signals
+from . import motion, plausible, repeats, signals
 
 COARSE = 0.6  # of the noise per sample: counts from which their rounding is worth saying
 COARSER = 1 / 0.6  # from which the rounding changes mean and variance of the noise
@@ -31,11 +31,11 @@ def find(recording, column):
     """Every observation on one gyro column."""
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known
     x = recording.column(column)
-    found = [lost(recording, known), stamps(recording), clipped(recording, x, known)]
+    found = [doubted(recording, column), lost(recording, known), stamps(recording), clipped(recording, x, known)]
     for look in (moved, repeated, lambda recording, good: coarse(recording, x, good), lambda recording, good: outliers(recording, x, good)):
         found = [entry for entry in found if entry]
         found.append(look(recording, kept(recording, column, found)))
-    return sorted((entry for entry in found if entry), key=lambda entry: entry.kind != "motion")
+    return sorted((entry for entry in found if entry), key=lambda entry: (entry.kind != plausible.KIND, entry.kind != "motion"))
 
 
 def kept(recording, column, observations):
@@ -58,6 +58,13 @@ def in_seconds(recording, mask):
 
 def of_mask(kind, recording, mask, detail):
     return Observation(kind, in_seconds(recording, mask), float(mask.mean()), detail, mask)
+
+
+def doubted(recording, column):
+    """Rates, units and levels that no gyro has."""
+    said = "; ".join(plausible.of(recording, [column]))
+    return Observation(plausible.KIND, [[0.0, float(recording.samples / recording.rate_hz)]], 1.0, f"{said[0].upper()}{said[1:]}. If it is right: {plausible.CONFIRM}.") \
+        if said else None
 
 
 def moved(recording, good):

@@ -31,6 +31,7 @@ class Recording:
     known: object = None
     clock: object = None
     origin_ns: int = 0  # of the stamps: time_s is counted from it, where doubles alone would round it (Unix times)
+    as_recorded: bool = False  # its user says that rate, units and levels are right, however implausible
     read_hz: float | None = None  # rate of the file, when the sensor measures less often and its repeats are left out
 
     @property

@@ -144,7 +144,7 @@ def given(fitted, model):
     state = as_given(fitted, model)
     state.adequacy, variance = fitted.adequacy, state_of.relative_variance(state)
     state.cells, short = state_of.cells_of(state, variance)
-    state.judgement = judge.judged(state.cells, short, given_p_value(fitted, state))
+    state.judgement = judge.judged(state.cells, short, given_p_value(fitted, state), state.doubted)
     return state
 
 

@@ -16,13 +16,14 @@ CLEARLY = 1.25  # times its floor: 99.5 % of true models are below
 @dataclass
 class Judgement:
     """adequacy: "statistical", "practical" or "no"; largest: the largest proven deviation {percent, tau_s, start_s, stop_s}, None when none is
-    proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none."""
+    proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none; doubted: is the recording itself implausible, so that nothing is adequate."""
     adequacy: str
     error: float
     floor: float
     p_value: float
     largest: dict | None
     shown_to_tau_s: float
+    doubted: bool = False
 
     @property
     def adequate(self):
@@ -65,11 +66,11 @@ def shown_to(cells):
     return float(shown)
 
 
-def judged(cells, short, p_value):
-    """short: cells of short windows, which no error counts; p_value: of the residual (inference/adequacy.py)."""
+def judged(cells, short, p_value, doubted=False):
+    """short: cells of short windows, which no error counts; p_value: of the residual (inference/adequacy.py); doubted: see Judgement."""
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
     small = not error > CLEARLY * floor
-    word = "statistical" if small and off == 0 and p_value >= ADEQUATE else \
+    word = "no" if doubted else "statistical" if small and off == 0 and p_value >= ADEQUATE else \
         "practical" if small and abs(off) <= np.log(TOLERANCE) else "no"
-    return Judgement(word, error, floor, p_value, largest, shown_to(cells))
+    return Judgement(word, error, floor, p_value, largest, shown_to(cells), doubted)

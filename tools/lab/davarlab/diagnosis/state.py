@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import counts, events, observations, recording as recordings, signals
+from ..data import counts, events, observations, plausible, recording as recordings, signals
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
@@ -31,6 +31,11 @@ class State:
     judgement: object = None
     known: object = None
     seen: list = field(default_factory=list)
+
+    @property
+    def doubted(self):
+        """Is the recording itself implausible."""
+        return any(one.kind == plausible.KIND for one in self.seen)
 
     @property
     def model_kinds(self):
@@ -168,7 +173,7 @@ def judged(state, quick=False):
         extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
     state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
     state.cells, short = cells_of(state, variance)
-    state.judgement = judge.judged(state.cells, short, state.adequacy.p_value)
+    state.judgement = judge.judged(state.cells, short, state.adequacy.p_value, state.doubted)
     return state
 
 

@@ -1,12 +1,12 @@
 """Any log, by what is in it: which sensors it holds, and a Recording of one of them."""
 
 import importlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from ..data import clock, recording as recordings, table as tables
+from ..data import clock, plausible, recording as recordings, table as tables
 from ..errors import BadInput
 from . import sensor as sensors, text
 
@@ -17,7 +17,8 @@ FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second
 @dataclass
 class Options:
     """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over guesses; renames, scales: OLD=NEW,
-    NAME=FACTOR; types: .msg files; names: of the columns of an array without; plain: a CSV as it is, without guesses."""
+    NAME=FACTOR; types: .msg files; names: of the columns of an array without; plain: a CSV as it is, without guesses;
+    as_recorded: rate, units and levels are right, however implausible."""
     rate_hz: float | None = None
     sensor: str | None = None
     units: list = field(default_factory=list)
@@ -26,6 +27,7 @@ class Options:
     types: list = field(default_factory=list)
     names: list | None = None
     plain: bool = False
+    as_recorded: bool = False
 
 
 def by(module, name):
@@ -115,6 +117,7 @@ def checked(found, name, path, options):
     if options.renames and found.line is None:
         names = text.renamed(list(found.columns), options.renames, path)
         found.columns = dict(zip(names, found.columns.values()))
+    text.check_renames(options.renames, options.scales)
     text.scaled(found.columns, options.scales)
     for column, values in found.columns.items():
         sensors.check_finite(values, f"{where}: column {column}")
@@ -152,10 +155,15 @@ def read(path, options=None, told=lambda text: None):
     count = len(next(iter(found.columns.values())))
     if count < recordings.MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
-    made = recordings.at_own_rate(recording_of(found, path, options.rate_hz))
-    for line in said(found.guesses):
+    made = replace(recordings.at_own_rate(recording_of(found, path, options.rate_hz)), as_recorded=options.as_recorded)
+    for line in (*said(found.guesses), *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made))):
         told(f"{path}: {line}")
     return made
+
+
+def doubts(found, rate_hz):
+    """What is implausible about Samples, before they are on a grid."""
+    return plausible.of(recordings.Recording(found.columns, rate_hz))
 
 
 def said(guesses):

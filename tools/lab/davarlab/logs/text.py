@@ -3,7 +3,7 @@
 import contextlib
 import math
 
-from ..data import recording as recordings, table
+from ..data import guess, recording as recordings, table
 from ..errors import BadInput
 from . import named
 from .sensor import Samples, Sensor
@@ -23,6 +23,18 @@ def renamed(names, mapping, path):
             raise BadInput(f"--rename {pair}: not a name for a column")
         names = [new if name == old else name for name in names]
     return names
+
+
+def check_renames(mapping, scales):
+    """Raises BadInput where a column would get a name that contradicts the unit in its own one, and no --scale turns the one into the other."""
+    for pair in mapping:
+        old, _, new = pair.partition("=")
+        quantity = guess.quantity_of(new)
+        said, wanted = (guess.said_unit(name, quantity) if quantity in guess.UNITS else "" for name in (old, new))
+        if said in guess.UNITS.get(quantity, {}) and wanted and said != wanted and not any(scale.startswith(f"{new}=") for scale in scales):
+            factor = guess.UNITS[quantity][said] / guess.UNITS[quantity][wanted]
+            raise BadInput(f"--rename {pair}: column {old}: its name says {said}, {new} is in {wanted}: add --scale {new}={factor:.9g}, or leave --rename out "
+                           "where davarlab reads the column by its name")
 
 
 def factor_of(pair, names):
@@ -62,7 +74,7 @@ class Own:
 
 def log(path, options):
     found = table.read(path, SEPARATORS, lambda names, where: renamed(names, options.renames, where))
-    if options.plain or is_own(found.columns, options.rate_hz):
+    if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)
     return named.Log(path, {name: one.shape for name, one in found.columns.items()}, found.columns.get, options.units, "CSV", True, found.line,
                      {found.time: found.origin})

@@ -41,7 +41,7 @@ def observed(seen):
 def fit(model, entries, judgement, seen):
     """What `fit` prints: the judge first, then the parameters."""
     lines = [words.in_ascii(words.adequacy(judgement)), *observed(seen)]
-    if not judgement.adequate:
+    if not judgement.adequate and not judgement.doubted:
         lines.append("The intervals below hold for a model that is true; this one is rejected.")
     return "\n".join(lines) + "\n\n" + estimates(model, entries)
 

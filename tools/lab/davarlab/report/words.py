@@ -5,6 +5,7 @@ from collections import Counter
 
 import numpy as np
 
+from ..data import plausible
 from ..diagnosis.search import FAMILY_WISE
 from ..diagnosis.judge import ADEQUATE
 from ..effects import table
@@ -110,6 +111,9 @@ def adequacy(judgement):
     """The judge's sentence: the same on a page, in a terminal and of the JSON's word."""
     shown = (f"5 % is shown up to {number(judgement.shown_to_tau_s, 3)} s of averaging, beyond it is not contradicted." if judgement.shown_to_tau_s
              else "The record is too short to show 5 % at any averaging time.")
+    if judgement.doubted:
+        return ("The recording is doubted, so no model of it is called adequate. Correct its units as the doubt says, or confirm them with "
+                f"{plausible.CONFIRM}.")
     if judgement.adequacy == "statistical":
         return f"The model is statistically adequate: what is left over is what chance leaves (p = {chance(judgement.p_value)}). {shown}"
     if judgement.adequacy == "practical":
@@ -222,6 +226,8 @@ def verdict_of_diagnosis(found):
 
 
 def verdict_of_recording(found):
+    if found.judgement.doubted:
+        return "bad", adequacy(found.judgement)
     if found.verdict == "unknown":
         return "bad", f"{verdict_of_unknown(found)} {adequacy(found.judgement)}"
     if found.added:
@@ -256,6 +262,8 @@ def confirmations(found):
 def what_next(found, run):
     """Actions in order: (what to do, the command that does it or None)."""
     added, lines = found.added, []
+    if found.judgement.doubted:
+        return []
     if found.verdict == "unknown":
         lines.append(("Look at the failure map and the residual spectrum below: when and at which averaging time it fails "
                       "says more about an unknown effect than any list. An effect of your own joins the list with",
@@ -272,7 +280,7 @@ def what_next(found, run):
 
 def after_comparison(comparison, state, run):
     """The same after `davarlab compare`; state: the effects refitted."""
-    if comparison.adequate:
+    if comparison.adequate or comparison.judgement.doubted:
         return []
     if state.judgement.adequate:
         return [("The same effects with other sizes would do. Refit them:", run.follow_up("fit", "-o", "FITTED.toml"))]

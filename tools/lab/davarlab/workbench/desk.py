@@ -40,13 +40,13 @@ def gyros_in(path):
     return found if len(first) > 1 else []
 
 
-def preview(path, sensor=None):
-    """A log before it is read as a recording: (guesses for its columns, what a page shows of it)."""
+def preview(path, sensor=None, said=None):
+    """A log before it is read as a recording: (guesses for its columns, or what was said of them, what a page shows of it)."""
     columns, line = columns_in(path, sensor)
-    found, rows = guess.of(columns), len(next(iter(columns.values())))
+    found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
     missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
-    return found, {"path": str(path), "columns": [vars(one) for one in found], "rows": rows, "rate_hz": ticks and ticks.rate_hz, "missing": missing,
+    return found, {"path": str(path), "columns": [vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found], "rows": rows, "rate_hz": ticks and ticks.rate_hz, "missing": missing,
                    "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))], "units": guess.UNITS}
 
 
@@ -74,11 +74,12 @@ def pairs(guesses):
     return renames, [f"{one.column}={one.factor!r}" for one in guesses if one.factor != 1]
 
 
-def read(path, guesses=None, rate_hz=None, sensor=None):
-    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a log with several."""
+def read(path, guesses=None, rate_hz=None, sensor=None, as_recorded=False):
+    """The recording; guesses: where its columns are not called as davarlab calls them; sensor: of a log with several; as_recorded: its rate, units and
+    levels were confirmed."""
     renames, scales = pairs(guesses or [])
     options = door.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
-    return recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz))
+    return replace(recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz)), as_recorded=as_recorded)
 
 
 def gyro_columns(recording):
@@ -94,7 +95,7 @@ def seen(recording, sight):
             raise BadInput(f"a stretch of {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
         known = None if recording.known is None else recording.known[first:last]
         return recordings.Recording({name: column[first:last] for name, column in recording.columns.items()}, rate, recording.name, recording.notes,
-                                    recordings.gaps_of(known), known=known, read_hz=recording.read_hz)
+                                    recordings.gaps_of(known), known=known, read_hz=recording.read_hz, as_recorded=recording.as_recorded)
     if not sight.cut:
         return recording
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known.copy()

@@ -57,10 +57,10 @@ def checked_log(log):
     if log is None:
         return None
     words = {"name": str, "quantity": str, "axis": str, "unit": str}
-    sound = set(log) <= {"columns", "rate_hz", "sensor"} and isinstance(log["columns"], list) and all(
+    sound = set(log) <= {"columns", "rate_hz", "sensor", "as_recorded"} and isinstance(log["columns"], list) and all(
         set(one) == {*words, "factor"} and is_number(one["factor"]) and all(isinstance(one[name], kind) for name, kind in words.items()) for one in log["columns"])
     rate_hz, sensor = log["rate_hz"], log.get("sensor")
-    if not sound or not (rate_hz is None or is_number(rate_hz) and rate_hz > 0) or not isinstance(sensor, (str, type(None))):
+    if not sound or not (rate_hz is None or is_number(rate_hz) and rate_hz > 0) or not isinstance(sensor, (str, type(None))) or not isinstance(log.get("as_recorded", False), bool):
         raise ValueError("log")
     return log
 

@@ -2,7 +2,7 @@
 
 import shlex
 
-from ..data import guess
+from ..data import guess, plausible
 from . import desk as desks
 
 IMPORTED_NAME, MODEL_NAME = "rec.csv", "model.toml"  # in commands to type
@@ -24,9 +24,10 @@ def again(steps):
 
 
 def in_terminal(steps):
-    """(the import that the log needs, if any, the name of the recording behind it, its --rate): words to type."""
+    """(the import that the log needs, if any, the name of the recording behind it, its --rate and --as-recorded): words to type."""
     renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
     sensors = [steps.log["sensor"]] if steps.log and steps.log.get("sensor") else []
     given = [word for flag, values in (("--sensor", sensors), ("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
     rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
-    return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, []) if given else ([], steps.recording, rate)
+    sure = [plausible.CONFIRM] if steps.log and steps.log.get("as_recorded") else []
+    return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, sure) if given else ([], steps.recording, rate + sure)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import kalibr, model as models
-from ..data import guess
+from ..data import guess, plausible
 from ..errors import BadInput
 from ..report import export, words
 from . import desk as desks, typed, views
@@ -111,6 +111,9 @@ class Visit:
         gyros = desks.gyro_columns(recording)
         if not gyros:
             raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)")
+        doubts = plausible.of(recording)
+        if doubts:
+            return self.ask_about(self.doubted(path, steps, doubts, model))
         given = model and models.read(model)
         if given:
             models.check_fits(given, recording, model)
@@ -125,6 +128,13 @@ class Visit:
         self.look_at(recording, steps, sight, given)
         self.held = held
         return self.changed()
+
+    @staticmethod
+    def doubted(path, steps, doubts, model):
+        """A recording whose rate, units or levels are implausible waits until somebody corrects or confirms them."""
+        log = steps.log or {}
+        guesses, shown = desks.preview(path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])])
+        return Waiting(Path(path), shown | {"doubts": doubts}, guesses, log.get("sensor"), model)
 
     def look_at(self, recording, steps, sight, given=None):
         """A sight of the recording, with a first step where there is none. It is on the desk when all of it is there."""
@@ -156,16 +166,16 @@ class Visit:
         self.look_at(self.desk.whole, self.steps, Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))))
         return self.changed()
 
-    def read(self, columns, rate_hz=None):
-        """The log as its columns were named by whoever looked at them: dicts of guess.Guess."""
+    def read(self, columns, rate_hz=None, as_recorded=False):
+        """The log as its columns were named by whoever looked at them: dicts of guess.Guess; as_recorded: what was doubted is right."""
         path, guesses = self.waits().path, self.log.guesses
         if not isinstance(columns, list) or [one.get("name") for one in columns if isinstance(one, dict)] != [one.name for one in guesses]:
             raise BadInput(f"{path}: each of its {len(guesses)} columns must be named, in their order")
         steps = Steps.beside(path, self.log.sensor)
         steps.log = {"columns": [{name: str(one.get(name, "")) for name in ("name", "quantity", "axis", "unit")}
                                  | {"factor": real(one.get("factor"), "a factor")} for one in columns],
-                     "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second"), "sensor": self.log.sensor}
-        return self.begin(path, steps)
+                     "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second"), "sensor": self.log.sensor, "as_recorded": bool(as_recorded)}
+        return self.begin(path, steps, self.log.model)
 
     def tutorial(self):
         """The bundled sensor, opened like any recording."""
@@ -184,13 +194,16 @@ class Visit:
         if not Path(path).is_file():
             raise BadInput(f"{path}: no such file")
         held = self.as_named(path, steps)
+        doubts = plausible.of(held, [column])
+        if doubts:
+            raise BadInput(f"{path}: doubtful: {'; '.join(doubts)}")
         held.rate_dps(column)
         return held
 
     def as_named(self, path, steps):
         """A recording whose columns are those that the session's log was read with."""
         log = steps.log or {}
-        return desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"), log.get("sensor"))
+        return desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"), log.get("sensor"), log.get("as_recorded", False))
 
     def let_go(self):
         """No recording is held out any more."""

@@ -30,7 +30,7 @@ async function refresh() {
     const actions = { drop: (file) => doing(`reading ${file.name}`, async () => { await drop(file); await refresh(); }),
       listen: (source) => change(`listening to ${source}`, "listen", { source }), tutorial: () => change("opening the tutorial's sensor", "tutorial"), close: () => leaving("", "close"),
       sensor: (name) => change(`reading ${name} and fitting a first model`, "sensor", { name }),
-      read: (columns, rate_hz) => change("reading the recording and fitting a first model", "read", { columns, rate_hz }) };
+      read: (columns, rate_hz, as_recorded) => change("reading the recording and fitting a first model", "read", { columns, rate_hz, as_recorded }) };
     landing[now.all.log?.sensors ? "sensors" : now.all.log ? "columns" : "first"](now.all, actions);
     stale(false);
     return;

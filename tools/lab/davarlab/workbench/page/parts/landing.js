@@ -50,7 +50,7 @@ export function columns(all, actions) {
   table.addEventListener("change", (event) => {
     const { index, key } = event.target.dataset, one = guesses[index];
     one[key] = key === "factor" ? Number(event.target.value) : event.target.value;
-    if (key === "quantity") one.unit = Object.keys(all.log.units[one.quantity] || { "": 1 })[0];
+    if (key === "quantity") one.unit = one.would[one.quantity] ?? "";
     if (key !== "factor") one.factor = (all.log.units[one.quantity] || {})[one.unit] ?? 1;
     one.sure = true;
     table.tBodies[0].rows[index].replaceWith(row(one, Number(index), all));
@@ -58,13 +58,17 @@ export function columns(all, actions) {
   });
   const rate = element("input", { type: "number", step: "any", min: 0, id: "rate", placeholder: "from the time" });
   const clock = all.log.rate_hz ? `${number(all.log.rate_hz, 6)} Hz, ${all.log.missing} samples missing` : "no time";
-  const read = element("button", { class: "main", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null) }, "Read it so");
+  const read = element("button", { class: "main", id: "read", onclick: () => actions.read(guesses, Number(rate.value) || null, false) }, "Read it so");
+  const doubts = !all.log.doubts ? null : element("div", { id: "doubts", role: "alert" }, element("b", {}, "This recording is doubtful, and nothing has been fitted."),
+    element("ul", {}, ...all.log.doubts.map((one) => element("li", {}, one))),
+    element("p", {}, "Correct the unit or the factor in the table and read it again. Or, if all of it is right: ",
+      element("button", { id: "confirm", onclick: () => actions.read(guesses, Number(rate.value) || null, true) }, "Read it as it is")));
   const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet: say which one is. The workbench shows gyros only; of an accelerometer, ",
     element("code", {}, "tools/davarlab fit REC -m MODEL --axes accel"), " fits the noise.");
   const readable = () => { read.disabled = !guesses.some((one) => one.quantity === "gyro" && one.axis); none.hidden = !read.disabled; };
   readable();
   fill("landing", element("h2", {}, "What the columns are"), element("p", {}, `${all.log.path}: ${all.log.rows} rows, ${clock}. `
-      + "Guesses can be changed."),
+      + "Guesses can be changed."), doubts,
     element("div", { class: "scroll" }, table),
     element("p", { class: "hint" }, "A factor turns the file's numbers into s, deg/s, g or degC; of counts only a data sheet knows it."),
     element("p", {}, element("label", { for: "rate" }, "Samples per second, where no column is the time: "), rate),

@@ -1,0 +1,130 @@
+"""Rates, units and levels that no gyro has: doubted before anything is fitted, each with what it may be instead (DESIGN 13)."""
+
+import numpy as np
+
+from . import guess, motion, signals
+
+KIND = "implausible"  # of the observation
+CONFIRM = "--as-recorded"  # with which a user says that all of it is right
+RATES_HZ = (0.5, 40e3)  # that gyros are sampled at: from averages over seconds to the fastest MEMS sensors, 32 kHz
+LIKELY_HZ = (10.0, 20e3)  # by which another unit of the time is proposed
+WHOLE_HZ = 1.0  # up to which whole seconds are doubted: milliseconds look like them
+LEVEL_DPS = 2000.0  # rms, beyond the full scale of almost every gyro
+ARW = (1e-5, 100.0)  # deg/sqrt(h): from below the best optical gyros to above the worst MEMS sensors
+TEMPERATURES = (-100.0, 200.0)  # degC
+LSB_DPS = tuple(scale / 32768 for scale in (125, 250, 500, 1000, 2000, 4000)) + (0.004375, 0.00875, 0.0175, 0.035, 0.07, 0.14) + tuple(
+    1 / per for per in (262, 131, 65.5, 32.8, 16.4))  # deg/s per count of MEMS gyros
+LSB_NEAR = 0.003  # relative
+NEVER = 512  # samples, below which nothing is said of the noise
+LOOKED = 1 << 20  # samples at the beginning that levels and units are judged by
+
+
+def doubts(columns, rate_hz, known, gyros):
+    """What is implausible about a recording, a sentence each with the next step. columns: name -> numbers in the unit of the name; known: True where a
+    sample is there, None: everywhere; gyros: the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
+    there = slice(None) if known is None else known[:LOOKED]
+    columns = {name: column[:LOOKED][there] for name, column in columns.items()}
+    found = [rate(rate_hz), stamps(columns.get("time_s"), rate_hz)]
+    if not all(map(len, columns.values())):  # nothing is left there
+        return [said for said in found if said]
+    for name in gyros:
+        x = columns[name]
+        found += [said for said in (level(name, x), counted(name, x), noise(name, x, rate_hz), radians(name, x)) if said][:1]
+    return [said for said in (*found, temperature(columns), gravity(columns)) if said]
+
+
+def of(recording, columns=None):
+    """The doubts about a recording and some of its gyro columns, all without any; none where its user has said that it is right."""
+    if recording.as_recorded:
+        return []
+    gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
+    return doubts(recording.columns, recording.read_hz or recording.rate_hz, recording.known, gyros)
+
+
+def unit_of_time(rate_hz):
+    """The unit in which stamps that were read as seconds would give a likely rate; None where none does."""
+    return next((unit for unit in ("ms", "us", "ns") if LIKELY_HZ[0] <= rate_hz / guess.SECONDS[unit] <= LIKELY_HZ[1]), None)
+
+
+def rate(rate_hz):
+    if RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
+        return None
+    unit = unit_of_time(rate_hz)
+    instead = f"if the time is in {unit}, it is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}" if unit else \
+        "check the unit of the time (--unit time=UNIT) or --rate"
+    return f"a sample rate of {rate_hz:.4g} Hz is no gyro's; {instead}"
+
+
+def stamps(time, rate_hz):
+    """Whole numbers as far apart as milliseconds are. A slower rate is doubted anyway."""
+    if time is None or not RATES_HZ[0] <= rate_hz <= WHOLE_HZ * 1.001:
+        return None
+    unit = unit_of_time(rate_hz)
+    if not unit or np.any(time != np.round(time)):
+        return None
+    return (f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart; if they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
+            f"{rate_hz:.4g} Hz: use --unit time={unit}")
+
+
+def in_dps(name):
+    return guess.RATES["rad/s"] if name.endswith("_rad_s") else 1.0
+
+
+def level(name, x):
+    rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
+    return f"column {name}: {rms:.4g} deg/s rms is beyond the range of a gyro; use --unit gyro=UNIT, with deg/s per count where it holds counts" \
+        if rms > LEVEL_DPS else None
+
+
+def counted(name, x):
+    if np.ptp(x) <= 2 or np.any(x != np.round(x)):
+        return None
+    return f"column {name}: all values are whole numbers, as counts are; use --unit gyro=FACTOR, the deg/s per count of the data sheet"
+
+
+def noise(name, x, rate_hz):
+    """The scatter of neighbours, as if it were all white noise."""
+    if len(x) < NEVER:
+        return None
+    x = np.asarray(x, np.float64)
+    per_sample = float(np.sqrt(np.median(motion.averaged(np.diff(x) ** 2 / 2, 256)))) * in_dps(name)
+    arw = 60 * per_sample / np.sqrt(rate_hz)
+    if not per_sample or ARW[0] <= arw <= ARW[1]:
+        return None
+    return f"column {name}: noise of {arw:.3g} deg/sqrt(h) is {'above' if arw > ARW[1] else 'below'} that of any gyro; check its unit (--unit gyro=UNIT) and the sample rate"
+
+
+def near(step, known):
+    return any(abs(step / one - 1) < LSB_NEAR for one in known)
+
+
+def radians(name, x):
+    """Counts whose size is that of a known sensor in the other unit, and of none in the unit of the name."""
+    step = signals.count_of(np.asarray(x, np.float64))
+    deg = guess.RATES["rad/s"]
+    if not step:
+        return None
+    if name.endswith("_rad_s"):
+        other, own, unit = near(step, LSB_DPS), near(step * deg, LSB_DPS), "deg/s"
+    else:
+        other, own, unit = near(step * deg, LSB_DPS), near(step, LSB_DPS), "rad/s"
+    return f"column {name}: its counts of {step:.4g} are those of a known sensor in {unit}; if so, use --unit gyro={unit}" if other and not own else None
+
+
+def temperature(columns):
+    for name, values in columns.items():
+        if name.startswith("temp") and name.endswith("_degC") and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]:
+            return f"column {name}: {float(np.median(values)):.4g} degC is no sensor's temperature; use --unit temp=UNIT, with degC per count where it holds counts"
+    return None
+
+
+def gravity(columns):
+    """Three axes at rest measure 1 g; other units are near 9.8 or far above any range."""
+    axes = [columns[name] for name in ("accel_x_g", "accel_y_g", "accel_z_g") if name in columns]
+    if len(axes) < 3:
+        return None
+    norm = float(np.median(np.sqrt(sum(np.square(one, dtype=np.float64) for one in axes))))
+    unit = "m/s^2" if 8.8 < norm < 10.8 else "mg" if 880 < norm < 1080 else ""
+    if not unit and norm < 100:
+        return None
+    return f"columns accel_x_g, accel_y_g, accel_z_g: their norm is {norm:.4g} g, at rest it is 1; use --unit accel={unit or 'FACTOR'}"
