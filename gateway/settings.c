@@ -208,7 +208,9 @@ static void fill_window(davar_config_t *config)
     if (config->window_min == NOT_GIVEN) {
         config->window_min = tracks ? (2U * config->block) : usual->window_min;
     }
-    config->shrink = tracks ? 64U : usual->shrink;
+    if (config->stride == NOT_GIVEN) {
+        config->stride = (config->window_max < 100U) ? config->window_max : 100U;
+    }
     if (config->segment == NOT_GIVEN) {
         config->segment = tracks ? 0U : usual->segment;
     }
@@ -247,9 +249,13 @@ static const char *option_of(davar_status_t status)
     static const struct {
         davar_status_t status;
         const char *option;
-    } OPTIONS[] = {
-        {DAVAR_ERR_RATE, "--rate"},       {DAVAR_ERR_SCALE, "--lsb"},           {DAVAR_ERR_WINDOW_MIN, "--window-min"},
-        {DAVAR_ERR_SEGMENT, "--segment"}, {DAVAR_ERR_TRACKING, "--policy glr"}, {DAVAR_ERR_STRIDE, "--stride"}};
+    } OPTIONS[] = {{DAVAR_ERR_RATE, "--rate"},
+                   {DAVAR_ERR_SCALE, "--lsb"},
+                   {DAVAR_ERR_WINDOW_MIN, "--window-min"},
+                   {DAVAR_ERR_SEGMENT, "--segment"},
+                   {DAVAR_ERR_TRACKING, "--policy glr"},
+                   {DAVAR_ERR_STRIDE, "--stride"},
+                   {DAVAR_ERR_STRIDE_LONG, "--stride"}};
     for (size_t i = 0; i < sizeof OPTIONS / sizeof OPTIONS[0]; i++) {
         if (OPTIONS[i].status == status) {
             return OPTIONS[i].option;
@@ -266,7 +272,7 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
                                   .config = davar_default_config};
     settings->config.mode = DAVAR_MODE_TRAILING;
     settings->config.grow = 1U;
-    settings->config.stride = 100U;
+    settings->config.stride = NOT_GIVEN;
     settings->config.window_max = NOT_GIVEN;
     settings->config.window_min = NOT_GIVEN;
     settings->config.segment = NOT_GIVEN;

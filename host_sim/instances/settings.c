@@ -7,7 +7,6 @@
 #include <stdio.h>
 
 #define GLR_BLOCKS 600U
-#define GLR_SHRINK 64U /* how fast a window follows a cut where the edges walk */
 
 static uint32_t either(const optional_u32_t *option, uint32_t otherwise)
 {
@@ -51,7 +50,6 @@ static void set_tracking(davar_config_t *config, const options_t *options)
     config->window_min = either(&options->window_min, 2U * config->block);
     config->segment = either(&options->segment, 0U);
     config->grow = either(&options->grow, 1U);
-    config->shrink = either(&options->shrink, GLR_SHRINK);
 }
 
 /* A trailing window cannot grow faster than the samples come. */
@@ -158,6 +156,7 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_STEP] = "--grow or --shrink",
         [DAVAR_ERR_SHRINK] = "--shrink",
         [DAVAR_ERR_STRIDE] = "--stride",
+        [DAVAR_ERR_STRIDE_LONG] = "--stride or --window-max",
         [DAVAR_ERR_ENGINE] = "--engine",
         [DAVAR_ERR_TRACKING] = "--policy glr",
         [DAVAR_ERR_TAU_COUNT] = "--taus",

@@ -33,7 +33,7 @@ static const char TEXT[] =
     "  --block N, --shock-blocks N      glr: samples of a block (10), blocks of a shock (2)\n"
     "  --long-cluster N        glr: slow changes too, of N samples: 4 blocks, 8, ..\n"
     "..\n"
-    "                          glr: windows of 2 to 600 blocks, --segment 0, --shrink 64\n"
+    "                          glr: windows of 2 to 600 blocks, --segment 0, --shrink 64 or more\n"
     "  --window-max N          longest (default 600)\n"
     "  --window-min N          shortest (default 2/3 of the longest)\n"
     "  --segment N             short segment of the contribution test (default 1/6 of the longest)\n"

@@ -112,6 +112,9 @@ static davar_status_t check_motion(const davar_config_t *config)
     if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
         return DAVAR_ERR_STRIDE;
     }
+    if (config->stride > config->window_max) {
+        return DAVAR_ERR_STRIDE_LONG;
+    }
     if (!step_valid(config, config->grow) || !step_valid(config, config->shrink)) {
         return DAVAR_ERR_STEP;
     }

@@ -25,6 +25,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
         [DAVAR_ERR_SHRINK] = "shrink beyond 2^31 samples a stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
+        [DAVAR_ERR_STRIDE_LONG] = "stride above window_max: samples between two windows would never count",
         [DAVAR_ERR_ENGINE] = "engine unknown, or edges for policy glr with a stride above 1",
         [DAVAR_ERR_TRACKING] =
             "policy glr: block, shock_blocks, long_cluster, window_max, window_min, stride or a rate out of range",

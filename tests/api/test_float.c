@@ -254,7 +254,7 @@ static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t
 /* How many samples come at once changes nothing, in any weather: on grids and without, with restarts (two gaps at most). */
 static void test_samples_that_come_together_are_as_samples_one_by_one(void)
 {
-    static const uint32_t strides[] = {1U, 20U, 100U, 450U};
+    static const uint32_t strides[] = {1U, 20U, 100U, 400U};
     random_t random = random_seeded(11U);
     float rates[300];
     uint32_t saturated = 0U;

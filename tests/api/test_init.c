@@ -65,6 +65,7 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
     config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
+    config.stride = config.window_max + 1U, refused(DAVAR_ERR_STRIDE_LONG);
     config.engine = (davar_engine_t)(DAVAR_ENGINE_EDGES + 1), refused(DAVAR_ERR_ENGINE);
     config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
     config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
@@ -112,7 +113,7 @@ static void test_each_range_ends_where_it_says(void)
     config.kurtosis_low = nextafter(config.kurtosis_high, 1e30), refused(DAVAR_ERR_KURTOSIS);
     config.contribution_low = config.contribution_high, accepted();
     config.contribution_low = nextafter(config.contribution_high, 1e30), refused(DAVAR_ERR_CONTRIBUTION);
-    config.stride = 1U << 24U, accepted();
+    config.stride = config.window_max, accepted();
 }
 
 static void test_bad_pointers_and_memory_are_refused(void)
@@ -198,7 +199,7 @@ static void test_the_memory_macros_hold_a_stride_by_edges(void)
 {
     const uint32_t last = 1U << (TAUS - 1U);
     config.engine = DAVAR_ENGINE_EDGES;
-    for (uint32_t stride = 2U; stride < 400U; stride++) {
+    for (uint32_t stride = 2U; stride <= config.window_max; stride++) {
         config.stride = stride;
         config.mode = ((stride % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         const uint32_t samples = config.window_max + stride - 1U;
@@ -220,6 +221,7 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
         config.stride = 2U + ((draw >> 8U) % 90U);
         config.window_min = 2U * (last + ((draw >> 16U) % 97U));
         config.window_max = config.window_min + (2U * ((draw >> 4U) % 211U));
+        config.stride = (config.stride < config.window_max) ? config.stride : config.window_max;
         config.segment = 1U + ((draw >> 12U) % (config.window_min - 1U));
         config.gaps_max = (uint16_t)(i % 7U);
         config.grow = 2U;

@@ -740,7 +740,9 @@ static void test_what_init_refuses(void)
     config.block = 65U, refused();
     config.shock_blocks = 3U, refused();
     config.window_max = 79U, refused();
-    config.stride = 1201U, refused();
+    config.stride = 1201U;
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE_LONG, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    setUp();
     config.stride = 10U, config.engine = DAVAR_ENGINE_EDGES;
     TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();

@@ -60,11 +60,12 @@ class BadOption(SimCase):
         rows = self.results(path, "--mode", "trailing", "--window-max", "601", "--window-min", "401", "--stride", "100")
         self.assertGreater(len(rows), 1)
 
-    def test_a_stride_may_be_longer_than_the_window(self):
+    def test_a_stride_may_be_as_long_as_the_window_and_no_longer(self):
         path = self.recording(count=700)
-        rows = self.results(path, "--window-max", "100", "--stride", "300")
+        rows = self.results(path, "--window-max", "300", "--stride", "300")
         self.assertEqual(["299", "599"], [row["epoch"] for row in rows])
-        self.assert_refused(self.sim(path, "--window-max", "100", "--stride", "701"), "at least 701")
+        self.assert_refused(self.sim(path, "--window-max", "300", "--stride", "301"), "--stride", "would never count")
+        self.assert_refused(self.sim(path, "--window-max", "702", "--stride", "701"), "at least 701")
 
     def test_a_stride_of_policy_glr_is_not_served_by_edges(self):
         self.assert_refused(self.sim(self.recording(count=700), "--policy", "glr", "--stride", "10", "--engine", "edges"), "--engine")

@@ -64,6 +64,7 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->kurtosis_low = 0.0137 + (0.5 * (double)between(bytes, 0U, 4U));
     config->stride = between(bytes, 1U, 70U);
     config->stride = (config->stride > 35U) ? 1U : config->stride;
+    config->stride = (config->stride < config->window_max) ? config->stride : config->window_max;
     config->engine = (between(bytes, 0U, 1U) == 1U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
     config->gaps_max = (uint16_t)((2U * config->window_max) + config->stride + 2U);
     config->mirrored_end = true;

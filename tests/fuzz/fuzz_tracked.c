@@ -76,6 +76,7 @@ static void choose_more(bytes_t *bytes)
     }
     if ((what & 2U) != 0U) {
         config.stride *= between(bytes, 1U, 20U);
+        config.stride = (config.stride < config.window_max) ? config.stride : config.window_max;
     }
     if ((what & 4U) != 0U) {
         config.gaps_max = (uint16_t)between(bytes, 1U, 4U);

@@ -46,7 +46,7 @@ class Debian(PackageCase):
         self.assertIn(run("pkg-config", "--modversion", "davar", PKG_CONFIG_PATH=str(folder)).strip(), LIBRARY.name)
 
     def test_the_programs_run(self):
-        said = run(self.root / "usr/bin/davar-sim", ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "1000")
+        said = run(self.root / "usr/bin/davar-sim", ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "600")
         self.assertEqual("epoch", said.split(",")[0])
         self.assertIn("usage", run(self.root / "usr/bin/davar-node", "--help"))
 

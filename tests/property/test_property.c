@@ -80,6 +80,7 @@ static void choose_config(random_t *random, trial_t *trial)
     config->kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
     config->stride = (random_next(random) % 2U) ? 1U : between(random, 1U, 20U);
     config->stride = ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
+    config->stride = (config->stride < config->window_max) ? config->stride : config->window_max;
     config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_EDGES;
     /* Those of two windows, and of what lies between them: all there can be. */
     config->gaps_max = (uint16_t)((2U * config->window_max) + config->stride + 2U);
@@ -304,7 +305,8 @@ static void run_small(trial_t *trial)
 static void run_small_window(trial_t *trial)
 {
     davar_config_t *const config = &trial->config;
-    for (uint32_t each = 0U; each < (8U * SMALL_STRIDE); each++) {
+    const uint32_t longest = (SMALL_STRIDE < config->window_max) ? SMALL_STRIDE : config->window_max;
+    for (uint32_t each = 0U; each < (8U * longest); each++) {
         config->policy = (davar_policy_t)(each % 4U);
         config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
         config->stride = 1U + (each / 8U);

@@ -50,7 +50,7 @@ def random_job(source):
     shortest = 2 * source.randrange(10, longest // 2 + 1)
     taus = sorted(source.sample(range(1, shortest // 2 + 1), min(source.randrange(1, 9), shortest // 2)))
     options = ["--window-max", longest, "--window-min", shortest, "--segment", source.randrange(1, shortest),
-               "--taus", ",".join(map(str, taus)), "--stride", source.choice((1, 11, 20, 50)),
+               "--taus", ",".join(map(str, taus)), "--stride", source.choice((1, 11, 20, 40)),
                "--policy", source.choice(("fixed", "kurtosis", "or", "and")),
                "--mode", source.choice(("centred", "trailing")), "--lsb", source.choice(("0.01", "0.002"))]
     if source.random() < 0.3:

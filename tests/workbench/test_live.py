@@ -114,7 +114,7 @@ class Live(Visiting):
     def test_raw_samples_are_frozen_and_diagnosed_while_more_come(self):
         recording = self.folder / "sensor.csv"
         self.assertEqual(run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording).returncode, 0)
-        process = subprocess.Popen([ROOT / "tools/davar-sim", recording, "--lsb", "0.00001", "--stride", "1000", "--raw", "--pace", "1000", "--out", "slcan:pty"],
+        process = subprocess.Popen([ROOT / "tools/davar-sim", recording, "--lsb", "0.00001", "--stride", "600", "--raw", "--pace", "1000", "--out", "slcan:pty"],
                                    text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         for end in (process.wait, process.stdout.close, process.stderr.close, process.kill):
             self.addCleanup(end)

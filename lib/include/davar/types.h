@@ -40,6 +40,7 @@ typedef enum {
     DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
     DAVAR_ERR_SHRINK,       /* shrink * stride beyond 2^31 - 1 */
     DAVAR_ERR_STRIDE,       /* stride 0 or above 2^24 */
+    DAVAR_ERR_STRIDE_LONG,  /* stride above window_max: the samples between two windows would never count */
     DAVAR_ERR_ENGINE,       /* engine not in davar_engine_t; or EDGES for policy glr with a stride above 1 */
     DAVAR_ERR_TRACKING, /* policy glr: block outside 5..64; shock_blocks above 2; long_cluster no multiple of four blocks, or above 512;
                                 window_max below 8 or above 768 blocks, or below the stride; on a grid, no window of whole
@@ -85,17 +86,17 @@ typedef struct {
     double full_scale;   /* f32: largest |rate| expected, deg/s, 1e-20 .. 1e20; from it on samples saturate (counted) */
     uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
     davar_mode_t mode;   /* default centred */
-    davar_policy_t policy;        /* default OR (A-DAVAR) */
-    uint32_t window_max;          /* samples; default 600. Longer: better confidence, slower to see a change */
-    uint32_t window_min;          /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
-    uint32_t segment;             /* samples of the short segment l; default 100. 0 (fixed policy): no moments at all */
-    double kurtosis_low;          /* K1; default 2.5 */
-    double kurtosis_high;         /* K2; default 3.3 */
-    double contribution_low;      /* S1; default 0 */
-    double contribution_high;     /* S2; default 0.07 */
-    uint32_t grow;                /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
-    uint32_t shrink;              /* samples the window shrinks per sample when unstable; default 2 */
-    uint32_t stride;              /* K: 1 = a value at every sample, K = a result every K samples; default 1 */
+    davar_policy_t policy;    /* default OR (A-DAVAR) */
+    uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
+    uint32_t window_min;      /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
+    uint32_t segment;         /* samples of the short segment l; default 100. 0 (fixed policy): no moments at all */
+    double kurtosis_low;      /* K1; default 2.5 */
+    double kurtosis_high;     /* K2; default 3.3 */
+    double contribution_low;  /* S1; default 0 */
+    double contribution_high; /* S2; default 0.07 */
+    uint32_t grow;            /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
+    uint32_t shrink;          /* samples the window shrinks per sample when unstable; default 2. glr: at least 64 */
+    uint32_t stride; /* K: 1 = a value at every sample, K = a result every K samples, at most window_max; default 1 */
     davar_engine_t engine;        /* what serves a stride above 1; default grid */
     double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (10.6) */
     double cut_interval_s;        /* glr: between windows cut in vain; default 300 */

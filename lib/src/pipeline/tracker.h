@@ -16,6 +16,9 @@
 #include "track/window.h"
 #include "window/stages.h"
 
+/* Samples that a window shrinks at least, one step: what is in front of a cut must not stay in it. */
+#define TRACKER_SHRINK 64U
+
 /* The second channel: what clusters of samples do, told from the sums of blocks (10.13). */
 typedef struct {
     davar_glr_config_t config;
@@ -332,7 +335,8 @@ static uint32_t tracker_next(tracker_t *tracker, const davar_config_t *config, c
     if (most > window->length) {
         return window->length + 1U;
     }
-    const uint32_t shorter = (window->length > config->shrink) ? (window->length - config->shrink) : 1U;
+    const uint32_t shrink = (config->shrink > TRACKER_SHRINK) ? config->shrink : TRACKER_SHRINK;
+    const uint32_t shorter = (window->length > shrink) ? (window->length - shrink) : 1U;
     return (shorter > most) ? shorter : most;
 }
 

@@ -1,0 +1,57 @@
+/* What davar_init_q31 says of settings, in davar_status_text's words: the values of the options that test_settings.py names, in its order. */
+#include "davar/davar.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static uint32_t whole(const char *text)
+{
+    return (uint32_t)strtoul(text, NULL, 10);
+}
+
+static void range(const char *text, double *low, double *high)
+{
+    char *end = NULL;
+    *low = strtod(text, &end);
+    *high = strtod(end + 1, NULL);
+}
+
+int main(int count, char *word[])
+{
+    static uint32_t taus[DAVAR_TAUS_MAX];
+    davar_config_t config = davar_default_config;
+    uint64_t no_memory[1] = {0};
+    davar_t davar;
+    if (count != 20) {
+        return 2;
+    }
+    config.policy = (davar_policy_t)whole(word[1]);
+    config.window_max = whole(word[2]);
+    config.window_min = whole(word[3]);
+    config.segment = whole(word[4]);
+    config.grow = whole(word[5]);
+    config.shrink = whole(word[6]);
+    config.stride = whole(word[7]);
+    config.block = whole(word[8]);
+    config.shock_blocks = whole(word[9]);
+    config.long_cluster = whole(word[10]);
+    range(word[11], &config.kurtosis_low, &config.kurtosis_high);
+    range(word[12], &config.contribution_low, &config.contribution_high);
+    for (char *text = word[13]; config.tau_count < DAVAR_TAUS_MAX; text++) {
+        taus[config.tau_count] = (uint32_t)strtoul(text, &text, 10);
+        config.tau_count++;
+        if (*text == '\0') {
+            break;
+        }
+    }
+    config.taus = taus;
+    config.engine = (davar_engine_t)whole(word[14]);
+    config.mode = (davar_mode_t)whole(word[15]);
+    config.false_alarms_per_hour = strtod(word[16], NULL);
+    config.cut_interval_s = strtod(word[17], NULL);
+    config.rate_hz = strtod(word[18], NULL);
+    config.unit_per_count = strtod(word[19], NULL);
+    const davar_status_t status = davar_init_q31(&davar, &config, no_memory, 0U);
+    (void)puts((status == DAVAR_ERR_MEMORY_SIZE) ? "ok" : davar_status_text(status));
+    return 0;
+}
