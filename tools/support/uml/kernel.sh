@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Builds, once, the User-Mode Linux kernel of the kernel tests: CAN, gpio-sim and virtual time, which Debian's own
 # user-mode-linux lacks. usage: kernel.sh CACHE_FOLDER. Prints the path of the kernel. 4 to 13 minutes on two cores; later
-# runs find it in CACHE_FOLDER, keyed by the package version, the configuration and this script.
+# runs find it in CACHE_FOLDER, keyed by the package version, the configuration, the patch and this script.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 config=$here/kernel.config
+patch=$here/kernel.patch
 source_archive=/usr/src/linux-source-6.1.tar.xz
 
 die() {
@@ -15,17 +16,7 @@ die() {
 cache_key() {
     local version
     version=$(dpkg-query --showformat '${Version}' --show linux-source-6.1 2>/dev/null) || die "missing: linux-source-6.1"
-    printf '%s-%s\n' "$version" "$(cat "$config" "$here/kernel.sh" | sha256sum | cut -c1-12)"
-}
-
-# Two things that no configuration option changes. Both must be there to be changed.
-patch_source() {
-    # User-Mode Linux claims all of its 64 interrupt numbers; the interrupts of gpio-sim need free ones.
-    sed -i 's/^\(#define NR_IRQS[[:space:]]*\)UM_LAST_SIGNAL_IRQ$/\1(UM_LAST_SIGNAL_IRQ + 256)/' arch/um/include/asm/irq.h
-    grep -q 'UM_LAST_SIGNAL_IRQ + 256' arch/um/include/asm/irq.h || die "NR_IRQS is not where it was"
-    # gpio-sim delivers an edge at the next timer tick: 1000 ticks a second instead of 100.
-    sed -i '/^config HZ$/,/default/s/default 100/default 1000/' arch/um/Kconfig
-    grep -q 'default 1000' arch/um/Kconfig || die "HZ is not where it was"
+    printf '%s-%s\n' "$version" "$(cat "$config" "$patch" "$here/kernel.sh" | sha256sum | cut -c1-12)"
 }
 
 configure() {
@@ -42,7 +33,7 @@ configure() {
 build() {
     tar -xf "$source_archive"
     cd linux-source-6.1
-    patch_source
+    patch --strip=1 --fuzz=0 <"$patch" || die "kernel.patch does not fit this source"
     configure ../out
     make ARCH=um O=../out "-j$(nproc)" linux
     strip -o ../linux ../out/linux
