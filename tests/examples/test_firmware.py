@@ -114,7 +114,7 @@ class Firmware(unittest.TestCase):
     def test_frames_leave_by_the_mailboxes_of_bxcan(self):
         for seed in (1, 2, 3):
             frames, told = self.on_the_bus("bxcan", seed)
-            self.check_bus(frames, told, 14)
+            self.check_bus(frames, told, 15)
             self.assertEqual(told[-1], f"{5 | 10 << 16 | 1 << 20:08X}")
             epoch = None
             for identifier, data, _ in frames:
@@ -126,7 +126,7 @@ class Firmware(unittest.TestCase):
     def test_frames_leave_by_the_fifo_of_fdcan(self):
         for seed in (1, 2, 3):
             frames, told = self.on_the_bus("fdcan", seed)
-            self.check_bus(frames, told, 3)
+            self.check_bus(frames, told, 4)
             self.assertEqual(told[-1], f"{1 << 25 | 9 << 16 | 12 << 8 | 1:08X}")
             for identifier, data, is_fd in frames:
                 self.assertEqual(is_fd, identifier == 0x5D8)

@@ -52,6 +52,9 @@ static void check_value(const davar_wire_t *wire)
         REQUIRE((wire->change_m <= 4095U) && (wire->cut_age_samples < (UINT32_C(1) << 20U)));
         REQUIRE((wire->index == (uint8_t)DAVAR_CHANGE_CUT) || is_magnitude(wire->value));
         break;
+    case DAVAR_MESSAGE_END:
+        REQUIRE(wire->index > 0U);
+        break;
     case DAVAR_MESSAGE_STATIONARITY:
     case DAVAR_MESSAGE_COEFFICIENT:
     case DAVAR_MESSAGE_SETUP:

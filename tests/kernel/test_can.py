@@ -93,7 +93,7 @@ class Link(KernelCase):
         self.assertGreater(told["frames dropped"], 100)
         self.assertEqual(told["frames dropped"], health["FramesDropped"])
         state = receiver.sequences[0x5D1]
-        self.assertEqual(told["results"] - len(found), state.missing + receiver.faults.missing_results + receiver.faults.doubtful_results)
+        self.assertEqual(told["results"] - len(found), state.missing + receiver.faults.missing_results + receiver.faults.incomplete_results)
         self.assertEqual(2500, told["samples"])
 
     def test_a_node_may_start_before_its_interface(self):
@@ -154,7 +154,7 @@ class Bus(KernelCase):
         told = self.last_words(node)
         self.assertEqual((2, 1), (told["error passive"], told["bus off"]), told)
         self.assertEqual(2000, told["samples"])
-        self.assertEqual(told["frames dropped"], told["results"] * 15 + 19, "all, with what the queue held at the end")
+        self.assertEqual(told["frames dropped"], told["results"] * 16 + 19, "all, with what the queue held at the end")
 
     def count_frames(self, line, receiver, seconds=0.5):
         """How many good frames the line brings in so long."""

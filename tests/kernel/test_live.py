@@ -21,7 +21,7 @@ from davarlab.wire import frames as wire, source  # noqa: E402
 # The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 RESULTS = len(sim_csv())
-FRAMES = RESULTS * 17 + 19
+FRAMES = RESULTS * 18 + 19
 
 
 class Live(KernelCase):
@@ -87,7 +87,7 @@ class Live(KernelCase):
         ends = plug()
         live = self.live(f"slcan:{name}")
         frames = b"".join(frame.encode() + b"\r" for frame in self.text())
-        for part, again in ((frames[:1980], True), (frames[1980:3960], False)):
+        for part, again in ((frames[:1870], True), (frames[1870:3740], False)):
             wait_for(lambda: b"O\r" in os.read(ends[0], 100), "davarlab live", 60)
             os.write(ends[0], part)
             settle()
@@ -95,10 +95,10 @@ class Live(KernelCase):
                 os.close(end)
             ends = plug() if again else ()
         shown, told = self.finish(live)
-        self.assertEqual(180 // 17, len(shown), told)
-        self.assertIn("1 doubtful results", told)  # cut in the middle
+        self.assertEqual(170 // 18, len(shown), told)
+        self.assertIn("1 incomplete results", told)  # cut in the middle
         self.assertEqual(2, told.count("board: lost (the device is gone)"), told)
-        self.assertIn("received: 180 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told)
+        self.assertIn("received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told)
         self.assertIn("2 link lost, 1 link back", told)
 
     def text(self):

@@ -55,7 +55,7 @@ class Serial(KernelCase):
             pass  # the other end is closed
         os.close(descriptor)
         self.assertEqual((0, 0), (sim.wait(timeout=10), receiver.faults.total()), receiver.faults)
-        self.assertEqual(60 * 17 + 19, receiver.faults.good)
+        self.assertEqual(60 * 18 + 19, receiver.faults.good)
 
     def test_a_peer_that_goes_and_comes_back(self):
         node = self.node("--out", "slcan:pty")

@@ -26,7 +26,7 @@ LIKE_16_MHZ = 6  # 2^6 ns an instruction
 OVERLOADED = 8
 RESULTS_MISSED, EDGES_LOST = 5, 13  # items of DAVAR_Health
 HEALTH = "t5D5"
-SETUP = "t5D68"  # DAVAR_Setup, which names the sender's run
+OF_A_RUN = ("t5D68", "t5DB8")  # DAVAR_Setup and DAVAR_End, which name the sender's run
 
 
 def simulated(*options):
@@ -53,7 +53,7 @@ def told(lines):
 
 def any_run(line):
     """A frame without Session and, as it goes into it, Crc where there is one: davar-sim's is another at every start."""
-    return f"{line[:5]}--{line[7:11]}--{line[13:]}" if line.startswith(SETUP) else line
+    return f"{line[:5]}--{line[7:11]}--{line[13:]}" if line.startswith(OF_A_RUN) else line
 
 
 class Dma(unittest.TestCase):

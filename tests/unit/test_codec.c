@@ -50,25 +50,61 @@ static size_t count_frames(uint8_t content, uint8_t tau_count)
 
 static void test_the_content_decides_how_many_frames_a_result_has(void)
 {
-    TEST_ASSERT_EQUAL(5, count_frames(0U, 3U));
-    TEST_ASSERT_EQUAL(8, count_frames(DAVAR_SEND_ADEV, 3U));
-    TEST_ASSERT_EQUAL(13, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS, 3U));
-    TEST_ASSERT_EQUAL(23, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_INTERVALS, 3U));
-    TEST_ASSERT_EQUAL(3, count_frames(DAVAR_SEND_FD, 8U));
+    TEST_ASSERT_EQUAL(6, count_frames(0U, 3U));
+    TEST_ASSERT_EQUAL(9, count_frames(DAVAR_SEND_ADEV, 3U));
+    TEST_ASSERT_EQUAL(14, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS, 3U));
+    TEST_ASSERT_EQUAL(24, count_frames(DAVAR_SEND_ADEV | DAVAR_SEND_INTERVALS, 3U));
+    TEST_ASSERT_EQUAL(4, count_frames(DAVAR_SEND_FD, 8U));
     result.unstable = false;
-    TEST_ASSERT_EQUAL(4, count_frames(DAVAR_SEND_FD, 9U));
-    TEST_ASSERT_EQUAL(5, count_frames(DAVAR_SEND_FD, 10U));
-    TEST_ASSERT_EQUAL(5, count_frames(0U, 10U));
+    TEST_ASSERT_EQUAL(5, count_frames(DAVAR_SEND_FD, 9U));
+    TEST_ASSERT_EQUAL(6, count_frames(DAVAR_SEND_FD, 10U));
+    TEST_ASSERT_EQUAL(6, count_frames(0U, 10U));
 }
 
 /* A frame for each tau, or for each that an FD frame has no room for: it holds eight. */
 static void test_every_number_of_taus_has_its_frames(void)
 {
     for (uint8_t count = 1U; count <= 10U; count++) {
-        TEST_ASSERT_EQUAL(5U, count_frames(0U, count));
-        TEST_ASSERT_EQUAL(5U + count, count_frames(DAVAR_SEND_ADEV, count));
-        TEST_ASSERT_EQUAL(3U + ((count > 8U) ? (count - 8U) : 0U), count_frames(DAVAR_SEND_FD, count));
+        TEST_ASSERT_EQUAL(6U, count_frames(0U, count));
+        TEST_ASSERT_EQUAL(6U + count, count_frames(DAVAR_SEND_ADEV, count));
+        TEST_ASSERT_EQUAL(4U + ((count > 8U) ? (count - 8U) : 0U), count_frames(DAVAR_SEND_FD, count));
     }
+}
+
+/* DAVAR_End is the last frame; its number and digest are those of the frames before it, Health and Setup apart, and no frame of another
+ * result can stand in for one of them. */
+static void test_the_end_binds_the_frames_of_a_result(void)
+{
+    uint32_t sums[2] = {0U, 0U};
+    uint32_t arw[2] = {0U, 0U};
+    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV));
+    for (uint32_t n = 0U; n < 17U; n++) { /* result 16 has the Result of result 0 */
+        uint32_t frames = 0U;
+        result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value = 1.0 + (double)n;
+        davar_encoder_begin(&encoder, &result, &health);
+        sums[n / 16U] = 0U;
+        while (davar_encoder_next(&encoder, &frame)) {
+            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+            const bool own = (wire.message != DAVAR_MESSAGE_HEALTH) && (wire.message != DAVAR_MESSAGE_SETUP) &&
+                             (wire.message != DAVAR_MESSAGE_END);
+            frames += own ? 1U : 0U;
+            sums[n / 16U] += own ? davar_frame_digest(&frame) : 0U;
+            arw[n / 16U] = (wire.message == DAVAR_MESSAGE_ARW) ? davar_frame_digest(&frame) : arw[n / 16U];
+        }
+        TEST_ASSERT_EQUAL(DAVAR_MESSAGE_END, wire.message);
+        TEST_ASSERT_EQUAL_UINT8(n % 16U, wire.result);
+        TEST_ASSERT_EQUAL_UINT8(6U, wire.index);
+        TEST_ASSERT_EQUAL_UINT32(frames, wire.index);
+        TEST_ASSERT_EQUAL_HEX32(sums[n / 16U], wire.number);
+    }
+    TEST_ASSERT_NOT_EQUAL(sums[1], sums[1] - arw[1] + arw[0]);
+}
+
+/* The published values of FNV-1a: "" and "foobar", of which the identifier's bytes are the first two. */
+static void test_the_digest_is_fnv_1a(void)
+{
+    frame = (davar_frame_t){.identifier = 0x6F66U, .length = 5U, .data = {0, 'o', 'b', 'a', 'r'}};
+    TEST_ASSERT_EQUAL_HEX32(0xBF9CF968U, davar_frame_digest(&frame));
 }
 
 static void test_an_encoder_without_a_result_has_no_frame(void)
@@ -159,7 +195,7 @@ static void test_a_misfit_goes_over_the_wire_and_only_with_its_content(void)
     read_monitor(&misfit, deviations, &health_number, &worst);
     TEST_ASSERT_EQUAL(DAVAR_MONITOR_NO_TAU, worst);
     TEST_ASSERT_TRUE(isnan(health_number));
-    TEST_ASSERT_EQUAL(5, count_frames(DAVAR_SEND_MONITOR, 3U));
+    TEST_ASSERT_EQUAL(6, count_frames(DAVAR_SEND_MONITOR, 3U));
 }
 
 static void test_extreme_values_saturate_and_absent_ones_are_nan(void)
@@ -202,7 +238,7 @@ static void test_what_is_not_a_frame_of_ours_is_named(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_CRC, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.length = 7U;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_LENGTH, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-    frame.identifier = 0x5DBU;
+    frame.identifier = 0x5DCU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     frame.identifier = 0x5CFU;
     TEST_ASSERT_EQUAL(DAVAR_DECODE_FOREIGN, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
@@ -250,6 +286,8 @@ static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(v
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_TAU, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT + 1U, 1.0F)); /* no such item */
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5DBU, 1U, 0.0F));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5DBU, 0U, 1.0F)); /* a result has frames */
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D1U, 1U, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D1U, 0U, 0.0F));
 }
@@ -281,7 +319,7 @@ static void test_every_value_of_an_fd_frame_is_looked_at(void)
 }
 
 /* Every session beside every item of either message. */
-static void test_health_and_setup_tell_the_session(void)
+static void test_health_setup_and_end_tell_the_session(void)
 {
     for (uint32_t session = 0U; session < 256U; session++) {
         size_t told[DAVAR_MESSAGE_COUNT] = {0};
@@ -292,7 +330,8 @@ static void test_health_and_setup_tell_the_session(void)
             davar_encoder_begin(&encoder, &result, &health);
             while (davar_encoder_next(&encoder, &frame)) {
                 TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-                const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) || (wire.message == DAVAR_MESSAGE_SETUP);
+                const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) || (wire.message == DAVAR_MESSAGE_SETUP) ||
+                                   (wire.message == DAVAR_MESSAGE_END);
                 TEST_ASSERT_EQUAL(tells ? session : 0U, wire.session);
                 told[wire.message] += tells ? 1U : 0U;
                 items = (wire.message == DAVAR_MESSAGE_SETUP) && (wire.index > items) ? wire.index : items;
@@ -321,9 +360,9 @@ static void test_a_change_of_the_noise_is_told(void)
     result.cut_age_samples = 0xFFFFEU;
     result.dispersion = 1.254;
     result.change = (davar_change_t){.m = 512U, .older = 0.25, .newer = 0.75, .gain = 17.5};
-    TEST_ASSERT_EQUAL(12, count_frames(DAVAR_SEND_ADEV, 3U));
-    TEST_ASSERT_EQUAL(6, count_frames(0U, 3U));
-    TEST_ASSERT_EQUAL(7, count_frames(DAVAR_SEND_FD, 3U));
+    TEST_ASSERT_EQUAL(13, count_frames(DAVAR_SEND_ADEV, 3U));
+    TEST_ASSERT_EQUAL(7, count_frames(0U, 3U));
+    TEST_ASSERT_EQUAL(8, count_frames(DAVAR_SEND_FD, 3U));
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_FD));
     davar_encoder_begin(&encoder, &result, &health);
     TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
@@ -696,6 +735,8 @@ int main(void)
     RUN_TEST(test_the_content_decides_how_many_frames_a_result_has);
     RUN_TEST(test_every_number_of_taus_has_its_frames);
     RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
+    RUN_TEST(test_the_end_binds_the_frames_of_a_result);
+    RUN_TEST(test_the_digest_is_fnv_1a);
     RUN_TEST(test_identifiers_beyond_eleven_bits_are_refused);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
     RUN_TEST(test_the_farewell_tells_every_counter);
@@ -705,7 +746,7 @@ int main(void)
     RUN_TEST(test_values_that_cannot_be_are_refused_and_absent_ones_are_not);
     RUN_TEST(test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused);
     RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
-    RUN_TEST(test_health_and_setup_tell_the_session);
+    RUN_TEST(test_health_setup_and_end_tell_the_session);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
     RUN_TEST(test_a_change_of_the_noise_is_told);

@@ -11,7 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/lab"))
 PROBE = os.environ.get("DAVAR_WIRE_PROBE", "wire_probe")
-STATE, FD = 1, 8
+STATE, FD, END = 1, 8, 11
 
 
 @dataclass(eq=False)

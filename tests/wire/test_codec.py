@@ -15,6 +15,7 @@ PROBE = os.environ.get("DAVAR_WIRE_PROBE", "wire_probe")
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 BASE, STEP = 0x5D0, 16
 SESSION = 165  # of wire_probe
+OF_NO_RESULT = (5, 6, 9, 11)  # Health, Setup, Raw, and End itself
 COEFFICIENTS = ("QuantizationDeg", "ArwDegPerSqrtH", "BiasInstabilityDegPerH", "RateRandomWalkDegPerHPerSqrtH",
                 "RateRampDegPerH2")
 
@@ -26,6 +27,14 @@ def crc8(data, crc=0xFF):
         for _ in range(8):
             crc = ((crc << 1) ^ 0x1D) & 0xFF if crc & 0x80 else crc << 1
     return crc ^ 0xFF
+
+
+def fnv1a(data):
+    """FNV-1a of 32 bits from its definition: start 2166136261, factor 16777619."""
+    value = 2166136261
+    for byte in data:
+        value = (value ^ byte) * 16777619 % 2 ** 32
+    return value
 
 
 def single(value):
@@ -63,7 +72,7 @@ def possible(message, signals):
         return math.isnan(value) or value == 0 or 1e-30 <= value <= 1e30
     for name, value in signals.items():
         signal = message.get_signal_by_name(name)
-        if name in ("WindowSamples", "Stride", "ClusterSamples", "RateHz", "UnitPerCount") and not value > 0:
+        if name in ("WindowSamples", "Stride", "ClusterSamples", "RateHz", "UnitPerCount", "Frames") and not value > 0:
             return False
         unlimited = "High" in name and value == math.inf
         if signal.is_float and not unlimited and not magnitude(abs(value) if name in ("ModelDeviation", "RateDps") else value):
@@ -135,6 +144,9 @@ class Codec(unittest.TestCase):
         else:
             self.assert_float(deviations[signals["MonitorIndex"]], signals["ModelDeviation"])
 
+    def check_end(self, values, signals):
+        self.assertEqual((SESSION, *values["E"]), (signals["Session"], signals["Frames"], signals["Digest"]))
+
     def check_setup(self, values, signals):
         self.assertEqual(SESSION, signals["Session"])
         if signals["Item"] == 0:
@@ -161,6 +173,8 @@ class Codec(unittest.TestCase):
         counters, state = {}, None
         for values, frames in results(seed, count, content, channel):
             seen = []
+            own = [(one, data) for one, data, _ in frames if (one - BASE) % STEP not in OF_NO_RESULT]
+            values["E"] = len(own), sum(fnv1a(one.to_bytes(2, "little") + data[1:]) for one, data in own) % 2 ** 32
             for identifier, data, slcan in frames:
                 message = DBC.get_message_by_frame_id(identifier - STEP * channel)
                 signals = message.decode(data)
@@ -180,27 +194,30 @@ class Codec(unittest.TestCase):
     def test_the_check_value_of_the_crc_is_the_published_one(self):
         self.assertEqual(0x4B, crc8(b"123456789"))
 
-    def test_a_summary_is_five_frames(self):
-        self.check(1, 0, ["State", "Stationarity", "Arw", "Health", "Setup"], channel=3)
+    def test_the_check_values_of_the_digest_are_the_published_ones(self):
+        self.assertEqual((0x811C9DC5, 0xE40C292C, 0xBF9CF968), tuple(map(fnv1a, (b"", b"a", b"foobar"))))
+
+    def test_a_summary_is_six_frames(self):
+        self.check(1, 0, ["State", "Stationarity", "Arw", "Health", "Setup", "End"], channel=3)
 
     def test_everything_in_classical_frames(self):
-        self.check(2, 7, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 15 + ["Health", "Setup"])
+        self.check(2, 7, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 15 + ["Health", "Setup", "End"])
 
     def test_the_default_content(self):
-        self.check(3, 3, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup"],
+        self.check(3, 3, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup", "End"],
                    channel=5)
 
     def test_policy_glr_says_what_it_has_found(self):
-        self.check(9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup"], channel=8)
-        self.check(10, 3, ["State", "Stationarity", "Arw"] + ["Change"] * 4 + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup"], channel=34)
-        self.check(11, 8, ["ResultFd"] + ["Change"] * 4 + ["Adev"] * 4 + ["Health", "Setup"], channel=9)
+        self.check(9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup", "End"], channel=8)
+        self.check(10, 3, ["State", "Stationarity", "Arw"] + ["Change"] * 4 + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup", "End"], channel=34)
+        self.check(11, 8, ["ResultFd"] + ["Change"] * 4 + ["Adev"] * 4 + ["Health", "Setup", "End"], channel=9)
 
     def test_the_monitor_adds_a_frame_per_tau_and_one_for_health(self):
-        self.check(7, 16, ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup"], channel=1)
-        self.check(8, 24, ["ResultFd"] + ["Adev"] * 4 + ["Monitor"] * 13 + ["Health", "Setup"])
+        self.check(7, 16, ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup", "End"], channel=1)
+        self.check(8, 24, ["ResultFd"] + ["Adev"] * 4 + ["Monitor"] * 13 + ["Health", "Setup", "End"])
 
     def test_a_result_in_one_fd_frame(self):
-        self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup"])
+        self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup", "End"])
 
     def test_a_channel_beyond_the_standard_identifiers_is_refused(self):
         with self.assertRaises(subprocess.CalledProcessError):
@@ -239,7 +256,7 @@ class Codec(unittest.TestCase):
         scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12, "Dispersion": 34}
         whole = {"Epoch": 7, "Stride": 7, "ClusterSamples": 7, "WindowSamples": 8, "Unstable": 9, "TauIndex": 5,
                  "Kind": 5, "HealthIndex": 5, "Item": 5, "MonitorIndex": 5, "WorstTau": 26, "Session": 27, "Form": 5, "Index": 7,
-                 "Count": 28, "Count0": 28, "Count1": 29, "ChangeItem": 5, "Alarm": 30, "Young": 31, "ChangeClusterSamples": 32, "CutAge": 33}
+                 "Count": 28, "Count0": 28, "Count1": 29, "ChangeItem": 5, "Alarm": 30, "Young": 31, "ChangeClusterSamples": 32, "CutAge": 33, "Frames": 5, "Digest": 7}
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
         # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
         for name, value in signals.items():
@@ -263,7 +280,7 @@ class Codec(unittest.TestCase):
         identifier, data, _ = next(results(6, 1, 0))[1][0]
         good = f"{identifier:03X}#{data.hex()}"
         damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"
-        lines = [good, damaged, f"5CF#{data.hex()}", f"5DB#{data.hex()}", f"5D1#{data[:7].hex()}"]
+        lines = [good, damaged, f"5CF#{data.hex()}", f"5DC#{data.hex()}", f"5D1#{data[:7].hex()}"]
         unknown = bytes([0, 99, 0, 0, 0, 0, 0])  # HealthIndex 99, with the right Crc
         lines.append(f"5D5#{crc8(bytes([0xD5, 5]) + unknown):02x}{unknown.hex()}")
         unknown = bytes([0, 33, 0, 0, 0, 0, 0])  # MonitorIndex 33

@@ -31,7 +31,7 @@ def loaded(text):
 
 class Dbc(unittest.TestCase):
     def test_every_message_is_at_its_place_with_the_same_layout(self):
-        for base, channel in ((0x5D0, 0), (0x600, 2), (0x7F5, 0), (0, 34)):
+        for base, channel in ((0x5D0, 0), (0x600, 2), (0x7F4, 0), (0, 34)):
             found = loaded(dbc.moved(base, [channel]))
             self.assertEqual([(m.name, m.frame_id + base - 0x5D0 + 16 * channel, m.length) for m in ORIGINAL.messages],
                              [(m.name, m.frame_id, m.length) for m in found.messages])

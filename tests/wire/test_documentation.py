@@ -12,7 +12,7 @@ TEXT = (ROOT / "lib/WIRE.md").read_text(encoding="utf-8")
 DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 HEADER = ("Crc", "Counter", "Result")
 FRAME_BITS = 64 + 47 + (34 + 64 - 1) // 4  # classical, 8 bytes: data, the rest with the gap, worst stuffing
-FRAMES = {"summary": 5, "full": 5 + 8 + 5, "intervals": 5 + 8 + 15}
+FRAMES = {"summary": 6, "full": 6 + 8 + 5, "intervals": 6 + 8 + 15}
 
 
 def rows(columns):
@@ -44,7 +44,7 @@ class Documentation(unittest.TestCase):
 
     def test_the_examples_decode_to_what_is_said(self):
         examples = [row for row in rows(3) if "#" in row[0]]
-        self.assertEqual(7, len(examples))
+        self.assertEqual(8, len(examples))
         for candump, slcan, says in examples:
             identifier, data = candump.strip("`").split("#")
             self.assertEqual(f"t{identifier}8{data}", slcan.strip("`"))
@@ -89,7 +89,7 @@ class Documentation(unittest.TestCase):
             self.assertEqual(wanted, loads)
 
     def test_the_bus_load_of_can_fd(self):
-        seconds = 34 / 500e3 + 677 / 2e6 + 2 * FRAME_BITS / 500e3
+        seconds = 34 / 500e3 + 677 / 2e6 + 3 * FRAME_BITS / 500e3
         self.assertIn(f"{1e3 * seconds:.3f} ms a result, {100 * 100 * seconds:.2f} % of the bus", TEXT)
 
 

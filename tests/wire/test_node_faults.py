@@ -22,7 +22,7 @@ from davarlab.wire import frames as wire, source  # noqa: E402
 
 NODE = os.environ.get("DAVAR_NODE", "davar-node")
 SAMPLES, PAUSE_S = 300, 0.15
-A_RESULT, AT_THE_END = 5, 19  # frames of content summary
+A_RESULT, AT_THE_END = 6, 19  # frames of content summary
 OPTIONS = ("--rate", "100", "--lsb", "0.05", "--window-max", "60", "--window-min", "40", "--segment", "10", "--stride", "60", "--content", "summary")
 FAILS = (("read", errno.EIO), ("write", errno.EIO), ("write", errno.ENOSPC), ("write", "torn"), ("open", errno.EMFILE), ("dup", errno.EMFILE), ("fstat", errno.EIO),
          ("tcgetattr", errno.EIO), ("tcsetattr", errno.EIO), ("poll", errno.ENOMEM), ("malloc", errno.ENOMEM))
@@ -189,7 +189,7 @@ class Signals(Case):
                 self.assertEqual((-number, "") if number == signal.SIGHUP else (0, done[1]), done[:2])
                 self.assertTrue(done[2].endswith(b"\r") or not done[2])
                 told, receiver, found = self.heard((0, done[1] or "0 samples", done[2]))
-                self.assertEqual(0, receiver.faults.total() - receiver.faults.doubtful_results)
+                self.assertEqual(0, receiver.faults.total() - receiver.faults.incomplete_results)
                 for result in found:
                     self.assertEqual(repr(self.truth[result.epoch]), repr(result.values))
                 if number != signal.SIGHUP:

@@ -158,7 +158,8 @@ class Faults(unittest.TestCase):
         receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before we listened
         receiver.push(STATE, state(0))
         receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
-        self.assertEqual((1, 1), (receiver.faults.orphaned, receiver.faults.total()))
+        receiver.finish()
+        self.assertEqual((1, 1, 2), (receiver.faults.orphaned, receiver.faults.incomplete_results, receiver.faults.total()))
 
     def test_of_frames_of_random_bytes_one_in_256_passes_the_crc(self):
         source, passed = random.Random(3), 0
@@ -187,7 +188,7 @@ class Faults(unittest.TestCase):
 
     def test_frames_of_others_are_no_fault(self):
         receiver = wire.Receiver()
-        for identifier in (0x123, 0x5CF, 0x5DB, 0x5DF):
+        for identifier in (0x123, 0x5CF, 0x5DC, 0x5DF):
             receiver.push(identifier, bytes(8))
         self.assertEqual((4, 0), (receiver.faults.foreign, receiver.faults.total()))
 

@@ -11,7 +11,7 @@ import unittest
 
 import cantools
 
-from senders import FD, ROOT, STATE, Run, disturbed, frames, run, seeded
+from senders import END, FD, ROOT, STATE, Run, disturbed, frames, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire  # noqa: E402
@@ -97,7 +97,7 @@ class Restart(unittest.TestCase):
         runs = [run(1, 20, session=7), run(2, 20, session=8, first=2000)]
         receiver, found = receive(frames(runs[0]) + frames(runs[1]))
         self.check(runs, found)
-        self.assertEqual((39, 1, 1), (len(found), receiver.faults.restarts, receiver.faults.doubtful_results))
+        self.assertEqual((40, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.incomplete_results))
 
     def test_a_state_that_is_swapped_with_the_next(self):
         for content in (3, 8):
@@ -109,7 +109,7 @@ class Restart(unittest.TestCase):
                 stream[places[n]], stream[places[n + 1]] = stream[places[n + 1]], stream[places[n]]
                 receiver, found = receive(stream)
                 self.check([one], found)
-                self.assertEqual((39, 0, 1), (len(found), receiver.faults.restarts, receiver.faults.swapped))
+                self.assertEqual((40, 0, 1), (len(found), receiver.faults.restarts, receiver.faults.swapped))
 
     def test_a_restart_at_every_frame(self):
         """Nothing is lost but what was not sent: each whole result comes, whole."""
@@ -166,7 +166,7 @@ class Restart(unittest.TestCase):
             with self.subTest(seed=seed):
                 self.check([one], found, seed)
                 self.assertEqual((lost, 0), (receiver.faults.missing, receiver.faults.restarts))
-                self.assertEqual(60, len(found) + states + receiver.faults.doubtful_results)
+                self.assertEqual(60, len(found) + states + receiver.faults.incomplete_results)
 
     def test_a_hole_of_sixteen_results_in_the_middle_of_two(self):
         one = run(6, 60, session=5)
@@ -176,7 +176,8 @@ class Restart(unittest.TestCase):
                 stream += one.results[20 + lost][inside:] + [frame for result in one.results[21 + lost:] for frame in result]
                 receiver, found = receive(stream)
                 self.check([one], found)
-                self.assertEqual((1, 60 - lost - 1), (receiver.faults.doubtful_results, len(found)))
+                cut = inside <= [identifier & 15 for identifier, _ in one.results[20]].index(END)
+                self.assertEqual((cut, 60 - lost - cut), (receiver.faults.incomplete_results, len(found)))
 
     def test_two_channels_are_restarted_apart(self):
         one, two, other = run(1, 30, 7), run(2, 10, 8), run(3, 30, 9, channel=2)

@@ -4,7 +4,8 @@
  *
  * Sender:   davar_encoder_init, then per result davar_encoder_begin and davar_encoder_next until it returns false;
  *           per sample davar_encoder_raw, where somebody wants to diagnose the sensor from afar.
- * Receiver: davar_decode.
+ * Receiver: davar_decode per frame; then the frames with one Result are one result if their number and the sum of their
+ *           davar_frame_digest are those of its DAVAR_End. Otherwise a frame is lost or is another result's: drop them.
  * An encoder belongs to one thread. Nothing here blocks. */
 #ifndef DAVAR_CODEC_H
 #define DAVAR_CODEC_H
@@ -35,7 +36,8 @@ typedef enum {
     DAVAR_MESSAGE_RESULT_FD = 8,
     DAVAR_MESSAGE_RAW = 9,
     DAVAR_MESSAGE_CHANGE = 10,
-    DAVAR_MESSAGE_COUNT = 11
+    DAVAR_MESSAGE_END = 11,
+    DAVAR_MESSAGE_COUNT = 12
 } davar_message_t;
 
 /* Everything that can be lost has a counter here; DAVAR_Health carries them one by one. */
@@ -96,7 +98,7 @@ typedef enum {
 #define DAVAR_MONITOR_HEALTH 32U
 #define DAVAR_MONITOR_NO_TAU 255U /* WorstTau when nothing was compared */
 
-/* Optional frames of a result; DAVAR_Arw, DAVAR_State, DAVAR_Stationarity, DAVAR_Health and DAVAR_Setup always go. */
+/* Optional frames of a result; DAVAR_Arw, DAVAR_State, DAVAR_Stationarity, DAVAR_End, DAVAR_Health and DAVAR_Setup always go. */
 #define DAVAR_SEND_ADEV 1U         /* one frame per tau */
 #define DAVAR_SEND_COEFFICIENTS 2U /* five frames */
 #define DAVAR_SEND_INTERVALS 4U    /* ten more: 95 % limits of the coefficients */
@@ -111,7 +113,7 @@ typedef struct {
     uint8_t data[64];
 } davar_frame_t;
 
-/* Belongs to the caller; begin with davar_encoder_init. Fields are private. About 120 bytes. */
+/* Belongs to the caller; begin with davar_encoder_init. Fields are private. About 130 bytes. */
 typedef struct {
     const davar_config_t *config;
     const davar_result_t *result;
@@ -121,8 +123,9 @@ typedef struct {
     uint16_t base;
     uint8_t content;
     uint8_t stage;
-    uint8_t index; /* within the stage */
-    uint8_t tag;   /* Counter of this result's DAVAR_State (or DAVAR_ResultFd) */
+    uint8_t index;  /* within the stage */
+    uint8_t tag;    /* Counter of this result's DAVAR_State (or DAVAR_ResultFd) */
+    uint8_t frames; /* of this result so far */
     uint8_t session;
     uint8_t health_next;
     uint8_t setup_next;
@@ -130,6 +133,7 @@ typedef struct {
     bool raw_held;                        /* a count waits for the next one, to go as a pair */
     int32_t raw_count;
     uint32_t raw_index;
+    uint32_t digest; /* sum over `frames` */
 } davar_encoder_t;
 
 /* Starts an encoder: `config` is the one of the instance (must outlive the encoder), `base` the identifier of channel
@@ -181,11 +185,12 @@ typedef struct {
     uint8_t channel;
     uint8_t counter; /* Counter, 0..15 */
     uint8_t result;  /* Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
-    uint8_t session; /* DAVAR_Health, DAVAR_Setup: davar_encoder_session */
+    uint8_t session; /* DAVAR_End, DAVAR_Health, DAVAR_Setup: davar_encoder_session */
     uint8_t
-        index; /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form; ChangeItem */
-    float value;      /* the float32 of the message; in DAVAR_ResultFd ARW */
-    uint32_t number;  /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits) */
+        index; /* TauIndex; Kind (coefficient + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex; Form; ChangeItem; Frames */
+    float value; /* the float32 of the message; in DAVAR_ResultFd ARW */
+    uint32_t
+        number; /* Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits), Digest */
     int32_t count[2]; /* DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
     uint32_t window_samples;
     bool unstable;
@@ -204,12 +209,17 @@ typedef struct {
 
 /* Reads one frame; *wire is filled when the answer is DAVAR_DECODED. A value that cannot be is refused: a deviation or
  * coefficient below 0, infinite (but for an upper limit) or outside DAVAR_WIRE_LEAST .. DAVAR_WIRE_MOST, a rate of 0, a
- * window, stride or cluster size of 0. O(length). */
+ * window, stride, cluster size or number of frames of 0. O(length). */
 davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire);
 
 /* CRC-8/SAE-J1850 (polynomial 0x1D, start and final xor 0xFF) of identifier (low byte, high byte) and data from byte 1
  * on. O(length). */
 uint8_t davar_frame_crc(const davar_frame_t *frame);
+
+/* FNV-1a of 32 bits (start 0x811C9DC5, factor 0x01000193) of the same bytes. The sum over the frames of a result, in any order
+ * and modulo 2^32, is Digest of its DAVAR_End. Not counted: DAVAR_End itself, DAVAR_Health, DAVAR_Setup,
+ * DAVAR_Raw. O(length). */
+uint32_t davar_frame_digest(const davar_frame_t *frame);
 
 #ifdef __cplusplus
 }

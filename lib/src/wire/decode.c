@@ -135,6 +135,14 @@ static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
            ((wire->index == (uint8_t)DAVAR_RAW_RATE) && is_magnitude(fabsf(wire->value)));
 }
 
+/* False: a result without frames. */
+static bool read_end(const davar_frame_t *frame, davar_wire_t *wire)
+{
+    wire->index = (uint8_t)get(frame, signal_frames);
+    wire->session = (uint8_t)get(frame, signal_session);
+    return wire->index > 0U;
+}
+
 /* Fills what this message has beside `value` and `number`; false: an index or a value that no sender means. */
 static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
 {
@@ -177,6 +185,9 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
         break;
     case DAVAR_MESSAGE_CHANGE:
         good = read_change(frame, wire);
+        break;
+    case DAVAR_MESSAGE_END:
+        good = read_end(frame, wire);
         break;
     case DAVAR_MESSAGE_RESULT_FD:
     case DAVAR_MESSAGE_COUNT:

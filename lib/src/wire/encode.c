@@ -10,13 +10,29 @@
 #define STATE_WINDOW_MAX 0x7FFFFU
 #define CUT_AGE_MAX 0xFFFFFU
 
+/* Two bytes of identifier, then the data without its first byte: byte i of what is summed up, i = 0 .. length. */
+static uint32_t summed_byte(const davar_frame_t *frame, uint32_t i)
+{
+    if (i < 2U) {
+        return ((uint32_t)frame->identifier >> (8U * i)) & 0xFFU;
+    }
+    return frame->data[i - 1U];
+}
+
+uint32_t davar_frame_digest(const davar_frame_t *frame)
+{
+    uint32_t digest = 0x811C9DC5U;
+    for (uint32_t i = 0U; i <= frame->length; i++) {
+        digest = (digest ^ summed_byte(frame, i)) * 0x01000193U;
+    }
+    return digest;
+}
+
 uint8_t davar_frame_crc(const davar_frame_t *frame)
 {
     uint32_t crc = 0xFFU;
-    for (uint32_t i = 0U; i <= frame->length; i++) { /* two bytes of identifier, then the data without its first byte */
-        const uint32_t byte = (i == 0U) ? frame->identifier & 0xFFU
-                                        : ((i == 1U) ? (uint32_t)frame->identifier >> 8U : frame->data[i - 1U]);
-        crc ^= byte;
+    for (uint32_t i = 0U; i <= frame->length; i++) {
+        crc ^= summed_byte(frame, i);
         for (uint32_t bit = 0U; bit < 8U; bit++) {
             crc = ((crc & 0x80U) != 0U) ? ((crc << 1U) ^ 0x1DU) & 0xFFU : crc << 1U;
         }
@@ -220,6 +236,14 @@ static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t
     }
 }
 
+static void fill_end(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+{
+    (void)index;
+    put(frame, signal_frames, encoder->frames);
+    put(frame, signal_session, encoder->session);
+    put(frame, signal_value, encoder->digest);
+}
+
 static bool sends(const davar_encoder_t *encoder, uint8_t what)
 {
     return (encoder->result != NULL) && ((encoder->content & what) != 0U);
@@ -276,7 +300,8 @@ static uint8_t count_health(const davar_encoder_t *encoder)
     return (encoder->result != NULL) ? 1U : (uint8_t)DAVAR_HEALTH_COUNT;
 }
 
-static uint8_t count_setup(const davar_encoder_t *encoder)
+/* DAVAR_Setup, DAVAR_End. */
+static uint8_t count_once(const davar_encoder_t *encoder)
 {
     return (encoder->result != NULL) ? 1U : 0U;
 }
@@ -297,7 +322,8 @@ static const stage_t stages[] = {
     {DAVAR_MESSAGE_COEFFICIENT, count_coefficients, fill_coefficient},
     {DAVAR_MESSAGE_MONITOR, count_monitor, fill_monitor},
     {DAVAR_MESSAGE_HEALTH, count_health, fill_health},
-    {DAVAR_MESSAGE_SETUP, count_setup, fill_setup},
+    {DAVAR_MESSAGE_SETUP, count_once, fill_setup},
+    {DAVAR_MESSAGE_END, count_once, fill_end},
 };
 #define STAGE_COUNT (sizeof stages / sizeof stages[0])
 
@@ -320,6 +346,8 @@ void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
     encoder->health = health;
     encoder->stage = 0U;
     encoder->index = 0U;
+    encoder->frames = 0U;
+    encoder->digest = 0U;
 }
 
 void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit)
@@ -377,6 +405,10 @@ bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
     stage->fill(encoder, frame, encoder->index);
     encoder->index++;
     seal(encoder, stage->message, frame);
+    if ((stage->message != DAVAR_MESSAGE_HEALTH) && (stage->message != DAVAR_MESSAGE_SETUP)) {
+        encoder->frames++;
+        encoder->digest += davar_frame_digest(frame);
+    }
     return true;
 }
 

@@ -17,8 +17,12 @@ DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
 LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/codec.h
-HELD_MAX = 64  # results of a channel that wait for a frame with the session; a sender sends one with each
+REACH = 4  # results of a channel that are joined at a time: one that is not complete when so many have begun after it is dropped
 HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
+
+
+PLACES = ("TauIndex", "Kind", "MonitorIndex", "ChangeItem")  # which of the frames of a message in one result
+DIGEST_START, DIGEST_FACTOR = 0x811C9DC5, 0x01000193  # FNV-1a
 
 
 def _crc_table():
@@ -41,6 +45,14 @@ def crc(identifier, data):
     return value ^ 0xFF
 
 
+def digest(identifier, data):
+    """FNV-1a of the bytes that Crc covers."""
+    value = DIGEST_START
+    for byte in (identifier & 0xFF, identifier >> 8, *data[1:]):
+        value = (value ^ byte) * DIGEST_FACTOR % 2 ** 32
+    return value
+
+
 @dataclass
 class Faults:
     """What a receiver met. Only `good` frames are passed on."""
@@ -52,18 +64,19 @@ class Faults:
     swapped: int = 0  # came after its successor (good, and passed on)
     missing: int = 0  # never came, by Counter
     missing_results: int = 0  # whole multiples of 16 results that Counter cannot see, by Epoch
-    orphaned: int = 0  # good frames whose Result is not the present one: its State is lost or late, or Result is damaged
+    orphaned: int = 0  # good frames whose result has no State (lost or too late, or Result is damaged), or another frame for their place
     noise: int = 0  # lines of the serial link that are no frames
     link_lost: int = 0  # times interface or serial line went away
     link_back: int = 0  # times it came back
     impossible: int = 0  # the Crc is right, and a value is none that a sender means: damage
-    doubtful_results: int = 0  # not passed on: frames of another run of the sender, or of 16 results later, may be in them
+    incomplete_results: int = 0  # not passed on: a frame is lost, too late, or another result's
+    late_results: int = 0  # not passed on: complete after a newer one of the same run had been
     doubtful_samples: int = 0  # raw ones that were not passed on: of which run they are was not told in time
     restarts: int = 0  # of a sender; no fault
 
     def total(self):
         return (self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.orphaned
-                + self.noise + self.impossible + self.doubtful_results + self.doubtful_samples)
+                + self.noise + self.impossible + self.incomplete_results + self.late_results + self.doubtful_samples)
 
 
 class Sequence:
@@ -73,13 +86,12 @@ class Sequence:
         self.last = None
         self.at = 0  # where the newest one stands, not modulo 16
         self.missing = 0
-        self.came = None  # the one that came last: (counter, data)
         self.seen = {}  # where -> data, of the newest HISTORY places
         self.holes = {}  # counters that did not come yet -> how many frames ago they were due
 
     def again(self, counter, data):
-        """Is this the frame that came last?"""
-        return self.came == (counter, data)
+        """Has this frame come a moment ago?"""
+        return self.last is not None and self.seen.get(self.at - (self.last - counter) % 16) == data
 
     def late(self, counter):
         """How many frames ago this one was due, if its place is still empty; otherwise 0."""
@@ -88,10 +100,9 @@ class Sequence:
 
     def judge(self, counter, data):
         """Returns (kind, missing): kind is "good", "repeated" or "swapped"; missing is added to the count (-1: found)."""
-        self.came = counter, data
         if self.last is None:
             return self._accept(counter, data, 0)
-        if self.seen.get(self.at - (self.last - counter) % 16) == data:
+        if self.again(counter, data):
             return "repeated", 0
         if self.late(counter):
             del self.holes[counter]
@@ -114,7 +125,7 @@ class Sequence:
 
 @dataclass
 class Result:
-    """One epoch of one channel, as far as its frames came. Absent values are NaN."""
+    """One epoch of one channel: values of the frames of one result, all of them. Absent values are NaN."""
 
     channel: int
     tag: int
@@ -124,43 +135,73 @@ class Result:
     deviation: dict = field(default_factory=dict)  # TauIndex -> standard deviations from the error model
     stretch: int = 1  # of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
     of: object = None  # the Channel as it was in that stretch
-    joined: dict = field(default_factory=dict)  # (field, key) -> number, of frames that none with the session has followed
-    frames: int = 0  # of joined
 
-    def join(self, found):
-        """Takes the values of a frame; False: there is another value for one of them already."""
-        if any(repr(known) != repr(value) for at, value in found for known in self._known(at)):
-            return False
-        self.joined.update(found)
-        self.frames += 1
-        return True
 
-    def vouch(self):
-        """What was joined is of this run of the sender."""
-        for (name, key), value in self.joined.items():
-            getattr(self, name)[key] = value
-        self.joined, self.frames = {}, 0
+class Burst:
+    """Frames with one Result as they come in, in any order; the last frame for a place replaces an earlier one."""
 
-    def _known(self, at):
-        name, key = at
-        return [one[where] for one, where in ((self.joined, at), (getattr(self, name), key)) if where in one]
+    def __init__(self, tag, born, expected):
+        self.tag, self.born = tag, born  # born: how many bursts of the channel began before
+        self.expected = expected  # a State came before, so this one should have its own
+        self.counted = False  # is its State one that had not come before
+        self.places, self.end, self.epoch = {}, None, None  # (message, index) -> (data, signals, digest); signals of DAVAR_End; of State
+        self.digest = 0  # sum over places
+
+    def join(self, name, identifier, data, signals):
+        """Takes a frame. Returns the name of the message whose frame it replaced, or None."""
+        if name == "End":
+            self.end = signals
+            return None
+        place = (name, next((str(signals[one]) for one in PLACES if one in signals), None))
+        before = self.places.get(place)
+        if before and before[0] == data:
+            return None
+        one = data, signals, digest(identifier, data)
+        self.places[place] = one
+        self.digest = (self.digest + one[2] - (before[2] if before else 0)) % 2 ** 32
+        return name if before else None
+
+    def complete(self):
+        """Are these all the frames of one result, and no other's?"""
+        return bool(self.end) and self.epoch is not None and len(self.places) == self.end["Frames"] and self.digest == self.end["Digest"]
+
+    def result(self, index, channel):
+        found = Result(index, self.tag, self.epoch, stretch=channel.stretch, of=channel)
+        for _, signals, _ in self.places.values():
+            for (name, key), value in parts(signals):
+                getattr(found, name)[key] = value
+        return found
 
 
 class Channel:
-    """What is known about one channel in one run of its sender: the result being joined, its setup, its health."""
+    """What is known about one channel in one run of its sender: the results being joined, its setup, its health."""
 
     def __init__(self, stretch=1):
         self.stretch = stretch
         self.session = None
-        self.result = None
-        self.held = []  # results that are over and wait for a frame with the session
-        self.epoch = None
-        self.tag = None  # of the newest State
-        self.step = None  # between epochs: Stride, or the smallest seen
+        self.bursts = []  # results being joined, in the order of their Result
+        self.begun = 0  # how many there have been
+        self.passed = deque(maxlen=16)  # (epoch, digest) of the results that were passed on last
+        self.epoch = None  # of the newest State
+        self.tag = None
         self.setup = {}  # "rate_hz", "stride", "unit_per_count"
         self.samples = Samples()
         self.clusters = {}  # TauIndex -> samples
         self.health = {}  # name -> count
+
+    def burst(self, tag):
+        """The one with this Result, if it is open."""
+        return next((one for one in self.bursts if one.tag == tag), None)
+
+    def begin(self, tag):
+        """A new burst, before those whose Result follows."""
+        one = Burst(tag, self.begun, self.tag is not None)
+        at = len(self.bursts)
+        while at and 0 < (self.bursts[at - 1].tag - tag) % 16 < 8:
+            at -= 1
+        self.bursts.insert(at, one)
+        self.begun += 1
+        return one
 
 
 COLUMNS = {
@@ -215,8 +256,8 @@ def possible(name, value):
 class Receiver:
     """Feed frames with push(); it returns a result that is complete, or None. finish() gives the rest.
 
-    A result is passed on when its successor has begun and a frame that tells the session (DAVAR_Health, DAVAR_Setup) has
-    followed its frames: otherwise they might be of a sender that has been restarted since, and whose State was lost."""
+    A result is passed on when all its frames have come, and only then: DAVAR_End has their number and a digest over them. It waits
+    for an older one that is not complete until REACH results have begun after that one."""
 
     def __init__(self, base=BASE, dbc=DBC_PATH):
         self.base = base
@@ -245,10 +286,10 @@ class Receiver:
         return self.ready.popleft() if self.ready else None
 
     def finish(self):
-        """The results that no later frame completed, as far as they are beyond doubt."""
-        for index, channel in self.channels.items():
-            self._close(channel)
-            self._release(channel)
+        """The complete results that waited for older ones."""
+        for index in list(self.channels):
+            self._settle(index, reach=0)
+            channel = self.channels[index]
             if channel.samples.sure():
                 self._release_samples(index, channel, last=True)
             self.faults.doubtful_samples += channel.samples.drop()
@@ -291,84 +332,118 @@ class Receiver:
         index, offset = divmod(identifier - self.base, STEP)
         name = self.messages[offset].name.removeprefix("DAVAR_")
         channel = self.channels.setdefault(index, Channel())
+        if "Session" in signals and channel.session not in (None, signals["Session"]):
+            channel = self._restart(index, signals["Session"])
         if name in ("State", "ResultFd"):
-            self._take_state(channel, index, identifier, data, signals)
-            return
-        if name in ("Health", "Setup") and channel.session not in (None, signals["Session"]):
-            channel = self._restart(index)
-        if self._judge(identifier, data) == "repeated":
-            return
-        if name == "Raw" and not self.wants_raw:
-            return
+            epoch = self._epoch(index, identifier, data, signals)
+            channel = self.channels[index]
+        repeated = self._judge(identifier, data) == "repeated"
+        if "Session" in signals:
+            channel.session = signals["Session"]
         if name == "Raw":
-            self.faults.doubtful_samples += channel.samples.take(signals)
+            if not repeated and self.wants_raw:
+                self.faults.doubtful_samples += channel.samples.take(signals)
         elif name in ("Health", "Setup"):
-            self._tell(channel, name, signals)
-            self._release_samples(index, channel)
-        elif channel.result and channel.result.tag == signals["Result"]:
-            self.faults.orphaned += not channel.result.join(parts(signals))
-        elif channel.result:
-            self.faults.orphaned += 1
+            if not repeated:
+                self._tell(index, channel, name, signals)
+        elif name in ("State", "ResultFd"):
+            self._begin(channel, epoch, repeated, (name, identifier, data, signals))
+        else:
+            self._join(channel, signals["Result"], repeated, (name, identifier, data, signals))
+        self._settle(index)
 
-    def _tell(self, channel, name, signals):
-        """Session, and what else Health and Setup say."""
-        channel.session = signals["Session"]
-        for result in [*channel.held, *([channel.result] if channel.result else [])]:
-            result.vouch()
-        self._release(channel)
+    def _tell(self, index, channel, name, signals):
+        """What Health and Setup say."""
         if name == "Health":
             item = str(signals["HealthIndex"])
             channel.health[item] = signals[item]
         else:
             self._set_up(channel, signals)
+        self._release_samples(index, channel)
 
-    def _take_state(self, channel, index, identifier, data, signals):
-        modulus = 2 ** 32 if len(data) == 8 else 2 ** 24
-        tag, low = signals["Counter"], signals["Epoch"]
-        sequence = self.sequences.setdefault(identifier, Sequence())
-        ahead = 0 if channel.epoch is None else (low - channel.epoch) % modulus
-        back = (modulus - ahead) % modulus
-        told = channel.result and channel.result.values  # what comes again behind a frame with the session is no repetition
-        if sequence.again(tag, data) and not told:
-            self._judge(identifier, data)
-            self._begin_again(channel, tag, signals)
-            return
-        if channel.epoch is not None and (not ahead or back < ahead):
-            late = sequence.late(tag)
-            if late and (channel.step is None or back % channel.step == 0 and back >= late * channel.step):
-                self._judge(identifier, data)
-                return  # swapped with a newer one: its result is history
-            channel = self._restart(index)
-            ahead = 0
-        self._judge(identifier, data)
-        self._check_epoch(channel, ahead, tag)
-        self._close(channel)
-        channel.epoch = low if channel.epoch is None else channel.epoch + ahead
-        channel.tag = tag
-        channel.result = Result(index, tag, channel.epoch, stretch=channel.stretch, of=channel)
-        channel.result.join(parts(signals))
+    def _join(self, channel, tag, repeated, frame):
+        """A frame of a result. One that came before begins no result."""
+        burst = channel.burst(tag) or (None if repeated else channel.begin(tag))
+        if burst and burst.join(*frame):
+            self.faults.orphaned += 1  # the one that was there
+
+    def _begin(self, channel, epoch, repeated, frame):
+        """A State: it begins a result, unless frames of it came first."""
+        tag = frame[-1]["Counter"]
+        burst = channel.burst(tag) or channel.begin(tag)
+        if burst.join(*frame):
+            self.faults.incomplete_results += burst.counted
+            burst.born, channel.begun = channel.begun, channel.begun + 1
+        burst.epoch, burst.counted = epoch, burst.counted or not repeated
         channel.samples.dated = True
 
-    def _begin_again(self, channel, tag, signals):
-        """The newest State once more: a repetition, or that of a sender that was restarted behind it. What was joined meanwhile
-        may be of either."""
-        result = channel.result
-        if result and result.tag == tag:
-            self.faults.orphaned += result.frames - 1
-            result.joined, result.frames = dict(parts(signals)), 1
+    def _epoch(self, index, identifier, data, signals):
+        """The whole Epoch of a State. One that falls back, and is not late, is of a sender that was restarted."""
+        modulus = 2 ** 32 if len(data) == 8 else 2 ** 24
+        tag, low = signals["Counter"], signals["Epoch"]
+        channel, sequence = self.channels[index], self.sequences.setdefault(identifier, Sequence())
+        ahead = 0 if channel.epoch is None else (low - channel.epoch) % modulus
+        back = (modulus - ahead) % modulus
+        if channel.epoch is not None and (not ahead or back < ahead):
+            late = sequence.late(tag)
+            stride = channel.setup.get("stride")
+            if sequence.again(tag, data) or late and (not stride or back % stride == 0 and back >= late * stride):
+                return channel.epoch - back
+            channel = self._restart(index)
+            ahead = 0
+        self._check_epoch(channel, ahead, tag)
+        channel.epoch = low if channel.epoch is None else channel.epoch + ahead
+        channel.tag = tag
+        return channel.epoch
 
-    def _restart(self, index):
-        """The sender of a channel has been restarted: a new stretch, in which nothing is known."""
+    def _restart(self, index, session=None):
+        """The sender of a channel has been restarted: a new stretch, in which nothing is known. What is not complete may be of
+        either run: frames that no session and no State has told to be old are kept."""
         old = self.channels[index]
-        self._close(old)
-        self._release(old)
+        kept = [one for one in old.bursts if not one.complete() and not one.end and (session is not None or one.epoch is None)]
+        old.bursts = [one for one in old.bursts if one not in kept]
+        self._settle(index, reach=0)
         self.faults.restarts += 1
         for identifier in [one for one in self.sequences if (one - self.base) // STEP == index]:
             self.sequences[identifier] = Sequence()
-        self.channels[index] = Channel(old.stretch + 1)
-        given_up, self.channels[index].samples = old.samples.split()
+        self.channels[index] = channel = Channel(old.stretch + 1)
+        channel.bursts, channel.begun = kept, old.begun
+        for one in sorted((one for one in kept if one.epoch is not None), key=lambda one: one.born):
+            channel.epoch, channel.tag = one.epoch, one.tag
+        given_up, channel.samples = old.samples.split()
         self.faults.doubtful_samples += given_up
-        return self.channels[index]
+        return channel
+
+    def _settle(self, index, reach=REACH):
+        """Passes on complete results in their order, and drops what is not complete and too old."""
+        channel = self.channels[index]
+        while channel.bursts:
+            first = channel.bursts[0]
+            if not first.complete() and channel.begun - first.born <= reach and reach:
+                return
+            del channel.bursts[0]
+            if first.complete():
+                channel = self._pass_on(index, channel, first)
+            elif first.counted:
+                self.faults.incomplete_results += 1
+            elif first.epoch is None and first.expected:
+                self.faults.orphaned += len(first.places) + bool(first.end)
+
+    def _pass_on(self, index, channel, burst):
+        """A complete result: new, there already, too late, or of a sender that was restarted behind a State that looked the same."""
+        epochs = dict(channel.passed)
+        if epochs and burst.epoch <= max(epochs):
+            if epochs.get(burst.epoch) == burst.digest:
+                return channel
+            if burst.epoch not in epochs:
+                self.faults.late_results += 1
+                return channel
+            rest, channel.bursts = channel.bursts, []
+            channel = self._restart(index, channel.session)
+            channel.session, channel.epoch, channel.tag, channel.bursts = burst.end["Session"], burst.epoch, burst.tag, rest
+        channel.passed.append((burst.epoch, burst.digest))
+        self.ready.append(burst.result(index, channel))
+        return channel
 
     def _release_samples(self, index, channel, last=False):
         """Raw samples whose run, place and size are known now."""
@@ -377,33 +452,10 @@ class Receiver:
             self.samples.append((index, channel, found))
             self.faults.doubtful_samples += left_out
 
-    def _close(self, channel):
-        """The result being joined is over."""
-        if channel.result and not channel.result.joined:
-            self.ready.append(channel.result)
-        elif channel.result:
-            channel.held.append(channel.result)
-            self._release(channel, HELD_MAX)
-        channel.result = None
-
-    def _release(self, channel, newest=0):
-        """No more can be known of what is held, but for so many: the part that is vouched for is passed on, a result without one is counted."""
-        over = max(0, len(channel.held) - newest)
-        for result in channel.held[:over]:
-            if result.values:
-                self.ready.append(result)
-            else:
-                self.faults.doubtful_results += 1
-        del channel.held[:over]
-
     def _check_epoch(self, channel, ahead, tag):
         """A multiple of 16 results lost leaves no hole in Counter: Epoch shows it, once the step between results is known."""
         if channel.epoch is None:
             return
-        if channel.step and channel.result and ahead >= 16 * channel.step:
-            channel.result = None  # frames from behind the hole have its tag
-            self.faults.doubtful_results += 1
-        channel.step = channel.setup.get("stride") or min(channel.step or ahead, ahead)
         stride = channel.setup.get("stride")
         if stride:
             passed, rest = divmod(ahead, stride)
@@ -416,7 +468,7 @@ class Receiver:
         if "RateHz" in signals:
             channel.setup["rate_hz"] = signals["RateHz"]
         elif "Stride" in signals:
-            channel.step = channel.setup["stride"] = signals["Stride"]
+            channel.setup["stride"] = signals["Stride"]
         elif "UnitPerCount" in signals:
             channel.setup["unit_per_count"] = signals["UnitPerCount"]
         else:
