@@ -47,7 +47,7 @@ static const char TEXT[] =
     "  --engine grid|edges     of K: same results, other memory\n"
     "  --out csv|jsonl|can:IFACE|slcan:PATH   (default csv; slcan: a tty, or pty to make one and print its name)\n"
     "  --can-base HEX          CAN identifier of the first channel (default 5D0; the next ones 10 apart)\n"
-    "  --can-content summary|full|intervals|fd   frames of a result: 5, all values (default), limits too, one CAN FD\n"
+    "  --can-content summary|full|intervals|fd   frames of a result: 6, all values (default), limits too, one CAN FD\n"
     "  --raw                   frames of the samples too, for davarlab live --raw\n"
     "  --baud N                of the serial line (default: as it is)\n"
     "  --model-table FILE      compare every result with an error model (davarlab export MODEL -o FILE.csv): columns\n"
