@@ -46,12 +46,13 @@ class Values(KernelCase):
 
     def test_candump_and_cantools_read_it(self):
         interface = self.vcan()
-        command = f"candump -n 5 {interface} | cantools decode {ROOT}/tools/davar.dbc"
+        command = f"candump -n 6 {interface} | cantools decode {ROOT}/tools/davar.dbc"
         decoder = self.start("bash", "-c", command)
         settle()
         subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True)
         text, errors = decoder.communicate(timeout=60)
-        for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", "ArwDegPerSqrtH: 0.29", "deg/sqrt(h)"):
+        arw = float(sim_csv()[0]["arw_deg_per_sqrt_h"])
+        for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", f"ArwDegPerSqrtH: {arw:.5f}"[:-1], "deg/sqrt(h)", "DAVAR_End("):
             self.assertIn(word, text, errors)
 
 

@@ -138,7 +138,7 @@ class Readme(KernelCase):
                 pass
         os.close(its)
         self.assertEqual((0, 0), (sender.returncode, receiver.faults.total()), receiver.faults)
-        self.assertEqual(RESULTS * (3 + 7 + 5 + 2) + 19, receiver.faults.good)
+        self.assertEqual(RESULTS * (3 + 7 + 5 + 3) + 19, receiver.faults.good)
 
 
 if __name__ == "__main__":

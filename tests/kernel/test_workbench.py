@@ -11,7 +11,7 @@ import urllib.request
 from kernel_case import RECORDING, REPLAY, ROOT, SIM, KernelCase, settle, sim_csv, unittest, wait_for
 from test_readme import listeners
 
-LSB = 0.05
+LSB = float(REPLAY[REPLAY.index("--lsb") + 1])
 
 
 class Bench(KernelCase):
