@@ -300,18 +300,24 @@ static davar_decode_status_t status_of_fd(void)
     return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
 }
 
+/* Of an FD frame with another float32 at this byte. */
+static davar_decode_status_t status_of_fd_with(size_t at, float value)
+{
+    (void)status_of_fd();
+    memcpy(&frame.data[at], &value, sizeof value);
+    seal();
+    return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
+}
+
 static void test_every_value_of_an_fd_frame_is_looked_at(void)
 {
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of_fd());
-    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        setUp();
-        result.coefficient[k].value = -1.0;
-        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
-    }
-    for (size_t t = 0; t < 3U; t++) {
-        setUp();
-        result.tau[t].adev = 1e31;
-        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd());
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of_fd_with(4U, NAN));
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd_with(4U, -1.0F)); /* ARW */
+    for (size_t at = 16U; at < 64U; at += 4U) { /* the other coefficients, then the deviations */
+        TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of_fd_with(at, NAN));
+        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd_with(at, -1.0F));
+        TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of_fd_with(at, 2e30F));
     }
     setUp();
     result.window_samples = 0U;
@@ -378,7 +384,7 @@ static void test_a_change_of_the_noise_is_told(void)
     result.cut_age_samples = UINT32_MAX;
     result.alarm = false;
     result.young = true;
-    result.change.gain = -1.0; /* no sender means it */
+    result.change.gain = -1.0; /* cannot be: absent */
     davar_encoder_begin(&encoder, &result, &health);
     for (uint32_t i = 0U; i < 2U; i++) {
         TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
@@ -389,10 +395,68 @@ static void test_a_change_of_the_noise_is_told(void)
     for (uint32_t i = 0U; i < 3U; i++) {
         TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
     }
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+    TEST_ASSERT_TRUE(isnan(wire.value));
     davar_encoder_finish(&encoder, &health); /* says nothing of changes */
     TEST_ASSERT_TRUE(davar_encoder_next(&encoder, &frame));
     TEST_ASSERT_EQUAL_HEX16(DAVAR_WIRE_BASE + 5U, frame.identifier);
+}
+
+/* Any bits as a double: half of them of every size and sign, NaN and infinities among them, half near what sensors show. */
+static double any_double(void)
+{
+    static uint64_t state = UINT64_C(88172645463325252);
+    double value;
+    state ^= state << 13U;
+    state ^= state >> 7U;
+    state ^= state << 17U;
+    memcpy(&value, &state, sizeof value);
+    return ((state >> 60U) < 8U) ? value : ldexp((double)(int64_t)state, -64);
+}
+
+static void make_garbage(davar_misfit_t *misfit)
+{
+    result.kurtosis = any_double();
+    result.contribution = any_double();
+    result.dispersion = any_double();
+    result.change = (davar_change_t){.m = 512U, .older = any_double(), .newer = any_double(), .gain = any_double()};
+    misfit->health = any_double();
+    for (size_t t = 0; t < 10U; t++) {
+        result.tau[t] = (davar_adev_t){.adev = any_double(), .low = any_double(), .high = any_double()};
+        misfit->tau[t].deviation = any_double();
+    }
+    for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
+        result.coefficient[k] = (davar_coefficient_t){.value = any_double(), .low = any_double(), .high = any_double()};
+    }
+}
+
+static bool is_absent_or_not_below_0(const davar_wire_t *one)
+{
+    const bool has_sign = (one->message == DAVAR_MESSAGE_MONITOR) && (one->index < DAVAR_MONITOR_HEALTH);
+    const bool has_float = (one->message == DAVAR_MESSAGE_ARW) || (one->message == DAVAR_MESSAGE_ADEV) ||
+                           (one->message == DAVAR_MESSAGE_COEFFICIENT) || (one->message == DAVAR_MESSAGE_RESULT_FD);
+    return !has_float || has_sign || !(one->value < 0.0F);
+}
+
+/* Whatever stands in a result, no frame is refused, and absent is all that cannot be. */
+static void test_a_result_of_garbage_makes_frames_that_every_receiver_takes(void)
+{
+    static const uint8_t contents[] = {0U, 7U, 15U, 23U, 31U};
+    davar_misfit_t misfit = {.tau_count = 10U, .worst = 3U};
+    config.policy = DAVAR_POLICY_GLR;
+    config.tau_count = 10U;
+    result.tau_count = 10U;
+    for (size_t n = 0; n < 5000U; n++) {
+        make_garbage(&misfit);
+        TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, contents[n % 5U]));
+        davar_encoder_monitor(&encoder, &misfit);
+        davar_encoder_begin(&encoder, &result, &health);
+        while (davar_encoder_next(&encoder, &frame)) {
+            TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
+            TEST_ASSERT_TRUE(is_absent_or_not_below_0(&wire));
+            TEST_ASSERT_FALSE((wire.kurtosis < 0.0F) || (wire.contribution < 0.0F) || (wire.dispersion < 0.0F));
+        }
+    }
 }
 
 static bool slcan(const char *text)
@@ -747,6 +811,7 @@ int main(void)
     RUN_TEST(test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused);
     RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
     RUN_TEST(test_health_setup_and_end_tell_the_session);
+    RUN_TEST(test_a_result_of_garbage_makes_frames_that_every_receiver_takes);
     RUN_TEST(test_slcan_text_goes_there_and_back);
     RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
     RUN_TEST(test_a_change_of_the_noise_is_told);

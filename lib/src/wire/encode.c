@@ -57,14 +57,28 @@ static void put_float(davar_frame_t *frame, davar_signal_t at, double value)
     put(frame, at, isnan(value) ? 0x7FC00000U : raw); /* one NaN only, whatever the machine makes */
 }
 
+/* What davar_decode takes: too small is 0; NaN and what no sensor shows are absent. */
+static void put_signed(davar_frame_t *frame, davar_signal_t at, double value)
+{
+    const double size = fabs(value);
+    const double shown = (size < (double)DAVAR_WIRE_LEAST) ? 0.0 : value;
+    put_float(frame, at, (size <= (double)DAVAR_WIRE_MOST) ? shown : (double)NAN);
+}
+
+/* Likewise, and below 0 is absent. */
+static void put_magnitude(davar_frame_t *frame, davar_signal_t at, double value)
+{
+    put_signed(frame, at, (value >= 0.0) ? value : (double)NAN);
+}
+
 static void put_scaled(davar_frame_t *frame, const davar_scaled_t *scaled, double value)
 {
     const uint32_t absent = (1U << scaled->at.bits) - 1U;
     const double raw = value * (double)scaled->per_unit + 0.5;
-    if (isnan(value)) {
-        put(frame, scaled->at, absent);
-    } else {
+    if (value >= 0.0) {
         put(frame, scaled->at, (raw >= (double)absent) ? absent - 1U : (uint32_t)raw);
+    } else { /* NaN too */
+        put(frame, scaled->at, absent);
     }
 }
 
@@ -104,7 +118,7 @@ static void fill_stationarity(davar_encoder_t *encoder, davar_frame_t *frame, ui
 static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
 {
     (void)index;
-    put_float(frame, signal_value, encoder->result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
+    put_magnitude(frame, signal_value, encoder->result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
     put_scaled(frame, &scaled_arw_uncertainty, arw_uncertainty(encoder->result));
 }
 
@@ -120,7 +134,7 @@ static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t 
         put(frame, signal_cut_age, (result->cut_age_samples < CUT_AGE_MAX) ? result->cut_age_samples : CUT_AGE_MAX);
         put_scaled(frame, &scaled_dispersion, result->dispersion);
     } else {
-        put_float(frame, signal_value, told[index]);
+        put_magnitude(frame, signal_value, told[index]);
     }
 }
 
@@ -131,15 +145,20 @@ static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t in
     const davar_adev_t *tau = &encoder->result->tau[t];
     put(frame, signal_tau_index, t);
     put_scaled(frame, &scaled_adev_uncertainty, relative_uncertainty(tau->adev, tau->low, tau->high));
-    put_float(frame, signal_value, tau->adev);
+    put_magnitude(frame, signal_value, tau->adev);
 }
 
 static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
 {
     const davar_coefficient_t *coefficient = &encoder->result->coefficient[index % DAVAR_COEFFICIENT_COUNT];
     const double shown[3] = {coefficient->value, coefficient->low, coefficient->high};
+    const double value = shown[index / DAVAR_COEFFICIENT_COUNT];
     put(frame, signal_kind, index);
-    put_float(frame, signal_value, shown[index / DAVAR_COEFFICIENT_COUNT]);
+    if ((index >= 2U * DAVAR_COEFFICIENT_COUNT) && (value > (double)DAVAR_WIRE_MOST)) {
+        put_float(frame, signal_value, (double)INFINITY); /* no upper limit */
+    } else {
+        put_magnitude(frame, signal_value, value);
+    }
 }
 
 static void put_fd_floats(const davar_result_t *result, davar_frame_t *frame)
@@ -148,11 +167,11 @@ static void put_fd_floats(const davar_result_t *result, davar_frame_t *frame)
                                      DAVAR_RATE_RAMP};
     for (uint8_t k = 0U; k < 4U; k++) {
         const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
-        put_float(frame, at, result->coefficient[kinds[k]].value);
+        put_magnitude(frame, at, result->coefficient[kinds[k]].value);
     }
     for (uint8_t t = 0U; t < DAVAR_FD_TAUS; t++) {
         const davar_signal_t at = {(uint16_t)(FD_ADEV + 32U * t), 32U};
-        put_float(frame, at, (t < result->tau_count) ? result->tau[t].adev : (double)NAN);
+        put_magnitude(frame, at, (t < result->tau_count) ? result->tau[t].adev : (double)NAN);
     }
 }
 
@@ -163,7 +182,7 @@ static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t inde
     encoder->tag = encoder->counter[DAVAR_MESSAGE_RESULT_FD];
     put(frame, fd_window, window_raw(result));
     put(frame, fd_unstable, result->unstable ? 1U : 0U);
-    put_float(frame, signal_value, result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
+    put_magnitude(frame, signal_value, result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
     put(frame, fd_epoch, (uint32_t)result->epoch);
     put_scaled(frame, &fd_arw_uncertainty, arw_uncertainty(result));
     put_scaled(frame, &fd_contribution, result->contribution);
@@ -227,12 +246,12 @@ static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t
     const davar_misfit_t *misfit = encoder->misfit;
     if (index < misfit->tau_count) {
         put(frame, signal_monitor_index, index);
-        put_float(frame, signal_value, misfit->tau[index].deviation);
+        put_signed(frame, signal_value, misfit->tau[index].deviation);
     } else {
         const bool none = (misfit->worst >= misfit->tau_count);
         put(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH);
         put(frame, signal_worst_tau, none ? DAVAR_MONITOR_NO_TAU : misfit->worst);
-        put_float(frame, signal_value, misfit->health);
+        put_magnitude(frame, signal_value, misfit->health);
     }
 }
 
@@ -458,9 +477,7 @@ bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, 
 void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame)
 {
     DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
-    const float size = fabsf(rate_dps);
-    const float told = (size < DAVAR_WIRE_LEAST) ? 0.0F : rate_dps;
     open_raw(encoder, DAVAR_RAW_RATE, (uint32_t)index, frame);
-    put_float(frame, signal_value, (size <= DAVAR_WIRE_MOST) ? (double)told : (double)NAN);
+    put_signed(frame, signal_value, (double)rate_dps);
     seal(encoder, DAVAR_MESSAGE_RAW, frame);
 }
