@@ -1,11 +1,15 @@
 """Any kind of array: the numbers are those of the definition over the samples that are there, or one error names the argument."""
 
 import unittest
+from pathlib import Path
 
 import davar
 import numpy as np
+from davar import _read
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as arrays
+
+import together
 
 RATE_HZ = 8.0
 SIZES = (1, 2, 5)
@@ -142,6 +146,35 @@ class Kinds(unittest.TestCase):
         for table in (Column(x.reshape(-1, 1)), Column(x.astype(object))):
             with self.assertRaisesRegex(ValueError, "^x: "):
                 davar.adev(table, RATE_HZ)
+
+
+class Files(unittest.TestCase):
+    """Whatever is in a file: columns of finite numbers, or one error that names it."""
+
+    fields = st.one_of(st.floats().map(repr), st.integers().map(str), st.text(max_size=4), st.sampled_from(("1_0", "\uff11", "\u0661", "0x1", "1e9999", "nan", "")))
+    rows = st.lists(st.lists(fields, min_size=1, max_size=3).map(",".join), max_size=5)
+
+    def read(self, content):
+        with together.elsewhere():
+            Path("rec.csv").write_bytes(content)
+            try:
+                found = davar.read("rec.csv")
+            except ValueError as why:
+                self.assertRegex(str(why), r"^rec\.csv(:\d+)?: ")
+            except ImportError as why:  # no text: another log
+                self.assertTrue(b"\0" in content, why)
+            else:
+                self.assertTrue(all(np.isfinite(column).all() and column.ndim == 1 for column in found.columns.values()))
+
+    @settings(max_examples=300, deadline=None, derandomize=True)
+    @given(st.sampled_from(("time_s,gyro_z_dps\n", "a\n", "# k: v\na,b,c\n", "")), rows, st.sampled_from(("\n", "\r\n", "\r")))
+    def test_texts(self, head, rows, end):
+        self.read((head + end.join(rows)).encode(errors="surrogatepass"))
+
+    @settings(max_examples=100, deadline=None, derandomize=True)
+    @given(st.binary(max_size=60).filter(lambda content: not content.startswith(_read.LOGS)))
+    def test_bytes(self, content):
+        self.read(content)
 
 
 if __name__ == "__main__":
