@@ -345,6 +345,14 @@ def package():
 
 
 @once
+def commands():
+    """What the commands of the pages make on their first use is made here, and kept: their clone shares it."""
+    set_up("python_environment venv tools/requirements.txt && python_environment venv-bench tools/requirements-bench.txt && "
+           "python_environment venv-packages tools/support/requirements-packages.txt", "commands.log")
+    return lab()
+
+
+@once
 def packages():
     """A release, a draft if the changes are not written yet, and a Python with the tools of the ecosystems."""
     python = set_up("python_environment venv-packages tools/support/requirements-packages.txt", "packages-python.log")
@@ -435,6 +443,7 @@ PARTS = {
              partial(python_module, "cli", "tests/tracking", "test_recordings.py", partial(simulator, "release"))]),
     "cli-sanitize": ("the same, under the sanitizers", suite("cli-sanitize", "cli", partial(simulator, "sanitize"))),
     "tools": ("the commands in tools/ and the bundled recording", suite("tools")),
+    "commands": ("every command of the pages and of --help, as typed, in a fresh clone", suite("commands", setting=commands)),
     "wire": ("frames against davar.dbc, read by cantools; the receiver against a million faults", suite("wire", setting=wire)),
     "kernel": ("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
                suite("kernel", setting=guest) + suite("kernel", "kernel_board", board)),
@@ -458,7 +467,7 @@ PARTS = {
 }
 # Seconds of the long jobs on a quiet core, for a tree that has not run them yet: the longest are begun first, and the short ones
 # fill what is left at the end. How long a job took is remembered in build/log.
-GUESS = {"coverage": 150, "sanitize": 130, "release": 120, "m32": 60, "mcdc": 100, "debug": 60, "mutants": 100,
+GUESS = {"commands": 250, "coverage": 150, "sanitize": 130, "release": 120, "m32": 60, "mcdc": 100, "debug": 60, "mutants": 100,
          "proofs tests/proofs test_proofs.py": 110, "consumer tests/consumer test_install.py": 110, "consumer tests/consumer test_options.py": 90,
          "consumer tests/consumer test_amalgamate.py": 80, "lab tests/lab test_lab.py": 150, "lab tests/lab test_awkward_input.py": 110,
          "kernel tests/kernel test_ten_hours.py": 130, "kernel tests/kernel test_can.py": 130, "kernel tests/kernel test_readme.py": 90,

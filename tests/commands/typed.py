@@ -1,0 +1,58 @@
+"""The commands that stand in the pages and in the examples of --help, as they are typed there.
+
+In a block (fenced or indented) a command is a line that begins with a program, in a block of shell every line; one that ends in a backslash goes
+on. In running text it is code (`like this`) that begins with a program and has words behind it.
+"""
+
+import re
+import subprocess
+from typing import NamedTuple
+
+OURS = r"(?:tools|tests|build|data|examples)/[\w./-]+|davar-\w+|davarlab"
+PROGRAM = re.compile(rf"(?:(?:[A-Z_]+=\S+|nice|sudo|time) )*(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|compote|cpackget|idf\.py|vcpkg|west|ip|candump|cantools"
+                     r"|slcand|git|gcc|[\w-]+-gcc|zcat|mkdir|cp|cd)(?= )|^\w+=\$\(")
+FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)
+INDENTED = re.compile(r"(?:(?<=\n\n)|(?<=:\n))((?:(?: {3,}|\t)\S.*\n)+)")
+INLINE = re.compile(r"`([^`\n]+)`")
+SHELL = ("sh", "bash", "shell", "console")
+TEXT = ("", "text", *SHELL)
+
+
+class Typed(NamedTuple):
+    page: str
+    text: str
+    block: bool  # of a block; else in running text
+
+
+def lines_of(block, every):
+    """The commands of a block: each line that begins with a program, or every line."""
+    for line in re.sub(r"\\\n\s*", "", block).splitlines():
+        line = re.sub(r"\s+#\s.*$", "", re.sub(r"^\$ ", "", line.strip()))
+        if line and not line.startswith("#") and (every or PROGRAM.match(line + " ")):
+            yield re.split(r" {3,}(?=[a-z])", line)[0] if not every else line
+
+
+def of_page(page, text):
+    """Every command of a page, in its order."""
+    found = []
+    for match in FENCE.finditer(text):
+        if match[2] in TEXT:
+            found += [(match.start(), Typed(page, line, True)) for line in lines_of(match[3], match[2] in SHELL)]
+    rest = FENCE.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+    for match in INDENTED.finditer(rest):
+        found += [(match.start(), Typed(page, line, True)) for line in lines_of(match[1], False)]
+    for match in INLINE.finditer(re.sub(r"(?m)^(?: {4,}|\t).*$", lambda line: " " * len(line[0]), rest)):
+        if PROGRAM.match(match[1]) and " " in match[1]:
+            found.append((match.start(), Typed(page, match[1], False)))
+    return [one for _, one in sorted(found, key=lambda pair: pair[0])]
+
+
+def of_help(name, text):
+    """The examples of a help text: lines that begin with a program, but for the usage."""
+    return [Typed(f"{name} --help", line.strip(), True) for line in text.splitlines() if line.startswith("  ") and PROGRAM.match(line.strip() + " ")]
+
+
+def pages(root):
+    """{name: text} of the pages of the tree, but for the list of changes, which is about the past."""
+    names = subprocess.run(["git", "ls-files", "*.md"], cwd=root, check=True, text=True, stdout=subprocess.PIPE).stdout.split()
+    return {name: (root / name).read_text(encoding="utf-8") for name in names if name != "CHANGELOG.md"}
