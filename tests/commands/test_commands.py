@@ -83,7 +83,7 @@ def surroundings(clone, home):
     """The user's: programs of the packages on the path, a home, a Python environment to install into."""
     home.mkdir()
     subprocess.run([sys.executable, "-m", "venv", home / "python"], check=True)
-    path = [home / "python/bin", clone / "build/tools/host_sim", clone / "tools", ROOT / "build/venv-packages/bin"]
+    path = [clone / "build/tools/host_sim", clone / "tools", home / "python/bin", ROOT / "build/venv-packages/bin"]
     outer = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "DAVAR_LAB_LIBRARY", "VIRTUAL_ENV")}
     return {**outer, "PATH": ":".join([*map(str, path), os.environ["PATH"]]), "HOME": str(home), "MPLCONFIGDIR": str(home),
             "PIP_CACHE_DIR": os.environ.get("PIP_CACHE_DIR", str(Path.home() / ".cache/pip"))}

@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import target_cost
+import targets as boards
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = ROOT / "build/tools"
@@ -78,7 +79,10 @@ def python_figures():
     """Of bench_python.py, in this same Python. None where AllanTools is not installed."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "DAVAR_LIBRARY": str(PROGRAMS / "python/libdavar_python.so"), "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, "-B", ROOT / "tools/support/bench_python.py"], env=environment, text=True, capture_output=True)
-    return json.loads(done.stdout) if done.returncode == 0 else None
+    if done.returncode:
+        print(f"davar-bench: the Python package could not be measured: {(done.stderr.splitlines() or ['no reason'])[-1]}", file=sys.stderr)
+        return None
+    return json.loads(done.stdout)
 
 
 def show_python(figures):
@@ -113,16 +117,24 @@ def show_all(figures, python, targets):
     print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.table(targets, target_cost.COLUMNS))
 
 
-def main():
-    parser = argparse.ArgumentParser(prog="tools/davar-bench")
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+def measure():
+    """(host, Python package or None, targets)."""
     figures = library_figures()
     figures["sim_samples_per_s"] = round(simulator_samples_per_s())
     allantools = allantools_ns_per_sample()
     figures["allantools_per_window_ns_per_sample"] = allantools and round(allantools)
-    python = python_figures()
-    targets = target_cost.measure_all()
+    return figures, python_figures(), target_cost.measure_all()
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="tools/davar-bench")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    try:
+        figures, python, targets = measure()
+    except (boards.TargetError, OSError, subprocess.SubprocessError) as why:
+        print(f"davar-bench: {why}", file=sys.stderr)
+        return 2
     if options.json:
         print(json.dumps({"host": figures, "python": python, "targets": targets}, indent=2))
     else:
