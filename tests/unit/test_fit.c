@@ -137,6 +137,65 @@ static void test_edf_is_never_below_one(void)
     TEST_ASSERT_EQUAL_DOUBLE(1.0, result.tau[1].edf);
 }
 
+/* --- rounding to counts of 1: its variance is 1 / 12, and half a count shows as 1 / 3 --- */
+
+static void fit_counts(double white, double walk)
+{
+    const double model[] = {0, white, 0, walk, 0};
+    set_octaves(600, 7);
+    set_model(model);
+    result.unit_per_count = 1.0;
+    davar_fit(&plan, 1.0, &result);
+}
+
+static void test_rounding_is_taken_off(void)
+{
+    fit_counts(10.0, 0.0);
+    assert_holds(60.0 * sqrt(10.0 - (1.0 / 12.0)), term(DAVAR_ANGLE_RANDOM_WALK));
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->low > 170.0);
+    fit_counts(10.0, 1.0);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 60.0 * sqrt(10.0 - (1.0 / 12.0)), term(DAVAR_ANGLE_RANDOM_WALK)->value);
+}
+
+static void test_what_may_be_chance_near_half_a_count_has_no_lower_limit(void)
+{
+    fit_counts(0.34, 0.0);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, term(DAVAR_ANGLE_RANDOM_WALK)->low);
+}
+
+static void assert_coarse(void)
+{
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_COARSE, result.noise);
+    TEST_ASSERT_EQUAL_UINT(0U, present_terms());
+    TEST_ASSERT_TRUE(isinf(result.tau[0].high) && isinf(term(DAVAR_RATE_RANDOM_WALK)->high));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.0, term(DAVAR_ANGLE_RANDOM_WALK)->high);
+}
+
+static void test_noise_below_half_a_count_is_coarse(void)
+{
+    fit_counts(0.2, 0.0);
+    assert_coarse();
+    fit_counts(0.1, 0.01); /* a slow walk does not help: it shows as stairs */
+    assert_coarse();
+    (void)davar_fit_white(&plan, 1.0, &result);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, 30.0, term(DAVAR_ANGLE_RANDOM_WALK)->high);
+}
+
+static void test_a_walk_of_counts_keeps_its_coefficient_beside_hidden_noise(void)
+{
+    fit_counts(0.1, 1.0);
+    TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
+    TEST_ASSERT_TRUE(term(DAVAR_RATE_RANDOM_WALK)->present);
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 30.0 - 1e-6);
+    fit_counts(0.3, 0.1);
+    TEST_ASSERT_FALSE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 30.0 - 1e-6);
+}
+
 /* White noise, and beside a walk: with a count so fine that it takes nothing off, and where it begins to. */
 static void test_a_fine_count_changes_nothing(void)
 {
@@ -464,6 +523,10 @@ int main(void)
     RUN_TEST(test_edf_follows_the_dominant_noise);
     RUN_TEST(test_missing_differences_cost_degrees_of_freedom);
     RUN_TEST(test_edf_is_never_below_one);
+    RUN_TEST(test_rounding_is_taken_off);
+    RUN_TEST(test_what_may_be_chance_near_half_a_count_has_no_lower_limit);
+    RUN_TEST(test_noise_below_half_a_count_is_coarse);
+    RUN_TEST(test_a_walk_of_counts_keeps_its_coefficient_beside_hidden_noise);
     RUN_TEST(test_a_fine_count_changes_nothing);
     RUN_TEST(test_an_unresolved_term_lowers_the_arw_limit_alone);
     RUN_TEST(test_a_doubt_can_leave_nothing_of_the_arw);
