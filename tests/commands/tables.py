@@ -42,6 +42,7 @@ NOT_RUN = {
     "tools/davarlab nulls --recordings 100 --first-seed 2000 --adequacy-only": HOURS,
     "build/venv-lab/bin/python tests/lab/benchmark_real.py [--axis NAME] [--out TABLE.md]": "needs recordings that are not in the project",
     "ctest -R statistics/coverage -V": "minutes of statistics, in a build folder; part release of tools/test runs it",
+    "ctest -R statistics/rounding -V": "minutes of statistics, in a build folder; part release of tools/test runs it",
     "ctest -R statistics/alarms -V": "minutes of statistics, in a build folder; part release of tools/test runs it",
     "ctest -R long/glr": "minutes of statistics, in a build folder; part release of tools/test runs it",
     "ctest -R tracking": "minutes of statistics, in a build folder; part release of tools/test runs it",
