@@ -109,6 +109,7 @@ class Logs(Visiting):
 
         page.set_input_files("#file", str(self.folder / "flight.csv"))
         page.click("#read")
+        page.click("#confirm")  # counts that are called rad/s are doubted
         for asked, leave in ((2, lambda: page.select_option("#axis", index=1)), (4, lambda: page.click("#close"))):
             until(page, lambda: len(late) == asked)  # they are under way, and the page waits
             leave()
