@@ -115,7 +115,7 @@ class Population(Made):
             self.assertEqual((row["batch"], row["samples"]), (name[0], 12000))
             self.assertAlmostEqual(row["rate_hz"], 20.0, places=6)
             self.assertRegex(row["davar"], r"^\d+\.\d+\.\d+$")
-            self.assertEqual(row["table_version"], 1)
+            self.assertEqual(row["table_version"], 2)
 
     def test_a_file_that_cannot_be_used_is_a_row_with_its_reason(self):
         rows = [row for row in table(self.out) if row["failed"]]

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import axes, files, kalibr, model as models, option_types, simulate
+from . import arithmetic, axes, files, kalibr, model as models, option_types, simulate
 from .data import recording as recordings
 from .diagnosis import compare, evidence, improve, state as state_of
 from .effects import own, table
@@ -433,7 +433,8 @@ def check_files(options):
 
 
 def main(arguments):
-    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: a fault of this program."""
+    """Exit status 0: done, 1: model not adequate, 2: bad input, 3: a fault of this program, 130: Ctrl-C."""
+    arithmetic.on_one_thread()
     try:
         options = parser().parse_args(arguments)
         for path in options.effects:
@@ -446,6 +447,9 @@ def main(arguments):
     except BadInput as why:
         print(f"davarlab: {printable(why)}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("davarlab: stopped", file=sys.stderr)
+        return 130
     except MemoryError:
         print("davarlab: not enough memory for that much data", file=sys.stderr)
         return 2

@@ -32,8 +32,10 @@ def pattern_of(text):
 
 
 def chosen(addresses, count):
-    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their names, so that more files change little."""
-    return set(sorted(addresses, key=lambda name: (zlib.crc32(name.encode()), name))[:count])
+    """Those of which a recording is drawn by chance: as many as are wanted, by a number of their names, so that more files change little. Of the names
+    only what is behind the folder that all share counts: the same files are chosen wherever they lie."""
+    shared = len(sources.shared_folder(addresses))
+    return set(sorted(addresses, key=lambda name: (zlib.crc32(name[shared:].encode("utf-8", "surrogateescape")), name))[:count])
 
 
 def work_of(options, addresses, model):

@@ -1,12 +1,12 @@
 """What a worker does: one recording, a row for each axis."""
 
+import hashlib
 import time
-import zlib
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .. import axes, model as models, simulate
+from .. import arithmetic, axes, model as models, simulate
 from ..data import recording as recordings
 from ..diagnosis import diagnose, improve, search, state as state_of
 from ..effects import own, table
@@ -41,6 +41,7 @@ def known_effects(paths):
 
 def measured(job):
     """{"rows", "seconds", "cpu_s" of this process, "again": is the failure one that may pass}. Raises nothing that a file could be the cause of."""
+    arithmetic.on_one_thread()
     begin, spent, again = time.perf_counter(), time.process_time(), False
     try:
         known_effects(job.effects)
@@ -70,24 +71,27 @@ def row_of(recording, given, job):
     """One axis as plain values: coefficients with intervals, verdict, gains of what the model lacks."""
     seen, model = axes.for_analysis(recording, given)
     models.check_fits(model, seen, "model")
-    state, ranking, verdict = asked(seen, model)
+    state, ranking, verdict, alternatives = asked(seen, model)
     fitted, entries = improve.fitted_model(state, model)
     found = state.judgement
-    row = {"axis": given.column, "verdict": verdict, "adequacy": found.adequacy, "error": found.error, "error_floor": found.floor, "p_value": found.p_value,
-           "samples": recording.measured_samples, "rate_hz": recording.rate_hz, "temperature_degC": temperature(recording), "start_s": start(recording),
+    row = {"axis": given.column, "verdict": verdict, "alternatives": alternatives, "adequacy": found.adequacy, "error": found.error,
+           "error_floor": found.floor, "p_value": found.p_value, "samples": recording.measured_samples, "rate_hz": recording.rate_hz,
+           "temperature_degC": temperature(recording), "start_s": start(recording),
            "observations": [one.kind for one in state.seen], "coefficients": coefficients(fitted, entries, given.column), "gains": gains(ranking)}
     if job.chance:
-        row["chance"] = gains(search.ranking(state_of.start(drawn(seen, fitted, state, job.address), model)))
+        row["chance"] = gains(search.ranking(state_of.start(drawn(seen, fitted, state), model)))
     return row
 
 
 def asked(recording, model):
-    """(judged state of the model, candidates beside it, verdict): what diagnose says, without asking twice where no candidate is beyond chance."""
+    """(judged state of the model, candidates beside it, verdict, kinds that cannot be told from it): what diagnose says, without asking twice where no
+    candidate is beyond chance."""
     state = state_of.judged(state_of.start(recording, model))
     ranking = search.ranking(state)
     if state.known is None and not search.significant(ranking):
-        return state, ranking, "none" if state.judgement.adequate else "unknown"
-    return state, ranking, diagnose.diagnose(recording, model).verdict
+        return state, ranking, "none" if state.judgement.adequate else "unknown", []
+    found = diagnose.diagnose(recording, model)
+    return state, ranking, found.verdict, [one.kind for one in found.alternatives]
 
 
 def gains(ranking):
@@ -127,9 +131,14 @@ def start(recording):
     return begin if begin > DATED_S else None
 
 
-def drawn(recording, fitted, state, name):
-    """The recording with its gyro drawn from the fitted model, by a seed of its name: what there is when nothing is missing."""
-    rng, terms = np.random.default_rng(zlib.crc32(name.encode())), [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))]
+def seed_of(recording, column):
+    """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever name."""
+    return int.from_bytes(hashlib.sha256(np.ascontiguousarray(recording.columns[column], float).tobytes()).digest()[:8], "big")
+
+
+def drawn(recording, fitted, state):
+    """The recording with its gyro drawn from the fitted model: what there is when nothing is missing."""
+    rng, terms = np.random.default_rng(seed_of(recording, fitted.column)), [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))]
     still = replace(recording, measured={})
     gyro = white = simulate.white_noise(terms, still, rng)
     others = [term for term in terms if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"]

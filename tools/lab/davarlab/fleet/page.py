@@ -1,6 +1,5 @@
 """The page of a population, and the same in the terminal."""
 
-import os
 import shlex
 from datetime import datetime, timezone
 from functools import cache
@@ -12,7 +11,7 @@ from markupsafe import Markup
 from .. import files
 from ..effects import table
 from ..report import page as pages, words
-from . import limits as limits_of, pictures, population
+from . import limits as limits_of, pictures, population, sources
 
 HERE = Path(__file__).resolve().parent
 ROWS_MAX = 40  # of a table; the Parquet file has all
@@ -38,12 +37,6 @@ def command_of(typed):
     """The command as typed, the middle of a long list of files left out."""
     return shlex.join(["tools/davarlab", *typed]) if len(typed) <= WORDS_MAX else (
         shlex.join(["tools/davarlab", *typed[:3]]) + f" .. ({len(typed) - WORDS_MAX} more) .. " + shlex.join(typed[3 - WORDS_MAX:]))
-
-
-def shortened(rows):
-    """What the paths of all recordings have in common, up to the last folder."""
-    common = os.path.commonprefix([row["file"] for row in rows])
-    return common[:common.rfind("/") + 1]
 
 
 def where(one, many_axes=False):
@@ -78,7 +71,8 @@ def hidden_sentences(found):
         out.append(f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
                    f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
                    f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
-                   + (f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}, which has more parameters." if one["tied"] else "")
+                   + (f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}; the effect with the fewest parameters is named."
+                      if one["tied"] else "")
                    + (f" Beyond chance, and weaker: {', '.join(also)}; the same cause may gain there too." if also else "")
                    + f" To confirm: {table.find(one['kind']).confirm}")
     return out
@@ -99,7 +93,7 @@ def contents_of(options, rows, found):
     tone, said = verdict(found)
     shown, count = attention(good)
     return {"found": found, "tone": tone, "verdict": said, "hidden_said": hidden_sentences(found), "attention": shown, "attention_count": count,
-            "model": Path(options.model).read_text(encoding="utf-8"), "command": command_of(options.typed), "skip": len(shortened(rows)),
+            "model": files.read_whole(options.model).decode(), "command": command_of(options.typed), "skip": len(sources.shared_folder([row["file"] for row in rows])),
             "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"), "outlier_share": population.OUTLIER, "family_wise": population.FAMILY_WISE,
             "distributions": pictures.distributions(good, names, read) if names else None, "many_axes": len({row["axis"] for row in good}) > 1,
             "gains": pictures.gains(found["hidden"]) if found["hidden"] else None,

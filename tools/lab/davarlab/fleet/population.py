@@ -13,6 +13,7 @@ FAMILY_WISE = 0.01  # of all trends together; of all hidden effects of all batch
 CAPPED = 0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
 LEAST = 8  # units of a group, from which something is said of it
 PERMUTATIONS = 20000
+NEAR = 0.1  # p of the batch, up to which an effect beside one that is found may be what is named
 DRAWS, DRAWN_TO = 4000, 1000  # of the largest deviation of so many normal values; beyond: as if the spread was known
 TO_SIGMA = 1.482602218505602  # of the median absolute deviation
 SLOPES_MAX = 1000  # units that the slopes of all pairs are taken of
@@ -116,21 +117,23 @@ def capped(rows, chance):
     return kinds, np.minimum(own, most), np.minimum(null, most)
 
 
-def name_one(found, rows, chance):
-    """Of the kinds that are beyond chance in a batch the one to be named: the one that gains most beyond chance, or, among those that it does not beat by
-    twice the scatter of the difference over the units, the one with the fewest free parameters. Puts `named` and `tied` into the entries."""
+def name_one(near, rows, chance):
+    """What is named in a batch that lacks something: of the kinds near its p the one that gains most beyond chance, or, among those that it does not beat
+    by twice the scatter of the difference over the units, the one with the fewest free parameters. It counts as found, and the others of these are its
+    alternatives: which of two kinds that gain alike falls below a threshold is chance. Puts `found`, `named`, `tied` and `alternatives` into the entries."""
     kinds, own, null = capped(rows, chance)
     beyond = own - null.mean(axis=0) if kinds else own
-    place = {one["kind"]: kinds.index(one["kind"]) for one in found}
-    first = max(found, key=lambda one: beyond[:, place[one["kind"]]].mean())
+    place = {one["kind"]: kinds.index(one["kind"]) for one in near}
+    first = max(near, key=lambda one: beyond[:, place[one["kind"]]].mean())
     tied = []
-    for one in found:
+    for one in near:
         lead = beyond[:, place[first["kind"]]] - beyond[:, place[one["kind"]]]
         scatter = np.sqrt(np.var(lead) / len(own) + np.var(null[:, place[first["kind"]]] - null[:, place[one["kind"]]]) / len(null))
         if one is first or lead.mean() < 2 * scatter:
             tied.append(one)
     chosen = min(tied, key=lambda one: (free_parameters(one["kind"]), -beyond[:, place[one["kind"]]].mean()))
-    chosen["named"], chosen["tied"] = True, [one["kind"] for one in tied if one is not chosen]
+    others = [one["kind"] for one in tied if one is not chosen]
+    chosen.update(found=True, named=True, tied=others, alternatives=others)
 
 
 def free_parameters(kind):
@@ -168,7 +171,7 @@ def hidden(rows, axis, batch, chance, seed=0):
 
 
 def hidden_effects(rows):
-    """Of all axes and batches, most certain first; `found`: beyond FAMILY_WISE over all of them; `named`: see name_one()."""
+    """Of all axes and batches, most certain first; `found`: beyond FAMILY_WISE over all of them, or named; `named`: see name_one()."""
     out = []
     parts = [(axis, batch, part) for axis, own in groups(rows, "axis").items() for batch, part in groups(own, "batch").items()]
     for axis, batch, part in parts:
@@ -176,10 +179,9 @@ def hidden_effects(rows):
         tested = sorted(hidden(part, axis, batch, chance), key=lambda one: -one["deviations"])
         for one in tested:
             one["p_value"] = min(1.0, one["p_value"] * len(parts))
-            one["found"], one["named"], one["tied"] = one["p_value"] < FAMILY_WISE, False, []
-        found = [one for one in tested if one["found"]]
-        if found:
-            name_one(found, part, chance)
+            one.update(found=one["p_value"] < FAMILY_WISE, named=False, tied=[], alternatives=[])
+        if any(one["found"] for one in tested):
+            name_one([one for one in tested if one["p_value"] < NEAR], part, chance)
         out += tested
     return sorted(out, key=lambda one: -one["deviations"])
 
@@ -190,6 +192,7 @@ def names_of(rows):
 
 def of(rows):
     """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a list of words."""
+    rows = sorted(rows, key=lambda row: (row["file"], row["axis"]))  # sums and draws go over them in this order, whatever order they came in
     for row in rows:
         row["outlier"] = []
     by_axis = [(axis, part, names_of(part)) for axis, part in groups(rows, "axis").items()]

@@ -40,9 +40,15 @@ def expanded(patterns):
     """Addresses of recordings, each once, in the order given. A file that is there is no glob, whatever its name."""
     found = []
     for pattern in patterns:
-        plain = not GLOB & set(pattern) or not remote(pattern) and Path(pattern).exists()
+        plain = not GLOB & set(pattern) or not remote(pattern) and os.path.lexists(pattern)
         found += [pattern] if plain else matches(pattern)
     return list(dict.fromkeys(found))
+
+
+def shared_folder(addresses):
+    """What the addresses have in common, up to the last folder."""
+    common = os.path.commonprefix(addresses)
+    return common[:common.rfind("/") + 1]
 
 
 def said(why):

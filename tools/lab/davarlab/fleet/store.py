@@ -7,7 +7,7 @@ from pathlib import Path
 from .. import files
 from ..errors import BadInput
 
-TABLE_VERSION = 1  # of the columns of the table and of the files beside it
+TABLE_VERSION = 2  # of the columns of the table and of the files beside it
 PER_PARAMETER = ("", ".low", ".high")
 
 
@@ -28,7 +28,7 @@ class Store:
 
     def holds(self, address):
         """Is an address this folder, or in it: no recording, though a glob names it."""
-        return "://" not in address and self.folder.resolve() in (Path(address).resolve(), *Path(address).resolve().parents)
+        return "://" not in address and files.real(self.folder) in (files.real(address), *files.real(address).parents)
 
     def path(self, address):
         return self.units / f"{digest(address)[:24]}.json"
@@ -36,10 +36,10 @@ class Store:
     def kept(self, address):
         """What is there of a recording, None: nothing that can be read."""
         try:
-            found = json.loads(self.path(address).read_text(encoding="utf-8"))
+            found = json.loads(files.read_whole(self.path(address)))
             sound = {"marker", "seconds", "rows"} <= set(found) and found["rows"] and all(isinstance(row, dict) for row in found["rows"])
             return found if sound else None
-        except (OSError, ValueError, TypeError, RecursionError):
+        except (BadInput, ValueError, TypeError, RecursionError):
             return None
 
     def keep(self, address, marker, done):
@@ -73,7 +73,7 @@ def write_table(rows, path):
     import pyarrow.parquet as pq
     names, kinds = columns_of(rows)
     text, number, whole = pa.string(), pa.float64(), pa.int64()
-    plain = {"file": text, "batch": text, "axis": text, "failed": text, "verdict": text, "adequacy": text, "error": number, "error_floor": number,
+    plain = {"file": text, "batch": text, "axis": text, "failed": text, "verdict": text, "alternatives": text, "adequacy": text, "error": number, "error_floor": number,
              "p_value": number, "samples": whole, "rate_hz": number, "temperature_degC": number, "observations": text, "limits": text,
              "why": text, "outlier": text, "seconds": number, "davar": text, "table_version": whole}
     arrays = {name: pa.array([joined(row.get(name)) for row in rows], kind) for name, kind in plain.items()}
