@@ -120,6 +120,29 @@ class Logs(Visiting):
         expect(page.locator("#error")).to_be_hidden(timeout=2000)
         self.assert_quiet()
 
+    def test_no_picture_of_a_recording_that_was_left_is_asked_for(self):
+        """The pictures are asked for one after the other: whichever is under way when the recording is closed, or drawn, none comes behind it."""
+        log(self.folder / "flight.csv", ("time_us", "gyro_x[rad/s]", "gyro_y[rad/s]", "acc_x", "acc_y", "acc_z", "temp_degC", "vbat"))
+        page = self.page(self.open())
+        refused = []
+        page.on("response", lambda answer: answer.status >= 400 and refused.append(answer.url))
+        for what in ("stretch", "against", "spectrogram"):
+            held = []
+            page.route(f"**/api/{what}*", lambda route: held.append(route))
+            page.set_input_files("#file", str(self.folder / "flight.csv"))
+            expect(page.locator("#read, #error-value").first).to_be_visible()
+            if page.locator("#read").is_visible():
+                page.click("#read")
+            until(page, lambda: held)
+            page.click("#close")
+            expect(page.locator("#file")).to_be_visible()
+            for route in held:
+                route.continue_()
+            page.unroute(f"**/api/{what}*")
+            page.wait_for_load_state("networkidle")
+        self.assertEqual(refused, [])
+        self.assert_quiet()
+
     def test_what_is_no_recording_is_refused_in_one_line(self):
         bench = self.open()
         page = self.page(bench)

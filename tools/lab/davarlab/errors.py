@@ -21,8 +21,8 @@ WORLD = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno
 
 
 def outside_error(why):
-    """An OSError that is the machine's: one line, status 2. Any other is a fault of this program."""
-    if why.errno not in WORLD:
+    """An OSError that is the machine's, or names a file: one line, status 2. Any other is a fault of this program."""
+    if why.errno not in WORLD and (why.errno is None or why.filename is None):
         return internal_error(why)
     print(f"davarlab: {printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}", file=sys.stderr)
     return 2

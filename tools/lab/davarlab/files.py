@@ -1,14 +1,65 @@
-"""Files that are written whole or not at all."""
+"""Files: only regular ones are read, and they are written whole or not at all."""
 
 import contextlib
 import hashlib
+import io
 import os
 import secrets
 import signal
+import stat
 import threading
 from pathlib import Path
 
 from .errors import BadInput
+
+WRITING = threading.RLock()  # held while a file is written: whoever ends the process takes it first
+OTHERS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a FIFO"), (stat.S_ISSOCK, "a socket"))  # any other is a device
+
+
+def check_regular(path, found=None):
+    """Raises BadInput unless `path` is a regular file; symbolic links are followed. Opens nothing: a FIFO or a device may wait for ever, or act, when
+    it is opened. found: its os.stat_result, where that is known. Returns it."""
+    try:
+        found = found or os.stat(path)
+    except (OSError, ValueError) as why:
+        raise BadInput(f"{path}: {getattr(why, 'strerror', None) or why}") from None
+    if not stat.S_ISREG(found.st_mode):
+        kind = next((words for test, words in OTHERS if test(found.st_mode)), "a device")
+        raise BadInput(f"{path}: is {kind}; a file is needed")
+    return found
+
+
+def reading(path):
+    """A regular file, open to read its bytes. One whose size is 0 is empty and is not asked for more: those of /proc would wait. Raises BadInput that
+    names the path."""
+    check_regular(path)
+    try:
+        file = open(os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY), "rb")
+    except (OSError, ValueError) as why:
+        raise BadInput(f"{path}: {getattr(why, 'strerror', None) or why}") from None
+    try:
+        size = check_regular(path, os.fstat(file.fileno())).st_size
+    except BadInput:
+        file.close()
+        raise
+    if size:
+        return file
+    file.close()
+    return io.BytesIO()
+
+
+def read_whole(path):
+    """The bytes of a regular file. Raises BadInput that names the path."""
+    try:
+        with reading(path) as file:
+            return file.read()
+    except OSError as why:
+        raise BadInput(f"{path}: {reason(why)}") from None
+
+
+def real(path):
+    """The path without symbolic links. Path.resolve() raises RuntimeError of a link that leads to itself."""
+    return Path(os.path.realpath(path))
 
 
 @contextlib.contextmanager
@@ -31,22 +82,28 @@ def unbroken():
 def sha256(path):
     """Of a file's bytes. Raises BadInput."""
     try:
-        with open(path, "rb") as file:
+        with reading(path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as why:
         raise BadInput(f"{path}: {reason(why)}") from None
 
 
-def partial(path):
-    path = Path(path).resolve()
+def place_of(path, follow=True):
+    """Where a file that is written to a path comes to lie: not follow: in place of a symbolic link, not where it leads."""
+    return real(path) if follow else real(Path(path).parent) / Path(path).name
+
+
+def partial(path, follow=True):
+    path = place_of(path, follow)
     return path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
 
 
 def check_writable(path):
     """Raises BadInput when `path` could not be written; leaves nothing behind. For commands that work long before they write."""
     try:
-        if Path(path).exists() and not Path(path).is_file():
-            raise OSError(None, "is not a file")
+        with contextlib.suppress(FileNotFoundError):
+            if not stat.S_ISREG(os.stat(path).st_mode):
+                raise OSError(None, "is not a file")
         trial = partial(path)
         with unbroken():
             trial.touch(exist_ok=False)
@@ -57,12 +114,12 @@ def check_writable(path):
 
 def check_outputs(outputs, inputs):
     """Raises BadInput unless every output could be written and is neither another output nor an input."""
-    seen = {Path(path).resolve() for path in inputs}
+    seen = {real(path) for path in inputs}
     for path in outputs:
         check_writable(path)
-        if Path(path).resolve() in seen:
+        if real(path) in seen:
             raise BadInput(f"{path}: cannot be written (this command also reads or writes it)")
-        seen.add(Path(path).resolve())
+        seen.add(real(path))
 
 
 def check_ending(path, endings):
@@ -75,11 +132,11 @@ def reason(why):
     return (why.strerror or str(why)).lower() if isinstance(why, OSError) else str(why)
 
 
-def write_whole(path, data):
+def write_whole(path, data, follow=True):
     """Writes bytes, or pieces of them as they come, to a file beside `path`, then takes its place. What was there stays until then; a signal
-    ends it between two pieces. Raises BadInput."""
-    trial = partial(path)
-    with unbroken() as came:
+    ends it between two pieces. follow: as of place_of(). Raises BadInput."""
+    trial = partial(path, follow)
+    with WRITING, unbroken() as came:
         try:
             with open(trial, "xb") as file:
                 for piece in [data] if isinstance(data, bytes) else data:
@@ -88,7 +145,7 @@ def write_whole(path, data):
                         return
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(trial, Path(path).resolve())
+            os.replace(trial, place_of(path, follow))
         except OSError as why:
             raise BadInput(f"{path}: cannot be written ({reason(why)})") from None
         finally:

@@ -6,6 +6,7 @@ import reprlib
 
 import yaml
 
+from . import files
 from .effects import table
 from .errors import BadInput
 from .model import Model, Term
@@ -13,11 +14,14 @@ from .model import Model, Term
 KINDS = {"gyroscope_noise_density": "angle_random_walk", "gyroscope_random_walk": "rate_random_walk"}  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
 
 
+NOTHING = ("", "~", "null", "Null", "NULL")  # what YAML calls so
+
+
 def number(value, where):
-    """Of a YAML value; 1e-4 without a point is text to YAML 1.1."""
+    """Of a text, as it stands in the file."""
     try:
-        found = math.nan if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError, OverflowError):
+        found = float(value)
+    except (TypeError, ValueError):
         found = math.nan
     if not 0 <= found < 1e30:
         raise BadInput(f"{where}: a number expected, found {reprlib.repr(value)}")
@@ -59,17 +63,16 @@ def of_sheet(words, column, rate_hz):
 def of_file(path, column, rate_hz=None):
     """A Model of a kalibr file: of its gyro, or of its accelerometer where the column is one. Raises BadInput."""
     try:
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
-    except (OSError, UnicodeDecodeError) as why:
-        raise BadInput(f"{path}: {getattr(why, 'strerror', None) or why}") from None
+        text = files.read_whole(path).decode("utf-8")
+    except UnicodeDecodeError as why:
+        raise BadInput(f"{path}: {why}") from None
     return model_of(sizes(text, path, ACCEL_KINDS if column.startswith("accel") else KINDS), column, rate_hz)
 
 
 def sizes(text, where, kinds=KINDS):
     """kind -> size in the unit of a model file. Raises BadInput for what is no such file."""
     try:
-        data = yaml.safe_load(text)
+        data = yaml.load(text, yaml.BaseLoader)  # texts: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a text
     except (yaml.YAMLError, ValueError, RecursionError) as why:
         raise BadInput(f"{where}: not YAML: {str(why).splitlines()[0]}") from None
     if isinstance(data, dict) and isinstance(data.get("imu0"), dict):
@@ -77,7 +80,7 @@ def sizes(text, where, kinds=KINDS):
     found = {}
     for key, kind in kinds.items():
         value = data.get(key) if isinstance(data, dict) else None
-        if value is None:
+        if value in (None, *NOTHING):
             continue
         found[kind] = number(value, f"{where}: {key}") * (1 if kinds is ACCEL_KINDS else RAD) / table.find(kind).size.scale
     if not found:

@@ -72,7 +72,7 @@ def checked_term(entry, where):
 
 def load_toml(path):
     try:
-        with open(path, "rb") as file:
+        with files.reading(path) as file:
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
             raise BadInput(f"{path}: larger than {MOST_BYTES} bytes: no model")

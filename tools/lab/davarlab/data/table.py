@@ -11,6 +11,7 @@ from decimal import Decimal
 
 import numpy as np
 
+from .. import files
 from ..errors import BadInput
 from . import guess, signals
 
@@ -50,7 +51,7 @@ class Unpacked(gzip.GzipFile):
 def opened(path):
     """The bytes of a file, unpacked; damage that shows later is named too."""
     try:
-        with open(path, "rb") as raw:
+        with files.reading(path) as raw:
             packed = raw.read(2) == b"\x1f\x8b"
             raw.seek(0)
             yield Unpacked(raw, path) if packed else raw

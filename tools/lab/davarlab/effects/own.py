@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import files
 from ..errors import BadInput
 from . import table
 from .base import Effect, Parameter
@@ -17,15 +18,17 @@ from .base import Effect, Parameter
 
 def executed(path):
     """The module of a Python file; what it prints goes to standard error. No bytecode is left beside it."""
-    if not Path(path).is_file():
-        raise BadInput(f"--effects: {path}: no such file")
     if Path(path).suffix != ".py":
         raise BadInput(f"--effects: {path}: a Python file (.py) expected")
+    try:
+        text = files.read_whole(path)
+    except BadInput as why:
+        raise BadInput(f"--effects: {why}") from None
     module = types.ModuleType(Path(path).stem)
     module.__file__ = str(path)
     try:
         with contextlib.redirect_stdout(sys.stderr):
-            exec(compile(Path(path).read_bytes(), path, "exec"), module.__dict__)
+            exec(compile(text, path, "exec"), module.__dict__)
     except (Exception, SystemExit) as why:  # the person's own code: whatever it raises is a mistake in that file
         raise BadInput(f"--effects: {path}: {in_one_line(why)}") from None
     return module

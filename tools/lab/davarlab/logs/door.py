@@ -1,11 +1,13 @@
 """Any log, by what is in it: which sensors it holds, and a Recording of one of them."""
 
 import importlib
+import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from .. import files
 from ..data import clock, plausible, recording as recordings, table as tables
 from ..errors import BadInput
 from . import sensor as sensors, text
@@ -49,10 +51,11 @@ ENDINGS = {".ulg": "PX4 ULog", ".bin": "ArduPilot DataFlash", ".bag": "ROS 1 bag
 def format_of(path):
     """(name, reader) by the first bytes; a folder is a ROS 2 bag, what nobody else knows is text. Raises BadInput for a file that is not what
     its name says."""
-    if Path(path).is_dir():
+    if os.path.isdir(path):
+        check_inside(path)
         return "ROS 2 bag", ROS
     try:
-        with open(path, "rb") as file:
+        with files.reading(path) as file:
             head = file.read(1024)
     except OSError as why:
         raise BadInput(f"{path}: {why.strerror or why}") from None
@@ -63,6 +66,16 @@ def format_of(path):
     if not found and said:
         raise BadInput(f"{path}: " + ("empty" if not head else f"not {said}, as its name says: it begins with {head[:8]!r}"))
     return found or ("CSV", text.log)
+
+
+def check_inside(folder):
+    """Raises BadInput unless all that is in a folder are files and folders: the library that reads a bag opens them by their names."""
+    try:
+        inside = [one for one in os.scandir(folder) if not one.is_dir()]
+    except OSError as why:
+        raise BadInput(f"{folder}: {why.strerror or why}") from None
+    for one in inside:
+        files.check_regular(one.path)
 
 
 def guarded(path, name, work):

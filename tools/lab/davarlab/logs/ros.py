@@ -35,21 +35,23 @@ class HeldPath(type(Path())):
     """The path of a bag."""
 
     def open(self, mode="r", *how, **more):
+        files.check_regular(self)
         return Held(io.FileIO(self)) if mode == "rb" else super().open(mode, *how, **more)
 
 
 def typestore(paths):
     """The types of ROS 2, and those of .msg files (PACKAGE/msg/NAME.msg, or a folder of such)."""
     store = get_typestore(Stores.LATEST)
-    found = [path for given in map(Path, paths) for path in (sorted(given.rglob("*.msg")) if given.is_dir() else [given])]
+    found = [path for given in map(Path, paths) for path in (sorted(given.rglob("*.msg")) if os.path.isdir(given) else [given])]
     if paths and not found:
         raise BadInput(f"{paths[0]}: no .msg file in it")
     for path in found:
-        package = path.resolve().parts[-3] if path.resolve().parent.name == "msg" else path.resolve().parent.name
+        place = files.real(path)
+        package = place.parts[-3] if place.parent.name == "msg" else place.parent.name
         try:
-            store.register(get_types_from_msg(path.read_text(encoding="utf-8"), f"{package}/msg/{path.stem}"))
-        except OSError as why:
-            raise BadInput(f"{path}: {files.reason(why)}") from None
+            store.register(get_types_from_msg(files.read_whole(path).decode("utf-8"), f"{package}/msg/{path.stem}"))
+        except BadInput:
+            raise
         except Exception as why:  # whatever the parser of a grammar raises
             raise BadInput(f"{path}: no message definition ({str(why).splitlines()[0]})") from None
     return store

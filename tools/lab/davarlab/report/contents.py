@@ -1,8 +1,8 @@
 """What a report says, as plain values: the template only arranges them."""
 
-import hashlib
 import importlib.metadata
 import math
+import os
 import platform
 import re
 import shlex
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from pathlib import Path
 
-from .. import model as models, places
+from .. import files, model as models, places
 from ..diagnosis import contributions, evidence, improve, judge, search
 from ..effects import table
 from . import pictures, words
@@ -48,12 +48,12 @@ def versions():
     return {**found, **{name: importlib.metadata.version(name) for name in PACKAGES}}
 
 
-def file_facts(files):
+def file_facts(given):
     """Path, size and SHA-256, so that a reader can tell whether he has the same file."""
     rows = []
-    for role, path in files.items():
-        data = Path(path).read_bytes()
-        rows.append({"role": role, "path": str(path), "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()})
+    for role, path in given.items():
+        parts = sorted(one for one in Path(path).iterdir() if one.is_file()) if os.path.isdir(path) else [path]  # of a bag that is a folder each file
+        rows += [{"role": role, "path": str(one), "bytes": os.path.getsize(one), "sha256": files.sha256(one)} for one in parts]
     return rows
 
 

@@ -1,5 +1,6 @@
 """Raw samples of a sender to recordings that every command reads."""
 
+import os
 from pathlib import Path
 
 from ..errors import BadInput
@@ -14,7 +15,7 @@ class RawRecorder:
     def __init__(self, path, say):
         self.given, self.say, self.unrecorded, self.failing = Path(path), say, 0, False
         self.outputs = {}  # channel's number -> (stretch, Output) of its newest recording
-        if not self.given.parent.is_dir():
+        if not os.path.isdir(self.given.parent):
             raise BadInput(f"--raw: {path}: No such file or directory")
 
     def add(self, number, channel, samples):

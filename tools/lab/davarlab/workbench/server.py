@@ -2,7 +2,7 @@
 
 import asyncio
 import importlib.util
-import inspect
+import os
 import secrets
 import signal
 import socket
@@ -23,14 +23,16 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocketDisconnect
 
+from .. import files
 from ..errors import BadInput, internal_error
 from ..report import values
+from . import schema
 from .visit import Stale, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
 SERVED = {path.relative_to(PAGE).as_posix(): path for path in PAGE.rglob("*") if path.is_file()}  # these, whatever is asked for
 HOST = "127.0.0.1"
-LARGEST_DROP = 1 << 31
+LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = ("default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
           "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms")  # no popups
@@ -52,6 +54,7 @@ class Server:
         self.visit, self.token, self.tabs = visit, token, set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.loop, self.waiting = None, set()  # waiting: calls that a person waits for and the worker has not begun
+        self.computing = set()  # calls that have begun and not ended
         visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
 
     def app(self):
@@ -84,25 +87,38 @@ class Server:
     async def ask(self, request):
         what = request.path_params["what"]
         table = self.visit.looks if what in self.visit.looks else self.visit.questions
-        return await self.answer(request, table, dict(request.query_params))
+        return await self.answer(request, table, query=self.query(request))
 
     async def do(self, request):
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
         if request.path_params["what"] == "drop":
             return await self.drop(request)
-        try:
-            given = await request.json()
-        except (ValueError, RecursionError):
-            given = None
-        if not isinstance(given, dict):
-            return JSONResponse({"error": "a JSON object expected"}, 400)
-        return await self.answer(request, self.visit.actions, given)
+        text = await self.body(request)
+        if text is None:
+            return JSONResponse({"error": f"{request.path_params['what']}: more than {LARGEST_REQUEST >> 20} MB"}, 400)
+        return await self.answer(request, self.visit.actions, text)
+
+    @staticmethod
+    def query(request):
+        """What an address asks with, but for the token."""
+        return {name: value for name, value in request.query_params.items() if name != "token"}
+
+    @staticmethod
+    async def body(request):
+        """The bytes that came with a request; None where they are too many."""
+        text = bytearray()
+        async for block in request.stream():
+            text += block
+            if len(text) > LARGEST_REQUEST:
+                return None
+        return bytes(text)
 
     async def drop(self, request):
         """A file that was dropped on the page, as it comes."""
-        name = request.query_params.get("name", "")
         try:
+            given = schema.request("drop", query=self.query(request))
+            name = given["name"]
             with self.visit.arrivals.receive(name) as dropped:
                 size = 0
                 async for block in request.stream():
@@ -113,21 +129,25 @@ class Server:
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
         except ClientDisconnect:
-            return JSONResponse({"error": f"{name}: did not come whole"}, 400)
-        taken = self.visit.hold_out if request.query_params.get("as") == "held-out" else self.visit.open
-        return await self.answer(request, {"drop": partial(taken, str(dropped.path))}, {})
+            return JSONResponse({"error": "what was dropped did not come whole"}, 400)
+        taken = self.visit.hold_out if given.get("purpose") == "held-out" else self.visit.open
+        return await self.computed({"drop": partial(taken, str(dropped.path))}, "drop", {})
 
-    async def answer(self, request, table, given):
-        """Runs one of the functions of a table in the worker."""
+    async def answer(self, request, table, text=None, query=None):
+        """Runs one of the functions of a table on what was given with the request, in JSON or in the query, once it is what schema.py says."""
         what = request.path_params["what"]
         if not self.allowed(request):
             return PlainTextResponse("no token", 403)
         if what not in table:
             return JSONResponse({"error": f"nothing is called {what}"}, 404)
         try:
-            inspect.signature(table[what]).bind(**given)
-        except TypeError as why:
-            return JSONResponse({"error": f"{what}: {why}"}, 400)
+            given = schema.request(what, text, query)
+        except BadInput as why:
+            return JSONResponse({"error": str(why)}, 400)
+        return await self.computed(table, what, given)
+
+    async def computed(self, table, what, given):
+        """The answer of a function of a table, from the worker."""
         try:
             found = await self.loop.run_in_executor(self.reader if table is self.visit.looks else self.worker, self.begun(table, what, given))
         except BadInput as why:
@@ -138,11 +158,23 @@ class Server:
             return Response(found, media_type="application/octet-stream")
         return JSONResponse(values.plain(found))
 
+    def end(self):
+        """Ends the workers; what is still being computed, perhaps for minutes, is given up with the process, but no file in the middle."""
+        for pool in (self.worker, self.reader):
+            pool.shutdown(wait=False, cancel_futures=True)
+        if self.computing:
+            with files.WRITING:
+                os._exit(0)
+
     def begun(self, table, what, given):
         """The call; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
         def call():
             self.waiting.discard(call)
-            return table[what](**given)
+            self.computing.add(call)
+            try:
+                return table[what](**given)
+            finally:
+                self.computing.discard(call)
 
         if what in ("preview", "report") or table not in (self.visit.questions, self.visit.looks):
             self.waiting.add(call)
@@ -171,9 +203,9 @@ class Server:
         await tab.accept()
         self.tabs.add(tab)
         try:
-            while True:
-                await tab.receive_text()
-        except WebSocketDisconnect:
+            while (await tab.receive())["type"] != "websocket.disconnect":  # a tab has nothing to say
+                pass
+        finally:
             self.tabs.discard(tab)
 
 
@@ -219,6 +251,5 @@ def run(options):
             asyncio.run(serve())
         except KeyboardInterrupt:
             pass
-        server.worker.shutdown(wait=False, cancel_futures=True)
-        server.reader.shutdown(wait=False, cancel_futures=True)
+    server.end()
     return 0

@@ -1,12 +1,14 @@
 """What was done, as a tree of models: every step can be gone back to, and all of it is in a file beside the recording."""
 
 import json
+import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from urllib.parse import quote
 
 from .. import files, model as models
 from ..errors import BadInput
+from . import schema
 
 ENDING = ".davarlab.json"
 VERSION = 1
@@ -39,44 +41,21 @@ class Sight:
 
     @classmethod
     def of_text(cls, text):
-        """What `text` gave. Raises ValueError and the like for anything else."""
-        column, alone, cut = json.loads(text)
-        pairs = ([alone] if alone else []) + cut
-        if not isinstance(column, str) or not all(is_number(start) and is_number(stop) and 0 <= start < stop for start, stop in pairs):
+        """What `text` gave. Raises ValueError for anything else."""
+        column, alone, cut = schema.sight(text)
+        if not all(0 <= start < stop for start, stop in ([alone] if alone else []) + cut):
             raise ValueError("sight")
-        return cls(column, tuple(map(float, alone)), tuple((float(start), float(stop)) for start, stop in cut))
-
-
-def is_number(value):
-    """Is it a finite number that JSON gave."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < models.HUGE
-
-
-def checked_log(log):
-    """How the columns of a log are to be read, as save() wrote it. Raises ValueError and the like for anything else."""
-    if log is None:
-        return None
-    words = {"name": str, "quantity": str, "axis": str, "unit": str}
-    sound = set(log) <= {"columns", "rate_hz", "sensor", "as_recorded"} and isinstance(log["columns"], list) and all(
-        set(one) == {*words, "factor"} and is_number(one["factor"]) and all(isinstance(one[name], kind) for name, kind in words.items()) for one in log["columns"])
-    rate_hz, sensor = log["rate_hz"], log.get("sensor")
-    if not sound or not (rate_hz is None or is_number(rate_hz) and rate_hz > 0) or not isinstance(sensor, (str, type(None))) or not isinstance(log.get("as_recorded", False), bool):
-        raise ValueError("log")
-    return log
+        return cls(column, alone, tuple(cut))
 
 
 def checked_step(entry, place):
-    """A Step as save() wrote it, at its place in the list. Raises ValueError and the like for anything else."""
-    step = Step(**entry)
-    numbers = all(value is None or is_number(value) for value in (step.error, step.floor))
-    parent = step.parent is None or type(step.parent) is int and 0 <= step.parent < place
-    if type(step.number) is not int or step.number != place or not (parent and numbers and isinstance(step.did, str) and isinstance(step.fitted, bool)
-                                                                    and isinstance(step.off, list)):
+    """A Step of a schema.KeptStep, at its place in the list. Raises BadInput and ValueError."""
+    if entry.number != place or entry.parent is not None and entry.parent >= place:
         raise ValueError(f"step {place}")
-    models.of_text(step.text, f"step {place}")
-    for number, term in enumerate(step.off):
+    models.of_text(entry.text, f"step {place}")
+    for number, term in enumerate(entry.off):
         models.checked_term(term, f"step {place}: off {number}")
-    return step
+    return Step(**entry.model_dump())
 
 
 class Steps:
@@ -94,31 +73,35 @@ class Steps:
     def beside(cls, recording_path, sensor=None):
         """Those of an earlier visit to this sensor of it; empty without one. Raises BadInput when the file is not what this program wrote."""
         found = cls(recording_path, sensor)
-        if found.path.exists():
+        found.written = found.there()
+        if found.written is not None:
             try:
-                found.written = found.path.read_bytes()
-                data = json.loads(found.written)
-                other = data["sha256"] != found.sha256
+                data = schema.session(found.written)
                 found.take(data)
-            except (BadInput, OSError, KeyError, TypeError, ValueError, AttributeError, RecursionError) as why:
+            except (BadInput, ValueError) as why:
                 raise BadInput(f"{found.path}: not a session of davarlab ({why}); move it away to begin anew") from None
-            if other:
+            if data.sha256 != found.sha256:
                 raise BadInput(f"{found.path}: the session of another recording of this name; move it away to begin anew")
         return found
 
+    def there(self):
+        """The bytes of the session file; None: there is none. Raises BadInput for what is no file of this program, and for a symbolic link: what it
+        leads to, perhaps nothing yet, is somebody else's."""
+        if not os.path.lexists(self.path):
+            return None
+        if os.path.islink(self.path):
+            raise BadInput(f"{self.path}: a symbolic link, not a session of davarlab; move it away to begin anew")
+        return files.read_whole(self.path)
+
     def take(self, data):
-        """What save() wrote. Raises ValueError and the like for anything else."""
-        if data["version"] != VERSION:
-            raise ValueError(f"version {data['version']}, this program reads {VERSION}")
-        self.log, self.sight, self.held_out = checked_log(data["log"]), Sight.of_text(data["sight"]), data.get("held_out")
-        if not isinstance(self.held_out, (str, type(None))):
-            raise ValueError("held_out")
-        for sight, tree in data["trees"].items():
+        """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything else."""
+        self.log, self.sight, self.held_out = data.log and data.log.model_dump(), Sight.of_text(data.sight), data.held_out
+        for sight, tree in data.trees.items():
             Sight.of_text(sight)
-            steps = [checked_step(one, place) for place, one in enumerate(tree["steps"])]
-            if type(tree["current"]) is not int or not 0 <= tree["current"] < len(steps):
+            steps = [checked_step(one, place) for place, one in enumerate(tree.steps)]
+            if tree.current >= len(steps):
                 raise ValueError("current")
-            self.trees[sight] = {"steps": steps, "current": tree["current"]}
+            self.trees[sight] = {"steps": steps, "current": tree.current}
         if self.sight.text not in self.trees:
             raise ValueError("sight")
 
@@ -129,9 +112,9 @@ class Steps:
         data = {"version": VERSION, "sha256": self.sha256, "log": self.log, "held_out": self.held_out, "sight": self.sight.text,
                 "trees": kept}
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
-        if (self.path.read_bytes() if self.path.exists() else None) != self.written:
+        if self.there() != self.written:
             raise BadInput(f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again")
-        files.write_whole(self.path, text)
+        files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
 
     @property

@@ -11,7 +11,6 @@ from ..report import export, words
 from . import desk as desks, typed, views
 from .arrivals import Arrivals
 from .ears import Ears
-from .given import real, whole
 from .looks import Looks
 from .steps import Sight, Steps
 
@@ -103,7 +102,7 @@ class Visit:
 
     def sensor(self, name):
         """One of the sensors of the log that waits."""
-        return self.open(str(self.waits().path), self.log.model, str(name))
+        return self.open(str(self.waits().path), self.log.model, name)
 
     def begin(self, path, steps, model=None):
         """Puts a recording on the desk and goes on where the last visit to it ended; `model`: a model file to look at."""
@@ -159,9 +158,9 @@ class Visit:
         span, column = self.desk.whole.samples / self.desk.whole.rate_hz, column or self.desk.column
         if column not in self.desk.gyros:
             raise BadInput(f"{column}: not a gyro column of this recording")
-        edges = [tuple(real(edge, "an edge") for edge in pair) for pair in ([alone] if alone else []) + list(cut)]
+        edges = [tuple(pair) for pair in ([alone] if alone else []) + list(cut)]
         for pair in edges:
-            if len(pair) != 2 or not 0 <= pair[0] < pair[1] <= span * 1.001:
+            if not 0 <= pair[0] < pair[1] <= span * 1.001:
                 raise BadInput(f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}")
         self.look_at(self.desk.whole, self.steps, Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))))
         return self.changed()
@@ -169,12 +168,10 @@ class Visit:
     def read(self, columns, rate_hz=None, as_recorded=False):
         """The log as its columns were named by whoever looked at them: dicts of guess.Guess; as_recorded: what was doubted is right."""
         path, guesses = self.waits().path, self.log.guesses
-        if not isinstance(columns, list) or [one.get("name") for one in columns if isinstance(one, dict)] != [one.name for one in guesses]:
+        if [one["name"] for one in columns] != [one.name for one in guesses]:
             raise BadInput(f"{path}: each of its {len(guesses)} columns must be named, in their order")
         steps = Steps.beside(path, self.log.sensor)
-        steps.log = {"columns": [{name: str(one.get(name, "")) for name in ("name", "quantity", "axis", "unit")}
-                                 | {"factor": real(one.get("factor"), "a factor")} for one in columns],
-                     "rate_hz": None if rate_hz is None else real(rate_hz, "samples per second"), "sensor": self.log.sensor, "as_recorded": bool(as_recorded)}
+        steps.log = {"columns": columns, "rate_hz": rate_hz, "sensor": self.log.sensor, "as_recorded": as_recorded}
         return self.begin(path, steps, self.log.model)
 
     def tutorial(self):
@@ -191,8 +188,6 @@ class Visit:
 
     def held_beside(self, path, steps, column):
         """A recording to hold out. Raises BadInput where it has not the gyro column."""
-        if not Path(path).is_file():
-            raise BadInput(f"{path}: no such file")
         held = self.as_named(path, steps)
         doubts = plausible.of(held, [column])
         if doubts:
@@ -231,7 +226,7 @@ class Visit:
 
     def freeze(self, channel):
         """The raw samples of a channel that have come so far, opened as a recording; more may come meanwhile."""
-        return self.open(str(self.ears.freeze(whole(channel, "a channel"))))
+        return self.open(str(self.ears.freeze(channel)))
 
     # steps
 
@@ -254,7 +249,6 @@ class Visit:
         return step
 
     def known(self, number):
-        number = whole(number, "a step")
         if not 0 <= number < len(self.steps.steps):
             raise BadInput(f"there is no step {number}")
         return number
@@ -301,15 +295,15 @@ class Visit:
 
     def candidate(self, step, place, kind):
         ranked = self.desk.ranked(step.text, self.progress)
-        if not 0 <= whole(place, "a candidate") < len(ranked):
+        if place >= len(ranked):
             raise BadInput(f"there is no candidate {place}")
-        return self.of_kind(ranked[int(place)], kind)
+        return self.of_kind(ranked[place], kind)
 
     @staticmethod
     def of_kind(found, kind):
         """What stands at a place, if it is of the kind that the page showed there. Raises Stale."""
         if found.kind != kind:
-            raise Stale(f"{words.name(found.kind)} stands there now, not {words.name(str(kind))}; nothing was changed")
+            raise Stale(f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was changed")
         return found
 
     def ghost(self, place, kind, state):
@@ -322,16 +316,14 @@ class Visit:
     def preview(self, place, kind, name, value, state):
         """The curve with one value moved, while a slider is held."""
         step = self.current(state)
-        model = self.moved(step, place, kind, {name: real(value, name)})
+        model = self.moved(step, place, kind, {name: value})
         return views.preview(self.desk.given(self.best(step), model))
 
     def moved(self, step, place, kind, parameters):
         """The model of a step with some values of an effect set by hand."""
         model = models.of_text(step.text, "model")
         term = self.of_kind(self.term(model, place), kind)
-        if not isinstance(parameters, dict):
-            raise BadInput("parameters: name and value expected")
-        model.terms[int(place)] = models.checked_term({"kind": term.kind, **term.parameters, **parameters}, term.kind)
+        model.terms[place] = models.checked_term({"kind": term.kind, **term.parameters, **parameters}, term.kind)
         models.check_lines(model.terms, model.rate_hz, term.kind)
         return model
 
@@ -347,7 +339,7 @@ class Visit:
     def line(self, f_hz, state, wide=False):
         """A line where somebody saw a peak; the fit moves a sharp one by less than one over the record's length."""
         step = self.current(state)
-        return self.join(step, self.desk.line_at(step.text, real(f_hz, "a frequency"), bool(wide)))
+        return self.join(step, self.desk.line_at(step.text, f_hz, wide))
 
     def join(self, step, candidate):
         found = self.joined(step, candidate)
@@ -358,7 +350,7 @@ class Visit:
         """Values of an effect by hand; they are judged as they stand."""
         step = self.current(state)
         model = self.moved(step, place, kind, parameters)
-        return self.grow(f"set {words.name(model.kinds[int(place)])}", self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
+        return self.grow(f"set {words.name(model.kinds[place])}", self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
 
     def best(self, step):
         """The fit that a step came from; of a model as given, the fit of its effects."""
@@ -367,16 +359,16 @@ class Visit:
         return self.desk.of(step.text, True, self.progress)
 
     def term(self, model, place):
-        if not 0 <= whole(place, "an effect") < len(model.terms):
+        if place >= len(model.terms):
             raise BadInput(f"there is no effect {place}")
-        return model.terms[int(place)]
+        return model.terms[place]
 
     def refit(self, state, held=()):
         """All values at their best, from where they stand; those of the effects at the places `held` stay."""
         step = self.current(state)
         if held:
             model = models.of_text(step.text, "model")
-            places = sorted({int(place) for place in held if self.term(model, place)})
+            places = sorted({place for place in held if self.term(model, place)})
             outcome = self.desk.around(self.best(step), model, places)
             names = ", ".join(words.name(model.kinds[place]) for place in places)
             return self.grow(f"fitted around {names}", outcome, fitted=False, off=step.off)
@@ -389,18 +381,18 @@ class Visit:
         term = self.of_kind(self.term(model, place), kind)
         if len(model.terms) == 1:
             raise BadInput("a model needs an effect: the last one stays")
-        del model.terms[int(place)]
+        del model.terms[place]
         return self.grow(f"without {words.name(term.kind)}", self.fit(model), off=[*step.off, {"kind": term.kind, **term.parameters}])
 
     def restore(self, place, kind, state):
         """Switches an effect on again."""
         step = self.current(state)
-        if not 0 <= whole(place, "an effect") < len(step.off):
+        if place >= len(step.off):
             raise BadInput(f"no effect {place} is switched off")
         model = models.of_text(step.text, "model")
-        term = self.of_kind(models.checked_term(step.off[int(place)], "an effect that was switched off"), kind)
+        term = self.of_kind(models.checked_term(step.off[place], "an effect that was switched off"), kind)
         model.terms.append(term)
-        off = [one for index, one in enumerate(step.off) if index != int(place)]
+        off = [one for index, one in enumerate(step.off) if index != place]
         return self.grow(f"with {words.name(term.kind)} again", self.fit(model), off=off)
 
     def go(self, number, state):
@@ -422,9 +414,9 @@ class Visit:
         step = self.here()
         if column not in self.desk.recording.columns:
             raise BadInput(f"no column {column}")
-        if not 0 <= real(lag_s, "a lag") <= self.desk.recording.samples / self.desk.recording.rate_hz:
+        if not 0 <= lag_s <= self.desk.recording.samples / self.desk.recording.rate_hz:
             raise BadInput(f"a lag of {lag_s} s: from 0 to the length of the recording")
-        return views.against(self.desk, step.text, column, float(lag_s))
+        return views.against(self.desk, step.text, column, lag_s)
 
     def kalibr(self, text):
         """The numbers of a kalibr file, as a data sheet's."""
@@ -443,6 +435,4 @@ class Visit:
         step = self.here(number) if state is None else self.current(state)
         if what == "toml":
             return step.text.encode()
-        if what == "h":
-            return export.text(export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h").encode()
-        raise BadInput(f"{what}: toml or h")
+        return export.text(export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h").encode()

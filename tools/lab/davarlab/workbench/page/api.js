@@ -25,10 +25,13 @@ export async function ask(what, given = {}) {
   return answered(await fetched(`/api/${what}?${new URLSearchParams(given)}`, { headers, signal: asked.signal }));
 }
 
-// What was asked and is not answered yet is not wanted any more: it fails as an AbortError.
+// What was asked and is not answered yet is not wanted any more: it fails as an AbortError, and so does all that is asked until recall().
 export function forget() {
   asked.abort();
-  asked = new AbortController();
+}
+
+export function recall() {
+  if (asked.signal.aborted) asked = new AbortController();
 }
 
 export async function act(what, given = {}) {

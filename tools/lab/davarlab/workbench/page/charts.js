@@ -149,7 +149,7 @@ export function falling(id, steps) {
   return draw(id, [
     { ...line(steps.map((_, i) => i), steps.map((s) => s.error), "error", { color: colour("orange"), width: 2 }), mode: "lines+markers" },
     line(steps.map((_, i) => i), steps.map((s) => s.floor), "floor: a true model's", { color: colour("faint"), dash: "dash" }),
-  ], layout(axis("", { tickvals: steps.map((_, i) => i), ticktext: steps.map((s) => s.did), automargin: true }), axis("error", { rangemode: "tozero" })));
+  ], layout(axis("", { tickvals: steps.map((_, i) => i), ticktext: steps.map((s) => literal(s.did)), automargin: true }), axis("error", { rangemode: "tozero" })));
 }
 
 // Blue: while the column rises; orange: while it falls. Two branches say hysteresis or a lag.

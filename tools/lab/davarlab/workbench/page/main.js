@@ -1,5 +1,5 @@
 // The page: what the server says is drawn, what a person does is sent. The page computes nothing that a terminal would say.
-import { ask, download, drop, listen } from "/page/api.js";
+import { ask, download, drop, listen, recall } from "/page/api.js";
 import { add, partly, rank } from "/page/parts/candidates.js";
 import { draggable } from "/page/drag.js";
 import * as charts from "/page/charts.js";
@@ -16,6 +16,7 @@ const LATER = ["falling", "residual", "map", "spectrum", "record", "against", "s
 
 async function refresh() {
   const turn = ++now.turn;
+  recall();
   now.all = await ask("all");
   live(now.all).catch(() => {});
   if (now.all.recording && now.all.state !== now.view?.state) stale(true);

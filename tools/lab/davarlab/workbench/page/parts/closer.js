@@ -10,9 +10,12 @@ let sheet = null, axes = null;
 export async function closer() {
   const chosen = at("against-column").value;
   fill("against-column", ...now.all.columns.map((name) => element("option", { value: name, selected: name === (chosen || "temp_degC") }, name)));
+  const { turn } = now;
   await beside({});
+  if (turn !== now.turn) return; // another recording or sight is wanted by now
   fill("over", ...["time_s", ...now.all.columns].map((name) => element("option", { value: name, selected: name === at("over").dataset.chosen }, name)));
   await charts.spectrogram(await ask("spectrogram", { column: at("over").value }));
+  if (turn !== now.turn) return;
   dead("spectrogram", false);
   await sensor();
 }
