@@ -233,7 +233,7 @@ def run(options):
         except OSError as why:
             raise BadInput(f"--port {options.port}: {why.strerror.lower()}") from None
         address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
-        web = uvicorn.Server(uvicorn.Config(server.app(), log_level="error", access_log=False, timeout_graceful_shutdown=1))
+        web = uvicorn.Server(uvicorn.Config(server.app(), log_level="critical", access_log=False, timeout_graceful_shutdown=1))
 
         async def serve():
             server.loop = asyncio.get_running_loop()
