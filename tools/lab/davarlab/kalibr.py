@@ -14,6 +14,13 @@ from .model import Model, Term
 KINDS = {"gyroscope_noise_density": "angle_random_walk", "gyroscope_random_walk": "rate_random_walk"}  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
 
 
+class Texts(yaml.SafeLoader):
+    """YAML whose values are texts as they stand: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a text."""
+    yaml_implicit_resolvers = {}
+
+
+for _tag in ("int", "float", "bool"):
+    Texts.add_constructor(f"tag:yaml.org,2002:{_tag}", yaml.SafeLoader.construct_yaml_str)
 NOTHING = ("", "~", "null", "Null", "NULL")  # what YAML calls so
 
 
@@ -72,7 +79,7 @@ def of_file(path, column, rate_hz=None):
 def sizes(text, where, kinds=KINDS):
     """kind -> size in the unit of a model file. Raises BadInput for what is no such file."""
     try:
-        data = yaml.load(text, yaml.BaseLoader)  # texts: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a text
+        data = yaml.load(text, Texts)
     except (yaml.YAMLError, ValueError, RecursionError) as why:
         raise BadInput(f"{where}: not YAML: {str(why).splitlines()[0]}") from None
     if isinstance(data, dict) and isinstance(data.get("imu0"), dict):
