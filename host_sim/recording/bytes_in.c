@@ -31,6 +31,12 @@ static bool is_standard_output(const struct stat *status)
            (output.st_ino == status->st_ino);
 }
 
+/* /dev/zero has no end, and other devices may act when they are read. */
+static bool is_device(const struct stat *status, int descriptor)
+{
+    return (S_ISCHR(status->st_mode) || S_ISBLK(status->st_mode)) && !isatty(descriptor);
+}
+
 static bool inspect(bytes_in_t *in, const char *name, sim_error_t *error)
 {
     struct stat status;
@@ -40,10 +46,14 @@ static bool inspect(bytes_in_t *in, const char *name, sim_error_t *error)
     if (S_ISDIR(status.st_mode)) {
         return sim_fail(error, "%s: is a directory, not a recording", name);
     }
+    if (is_device(&status, in->descriptor)) {
+        return sim_fail(error, "%s: is a device; a file, a pipe or a terminal is needed", name);
+    }
     if (is_standard_output(&status)) {
         return sim_fail(error, "%s: is standard output too: results would be read as data", name);
     }
     in->file_bytes = S_ISREG(status.st_mode) ? (uint64_t)status.st_size : 0U;
+    in->at_end = S_ISREG(status.st_mode) && (status.st_size == 0); /* a file of /proc would be waited for */
     return true;
 }
 

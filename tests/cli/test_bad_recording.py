@@ -187,6 +187,13 @@ class BadRecording(SimCase):
     def test_directory(self):
         self.assert_refused(self.sim(self.folder), self.folder, "directory")
 
+    def test_devices_and_links_to_nowhere(self):
+        """Pipes and standard input are read (test_recording.py); a device may have no end."""
+        loop, long, pipe = self.folder / "loop.csv", self.folder / ("a" * 300), self.folder / "new\nline.csv"
+        loop.symlink_to(loop)
+        for path, words in (("/dev/zero", "device"), ("/dev/null", "device"), ("/proc/kmsg", ""), (loop, "symbolic links"), (long, "too long"), (pipe, "No such file")):
+            self.assert_refused(self.sim(path), str(path).split("\n")[0], words)
+
     def test_empty_file(self):
         self.refuse("", "empty recording")
         self.refuse("", "empty recording", name="empty.csv.gz")

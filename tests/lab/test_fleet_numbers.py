@@ -104,6 +104,26 @@ class Hidden(unittest.TestCase):
         said = population.hidden(self.rows(own), "z", "", [row["gains"] for row in self.rows(null)])[0]["p_value"]
         self.assertAlmostEqual(said, reference, delta=4 * math.sqrt(2 * reference / 20000))
 
+    def test_of_two_kinds_that_gain_alike_the_simpler_is_named_whichever_falls_below_the_threshold(self):
+        """Gains of a coefficient of temperature and of its hysteresis differ by a little noise: p of the one is below 1 % and of the other above."""
+        named, kinds = [], ("temperature", "temperature_hysteresis", "gauss_markov")
+        for seed in range(120):
+            rng = np.random.default_rng(seed)
+            own, null = (rng.chisquare(1, (count, 1)) / 2 for count in (40, 60))
+            own, null = (np.hstack([x, x + rng.normal(0, 0.2, x.shape), rng.chisquare(1, x.shape) / 2]) for x in (own + 0.36, null))
+            rows = [{"file": str(place), "axis": "z", "batch": "B" if place < len(own) else "A", "gains": dict(zip(kinds, row)),
+                     **({"chance": dict(zip(kinds, null[place]))} if place < len(null) else {})} for place, row in enumerate(np.vstack([own, null[:20]]))]
+            with mock.patch.object(population, "PERMUTATIONS", 4000):
+                said = {one["kind"]: one for one in population.hidden_effects(rows) if one["batch"] == "B"}
+            if any(one["found"] for one in said.values()):
+                one, = (one for one in said.values() if one["named"])
+                named.append((one["kind"], said["temperature"]["p_value"] < 0.01, "temperature_hysteresis" in one["alternatives"]))
+        self.assertIn(("temperature", False, True), named)  # found through the other alone
+        self.assertGreater(len(named), 40)
+        # by chance twice the scatter is exceeded on a side in one of 44
+        self.assertTrue(within(sum(kind != "temperature" for kind, _, _ in named), len(named), 0.023), named)
+        self.assertTrue(within(sum(not told for _, _, told in named), len(named), 2 * 0.023), named)
+
     def test_one_unit_that_shows_it_all_does_not_speak_for_its_batch(self):
         rng = np.random.default_rng(6)
         own, null = (rng.chisquare(1, (count, 3)) / 2 for count in (60, 50))
