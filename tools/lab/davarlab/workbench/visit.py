@@ -189,10 +189,10 @@ class Visit:
     def held_beside(self, path, steps, column):
         """A recording to hold out. Raises BadInput where it has not the gyro column."""
         held = self.as_named(path, steps)
+        held.rate_dps(column)
         doubts = plausible.of(held, [column])
         if doubts:
             raise BadInput(f"{path}: doubtful: {'; '.join(doubts)}")
-        held.rate_dps(column)
         return held
 
     def as_named(self, path, steps):
