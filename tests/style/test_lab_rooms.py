@@ -6,7 +6,7 @@ from pathlib import Path
 
 LAB = Path(__file__).resolve().parents[2] / "tools/lab/davarlab"
 # From the data to the door; a module may import from its own room and from those before it.
-ROOMS = ("errors", "places", "files", "option_types", "data", "logs", "effects", "model", "simulate", "kalibr", "axes", "inference", "candidates", "diagnosis", "report", "wire", "workbench", "fleet", "cli")
+ROOMS = ("errors", "places", "arithmetic", "files", "option_types", "data", "logs", "effects", "model", "simulate", "kalibr", "axes", "inference", "candidates", "diagnosis", "report", "wire", "workbench", "fleet", "cli")
 FILES_MAX = 12
 
 
