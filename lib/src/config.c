@@ -133,7 +133,7 @@ static bool fits_between_blocks(const davar_config_t *config)
     const bool ends_between = ((config->stride % config->block) == 0U);
     const uint32_t longest = ends_between ? (config->window_max - (config->window_max % config->block))
                                           : (config->window_max - (config->block - 1U));
-    return !has_grid(config) || ((longest >= config->window_min) && (config->stride <= config->window_max));
+    return !has_grid(config) || (longest >= config->window_min);
 }
 
 static davar_status_t check_tracking(const davar_config_t *config)

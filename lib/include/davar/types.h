@@ -43,7 +43,7 @@ typedef enum {
     DAVAR_ERR_STRIDE_LONG,  /* stride above window_max: the samples between two windows would never count */
     DAVAR_ERR_ENGINE,       /* engine not in davar_engine_t; or EDGES for policy glr with a stride above 1 */
     DAVAR_ERR_TRACKING, /* policy glr: block outside 5..64; shock_blocks above 2; long_cluster no multiple of four blocks, or above 512;
-                                window_max below 8 or above 768 blocks, or below the stride; on a grid, no window of whole
+                                window_max below 8 or above 768 blocks; on a grid, no window of whole
                                 blocks from window_min to window_max (one that ends within a block: window_max - block + 1); a rate
                                 or interval outside 1e-9 .. 1e9; centred: two halves (see mode) above window_max */
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */

@@ -108,11 +108,10 @@ static void start_window(davar_window_t *window, const davar_config_t *config, u
                          uint32_t wait)
 {
     const bool centred = is_centred(config);
-    const bool longest = centred || (config->stride > config->window_max);
     const davar_window_t start = {
         .origin = origin,
         .skip = skip,
-        .next_length = longest ? config->window_max : config->stride,
+        .next_length = centred ? config->window_max : config->stride,
         .wait = wait,
         .filling = !centred,
         .at_start = centred,
