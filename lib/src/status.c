@@ -19,7 +19,8 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, or too long for the number type",
         [DAVAR_ERR_WINDOW_MIN] = "window_min 0, or above window_max",
         [DAVAR_ERR_WINDOW_ODD] = "window_max or window_min odd in centred mode",
-        [DAVAR_ERR_SEGMENT] = "segment 0 or not smaller than window_min",
+        [DAVAR_ERR_SEGMENT] =
+            "segment not smaller than window_min, or 0 with a policy that needs it (fixed and glr do not)",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
         [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
@@ -32,7 +33,7 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
-        [DAVAR_ERR_TAU_LONG] = "two clusters longer than window_max",
+        [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above window_max",
         [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond the exact sums of this type",
         [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
         [DAVAR_ERR_STATE_NONE] = "no whole image of a state",

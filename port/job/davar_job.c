@@ -181,6 +181,7 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint
     result->change =
         (davar_change_t){(uint32_t)words[13], double_of(words[14]), double_of(words[15]), double_of(words[16])};
     result->noise = (davar_noise_t)words[17];
+    result->unit_per_count = 0.0; /* fitted already */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t tau = {(uint32_t)word[0],  (uint32_t)word[1],  double_of(word[2]),

@@ -201,11 +201,21 @@ static void push_whole(davar_t *davar, const block_t *block, size_t count)
     }
 }
 
+/* Time has gone on by every sample that was pushed: the newest result of a trailing window is less than a stride old, and with policy
+ * glr less than the samples that may wait. */
+static void check_epoch(void)
+{
+    const uint64_t late = (config.policy == DAVAR_POLICY_GLR) ? ((config.shock_blocks + 3U) * config.block) : 0U;
+    REQUIRE((config.mode == DAVAR_MODE_CENTRED) ||
+            ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
+}
+
 static void take_both(bytes_t *bytes, bool first)
 {
     davar_result_t other;
     if (first && davar_take(&users[0].davar, &result)) {
         users[0].taken++;
+        check_epoch();
         use(&users[0].davar, bytes);
     }
     users[1].taken += davar_take(&users[1].davar, &other) ? 1U : 0U;

@@ -142,8 +142,8 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
                         uint8_t content);
 
 /* Begins the frames of one result. `result` and `health` must stay valid and unchanged until davar_encoder_next has
- * returned false. A number that a receiver would refuse (negative, not finite, outside DAVAR_WIRE_LEAST .. DAVAR_WIRE_MOST)
- * goes out as absent. O(1). */
+ * returned false. A negative number (but a deviation from a model), NaN or a magnitude above DAVAR_WIRE_MOST goes out as absent, a magnitude
+ * below DAVAR_WIRE_LEAST as 0, an upper limit above DAVAR_WIRE_MOST as infinity. O(1). */
 void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health);
 
 /* Sends *misfit with every result from now on (content DAVAR_SEND_MONITOR), null: no more. The caller keeps it up to date: it

@@ -90,10 +90,10 @@ void davar_gap(davar_t *davar, uint32_t missing);
 #define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);
 
-/* After the last sample. Centred mode: completes the next epoch with the mirrored end; policy glr: with the samples that wait, but for
- * those that may be a shock. True: a result waits, take it and call again. False: the record is finished (or shorter than
- * window_max / 2, or mirrored_end was not asked for on a grid, or the mode is trailing without glr). After the first call no sample
- * may be pushed before davar_reset (asserted). O(K T). */
+/* Completes the next result after the last sample. Centred mode mirrors the end; policy glr uses the samples that wait, except a possible
+ * shock. Returns true if a result waits: take it and call again. False at the end, and at once if the record is shorter than
+ * window_max / 2 or a grid was configured without mirrored_end. In both cases push no sample before davar_reset (asserted). Trailing
+ * without glr it does nothing and returns false, and pushing may go on. Stopped: no push or take at the same time. O(K T). */
 bool davar_flush(davar_t *davar);
 
 /* Back to the state after init; counters too. O(memory). */

@@ -47,6 +47,8 @@ void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
  * result->noise, and in each case:
  *   DAVAR_NOISE_WHITE     the angle random walk with its interval, edf and limits of every tau, upper limits of the other terms
  *   DAVAR_NOISE_MIXED     the upper limit of the angle random walk that the shortest tau gives; all else is absent. Call davar_fit
+ *   DAVAR_NOISE_COARSE    the upper limit of the angle random walk; every other coefficient is absent, and the interval of every tau is
+ *                         0 to infinity
  *   DAVAR_NOISE_CONSTANT  every coefficient is absent; the interval of every tau is 0 to infinity
  *   DAVAR_NOISE_UNKNOWN   the window holds no difference; all is absent
  * Parameters as for davar_fit. Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
@@ -61,7 +63,7 @@ bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *r
 
 /* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
  * entries from the first with differences == 0 on are left out), window length result->window_samples with
- * result->mirrored_samples in it, at rate_hz (> 0) samples per second. Writes result->noise, result->coefficient[], and edf, low, high of
+ * result->mirrored_samples in it, the size of a count result->unit_per_count (0: no rounding is taken off), at rate_hz (> 0) samples per second. Writes result->noise, result->coefficient[], and edf, low, high of
  * every tau entry from the noise mix that was found.
  * A pure function of result and rate_hz: the plan only saves the work that the last window shares with this one, so
  * one plan serves one caller at a time. The cluster sizes must be those of the plan.

@@ -34,7 +34,7 @@ typedef enum {
     DAVAR_ERR_WINDOW_MAX,   /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
     DAVAR_ERR_WINDOW_MIN,   /* window_min outside 1..window_max */
     DAVAR_ERR_WINDOW_ODD,   /* window_max or window_min odd in centred mode */
-    DAVAR_ERR_SEGMENT,      /* segment 0 or not smaller than window_min */
+    DAVAR_ERR_SEGMENT,      /* segment not smaller than window_min, or 0 with a policy other than fixed and glr */
     DAVAR_ERR_KURTOSIS,     /* kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION, /* contribution bounds not finite, negative, or low > high */
     DAVAR_ERR_STEP,         /* grow or shrink moves an edge backwards (centred: 0 or 2) */
@@ -49,7 +49,7 @@ typedef enum {
     DAVAR_ERR_TAU_COUNT,     /* no cluster size, or more than DAVAR_TAUS_MAX */
     DAVAR_ERR_TAU_ORDER,     /* cluster sizes not strictly ascending */
     DAVAR_ERR_TAU_ZERO,      /* cluster size 0 */
-    DAVAR_ERR_TAU_LONG,      /* two clusters longer than window_max */
+    DAVAR_ERR_TAU_LONG,      /* twice the longest cluster size is above window_max */
     DAVAR_ERR_TAU_OVERFLOW,  /* window_max * m^2 beyond the exact accumulators of this type (q15: take q31) */
     DAVAR_ERR_STATE_STORAGE, /* state: a slot is too small, or the storage failed */
     DAVAR_ERR_STATE_NONE,    /* state: no whole image */
@@ -89,13 +89,14 @@ typedef struct {
     davar_policy_t policy;    /* default OR (A-DAVAR) */
     uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
     uint32_t window_min;      /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
-    uint32_t segment;         /* samples of the short segment l; default 100. 0 (fixed policy): no moments at all */
+    uint32_t segment;         /* samples of the short segment l; default 100. 0 (policies fixed, glr): no moments */
     double kurtosis_low;      /* K1; default 2.5 */
     double kurtosis_high;     /* K2; default 3.3 */
     double contribution_low;  /* S1; default 0 */
     double contribution_high; /* S2; default 0.07 */
     uint32_t grow;            /* samples the window grows per sample when stable; default 2 (trailing: at most 1) */
-    uint32_t shrink;          /* samples the window shrinks per sample when unstable; default 2. glr: at least 64 */
+    uint32_t
+        shrink; /* samples the window shrinks per sample when unstable; default 2. glr: values below 64 act as 64 */
     uint32_t stride; /* K: 1 = a value at every sample, K = a result every K samples, at most window_max; default 1 */
     davar_engine_t engine;        /* what serves a stride above 1; default grid */
     double false_alarms_per_hour; /* glr: that you accept in noise that does not change; default 0.01 (10.6) */
@@ -119,7 +120,7 @@ typedef struct {
     uint32_t missing;    /* samples lost in those gaps, or refused: of another type than init's, or after davar_flush */
     uint32_t saturated;  /* samples at or beyond the limit of their type, bits or full scale (used, clamped) */
     uint32_t not_finite; /* NaN or inf in float input (left out: a gap) */
-    uint32_t restarts;   /* windows thrown away because gaps_max was exceeded */
+    uint32_t restarts;   /* windows thrown away because gaps_max was exceeded; with them up to stride - 1 samples */
     uint32_t missed;     /* results overwritten before they were taken */
     uint32_t cuts;       /* glr: windows cut */
     uint32_t alarms;     /* glr: alarms raised */

@@ -66,8 +66,8 @@ DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
         least = (edf < least) ? edf : least;
     }
     const double all = (double)(result->window_samples + 1U - (2U * tau->m));
-    const double lost = (double)tau->differences / all;
-    return at_least(1.0, least * lost * scaled_to_double(davar_fit_evidence(result)));
+    const double kept = (double)tau->differences / all;
+    return at_least(1.0, least * kept * scaled_to_double(davar_fit_evidence(result)));
 }
 
 /* Three jumps +1 -2 +1 of the long kernel, each met by the triangle of the short one; neighbours overlap below 2:1. */
