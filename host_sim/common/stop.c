@@ -16,7 +16,9 @@ static void note(int number)
 {
     static const struct itimerval limit = {.it_value = {.tv_sec = WORK_S}};
     if (caught != 0) {
-        (void)raise(caught); /* no longer handled: it kills */
+        if ((number == SIGALRM) || (number == SIGPROF)) {
+            (void)raise(caught); /* no longer handled: it kills */
+        }
         return;
     }
     caught = number;
@@ -31,8 +33,9 @@ void stop_catch(void)
     struct sigaction action = {.sa_handler = note, .sa_flags = (int)SA_RESETHAND};
     (void)sigemptyset(&action.sa_mask);
     for (size_t i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
+        const bool is_limit = (SIGNALS[i] == SIGALRM) || (SIGNALS[i] == SIGPROF);
         struct sigaction before;
-        if ((sigaction(SIGNALS[i], NULL, &before) == 0) && (before.sa_handler == SIG_DFL)) {
+        if ((sigaction(SIGNALS[i], NULL, &before) == 0) && (is_limit || (before.sa_handler == SIG_DFL))) {
             (void)sigaction(SIGNALS[i], &action, NULL);
         }
     }

@@ -1,7 +1,7 @@
 /* davar tests - loaded in front of the C library (LD_PRELOAD): the n-th call of one function fails, is cut short or comes with a
  * signal. FAULT is "function:kind:n", kind an errno, "short", "torn" (short; the line is full, then gone), "signal<number>",
- * "spin<number>" or "pause<number>" (a signal in a call that never returns, at work or waiting); the file FAULT_MARK says that it has
- * happened. */
+ * "signal<number>+<number>" (two), "spin<number>" or "pause<number>" (a signal in a call that never returns, at work or waiting); the
+ * file FAULT_MARK says that it has happened. */
 #define _GNU_SOURCE /* NOLINT: for RTLD_NEXT */
 #include <dlfcn.h>
 #include <errno.h>
@@ -30,6 +30,16 @@ static void mark_it(void)
     (void)syscall(SYS_close, descriptor);
 }
 
+/* "<number>" or "<number>+<number>". */
+static void raise_all(const char *numbers)
+{
+    const char *const second = strchr(numbers, '+');
+    (void)raise(atoi(numbers));
+    if (second != NULL) {
+        (void)raise(atoi(second + 1));
+    }
+}
+
 /* True when this call of `name` is the one. A signal comes before the call, which then goes on. */
 static bool is_the_one(const char *name)
 {
@@ -42,7 +52,7 @@ static bool is_the_one(const char *name)
     }
     mark_it();
     if (strncmp(kind, "signal", 6U) == 0) {
-        (void)raise(atoi(kind + 6));
+        raise_all(kind + 6);
         return false;
     }
     if (strncmp(kind, "spin", 4U) == 0) {
