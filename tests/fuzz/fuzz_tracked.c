@@ -113,6 +113,9 @@ static void check(const davar_result_t *result)
     }
     const uint64_t head = head_of(result);
     REQUIRE((head >= result->window_samples) && (head > 0U));
+    if (config.mode == DAVAR_MODE_CENTRED) {
+        REQUIRE(accepted_holds(&accepted, head - result->window_samples, head, result->epoch));
+    }
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
         const double m = (double)config.taus[t];

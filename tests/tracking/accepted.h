@@ -37,6 +37,10 @@ void accepted_end(accepted_t *accepted);
 /* One behind the accepted sample that came at `epoch`; 0: none did. */
 uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch);
 
+/* Are the samples [tail, head) accepted ones, among them that of a centred window's epoch (10.15)? It came as many accepted samples before
+ * the newest of its time as the epoch lies behind that. In the last, incomplete block of a record the window ends in front of it. */
+bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, uint64_t epoch);
+
 /* Sum of D^2 over the accepted samples [tail, head) and its count; none spans a boundary. D = P[i] - 2 P[i - m] + P[i - 2 m]. Exact below
  * 2^53, and to a rounding of each 64 bits above. */
 double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences);

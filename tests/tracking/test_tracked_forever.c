@@ -108,6 +108,9 @@ static void check(const davar_t *davar, const davar_result_t *result)
     const uint64_t head = head_of(davar, result);
     TEST_ASSERT_TRUE(head > 0U);
     const uint64_t tail = head - result->window_samples;
+    if (config.mode == DAVAR_MODE_CENTRED) {
+        TEST_ASSERT_TRUE(accepted_holds(&accepted, tail, head, result->epoch));
+    }
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
         const double m = (double)taus[t];
