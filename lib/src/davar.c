@@ -181,7 +181,9 @@ size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t co
     const uint32_t produced = davar->produced;
     size_t taken = 0U;
     while ((taken < count) && (davar->produced == produced)) {
-        taken += float_step(davar, &rates[taken], count - taken);
+        const size_t n = float_step(davar, &rates[taken], count - taken);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - taken)));
+        taken += n;
     }
     davar_change_end(davar);
     return taken;
@@ -192,7 +194,9 @@ void davar_push_f32(davar_t *davar, const float *rates, size_t count)
     if (davar_accepts(davar, ACCEPTS_F32, count)) {
         davar_change_begin(davar);
         for (size_t taken = 0U; taken < count;) {
-            taken += float_step(davar, &rates[taken], count - taken);
+            const size_t n = float_step(davar, &rates[taken], count - taken);
+            DAVAR_ASSERT((n > 0U) && (n <= (count - taken)));
+            taken += n;
         }
         davar_change_end(davar);
     }

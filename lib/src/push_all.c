@@ -13,7 +13,9 @@ void davar_push_all_q15(davar_t *davar, const int16_t *counts, size_t count, dav
 {
     size_t done = 0U;
     while (done < count) {
-        done += davar_push_until_result_q15(davar, &counts[done], count - done);
+        const size_t n = davar_push_until_result_q15(davar, &counts[done], count - done);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - done)));
+        done += n;
         report(davar, result, on_result, context);
     }
 }
@@ -23,7 +25,9 @@ void davar_push_all_q31(davar_t *davar, const int32_t *counts, size_t count, dav
 {
     size_t done = 0U;
     while (done < count) {
-        done += davar_push_until_result_q31(davar, &counts[done], count - done);
+        const size_t n = davar_push_until_result_q31(davar, &counts[done], count - done);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - done)));
+        done += n;
         report(davar, result, on_result, context);
     }
 }
@@ -33,7 +37,9 @@ void davar_push_all_f32(davar_t *davar, const float *rates, size_t count, davar_
 {
     size_t done = 0U;
     while (done < count) {
-        done += davar_push_until_result_f32(davar, &rates[done], count - done);
+        const size_t n = davar_push_until_result_f32(davar, &rates[done], count - done);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - done)));
+        done += n;
         report(davar, result, on_result, context);
     }
 }

@@ -21,7 +21,9 @@ static inline size_t pipeline_push(davar_t *davar, const sample_t *samples, size
 DAVAR_APART static void push_block(davar_t *davar, const sample_t *samples, size_t count)
 {
     for (size_t taken = 0U; taken < count;) {
-        taken += pipeline_push(davar, &samples[taken], count - taken);
+        const size_t n = pipeline_push(davar, &samples[taken], count - taken);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - taken)));
+        taken += n;
     }
 }
 

@@ -157,7 +157,7 @@ static void put_block(stages_t *stages, davar_t *davar, const sample_t *samples,
     while (samples != end) {
         const uint32_t again = ring_again(ring);
         const uint32_t n = smaller((uint32_t)(end - samples), ring_stretch(ring));
-        DAVAR_ASSERT(n > 0U);
+        DAVAR_ASSERT((n > 0U) && (n <= (uint32_t)(end - samples)));
         sample_t *to = &ring->sample[ring->next];
         DAVAR_UNROLLED
         for (const sample_t *const stop = samples + n; samples != stop; samples++, to++) {
