@@ -131,13 +131,13 @@ static void push(char type, uint32_t i)
     const float rate = rate_at(i, count);
     switch (type) {
     case 'q':
-        (void)davar_push_q15(&davar, &narrow, 1U);
+        davar_push_q15(&davar, &narrow, 1U);
         break;
     case 'w':
-        (void)davar_push_q31(&davar, &wide, 1U);
+        davar_push_q31(&davar, &wide, 1U);
         break;
     default:
-        (void)davar_push_f32(&davar, &rate, 1U);
+        davar_push_f32(&davar, &rate, 1U);
         break;
     }
 }

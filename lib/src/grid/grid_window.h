@@ -4,28 +4,28 @@
 
 #include "window/stages.h"
 
-/* Whole strides in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
-static uint32_t whole_strides(uint32_t *back, uint32_t stride)
+/* Whole steps in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
+static uint32_t whole_steps(uint32_t *back, uint32_t step)
 {
     uint32_t power = 1U;
-    uint32_t strides = 0U;
-    while ((stride * power) <= (*back >> 1U)) {
+    uint32_t steps = 0U;
+    while ((step * power) <= (*back >> 1U)) {
         power <<= 1U;
     }
     for (; power > 0U; power >>= 1U) {
-        if ((stride * power) <= *back) {
-            *back -= stride * power;
-            strides += power;
+        if ((step * power) <= *back) {
+            *back -= step * power;
+            steps += power;
         }
     }
-    return strides;
+    return steps;
 }
 
 /* Slot of `position` among the records of a track, or slots when it has none of it. */
 static uint32_t track_find(const track_t *track, uint32_t position)
 {
     uint32_t back = track->due - position;
-    const uint32_t hops = whole_strides(&back, track->hop);
+    const uint32_t hops = whole_steps(&back, track->hop);
     if ((back != 0U) || ((hops - 1U) >= track->slots)) {
         return track->slots;
     }

@@ -267,7 +267,8 @@ DAVAR_RARE static void pipeline_restart(davar_t *davar)
     }
 }
 
-/* A boundary behind the newest result and in front of the next window, which a long stride leaves between them. */
+/* A boundary between the newest window and the next: where the stride equals window_max, directly after an epoch; or in front of the first
+ * of centred windows, where the stride is longer than half of window_max. */
 static bool between_windows(const davar_t *davar)
 {
     const davar_window_t *const window = &davar->window;

@@ -97,10 +97,10 @@ static void start_allan(allan_t *allan, const davar_config_t *config)
 /* Samples up to the first epoch of a record. Policy glr, centred: epochs are half a window behind, and before the start at first. */
 static uint32_t first_wait(const davar_config_t *config)
 {
-    const uint32_t rest = tracks_about(config) ? (half_in_samples(config) % config->stride) : 0U;
     if (is_centred(config)) {
         return (config->stride - 1U) + (config->window_max / 2U);
     }
+    const uint32_t rest = tracks_about(config) ? (half_in_samples(config) % config->stride) : 0U;
     return (rest > 0U) ? rest : config->stride;
 }
 

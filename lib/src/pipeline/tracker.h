@@ -303,7 +303,7 @@ static uint32_t tracker_tail(tracker_t *tracker)
 static uint32_t up_to_blocks(uint32_t samples, uint32_t block)
 {
     uint32_t rest = samples;
-    const uint32_t whole = whole_strides(&rest, block) * block;
+    const uint32_t whole = whole_steps(&rest, block) * block;
     return (rest > 0U) ? (whole + block) : whole;
 }
 
