@@ -46,8 +46,11 @@ def read(path: "str | os.PathLike[str]", sensor: str | None = None) -> Recording
     name = os.fspath(path)
     if os.path.isdir(name):
         return of_log(name, sensor)
-    if not stat.S_ISREG(os.stat(name).st_mode):
+    found = os.stat(name)
+    if not stat.S_ISREG(found.st_mode):
         raise ValueError(f"{name}: not a regular file")
+    if not found.st_size:  # those of /proc, too: reading them may wait
+        raise ValueError(f"{name}: no header row and no samples")
     with open(name, "rb") as file:
         head = file.read(1024)
     if head.startswith(LOGS) or (b"\0" in head and not head.startswith(b"\x1f\x8b")):

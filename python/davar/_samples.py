@@ -14,7 +14,7 @@ EXACT = 2 ** 52  # up to here a double holds every whole number, and the differe
 
 
 def array_of(name: str, value: npt.ArrayLike) -> Array:
-    """The numbers of an argument as an array of one dimension, or none. Raises ValueError that names it."""
+    """The numbers of an argument as they are: of any shape, masked where they are. Raises ValueError that names it."""
     try:
         found = np.asanyarray(value)
     except (TypeError, ValueError, OverflowError) as why:

@@ -94,6 +94,3 @@ BEFORE = {
     "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode trailing --model-table build/gyro_model.csv":
         "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
 }
-
-# Commands that stand in running text without words behind them, and what must be there then.
-ALSO = ("tools/davar-bench --json",)

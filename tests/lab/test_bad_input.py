@@ -1,13 +1,21 @@
 """tools/davarlab on options, outputs and own effects that cannot be used: one line, exit status 2, nothing left behind."""
 
+import contextlib
+import errno
 import gzip
+import io
 import math
+import os
 import re
 import subprocess
 import textwrap
 import unittest
+from pathlib import Path
 
 from test_lab import BASE, ROOT, SENSOR, Folder, run
+import numpy as np
+
+from davarlab import errors
 
 HEAD = "from davarlab.effects.base import Effect, Parameter\nSIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
 REFUSED = {
@@ -105,6 +113,19 @@ class BadInput(Folder):
         self.assertAlmostEqual(0.03, value["std_dps"]["value"], delta=0.003)
         model = self.file("full.toml", SENSOR + BASE + effect)
         self.assertEqual(0, run("fit", recording, "-m", model, "--effects", own, "--json").returncode)
+
+
+class Errors(unittest.TestCase):
+    def test_only_a_file_of_the_user_is_bad_input(self):
+        """A file of this package or of Python that is missing is a fault; but a full disk is the machine's wherever it is met."""
+        places = [errors.__file__, unittest.__file__, np.__file__]
+        for path, code, status in [(Path(path).parent / "gone", errno.ENOENT, 3) for path in places] + [("gone.csv", errno.ENOENT, 2), (b"gone.csv", errno.EACCES, 2)] + [
+                (path, errno.ENOSPC, 2) for path in places]:
+            with self.subTest(path), contextlib.redirect_stderr(io.StringIO()) as said:
+                try:
+                    raise OSError(code, os.strerror(code), path)
+                except OSError as why:
+                    self.assertEqual(errors.outside_error(why), status, said.getvalue())
 
 
 if __name__ == "__main__":

@@ -53,13 +53,13 @@ DOUBTED = {
     "ms called seconds": Mistake(factor={"time_s": 1e3}, said="--unit time=ms", cure="--unit time=ms"),
     "ns called seconds": Mistake(factor={"time_s": 1e9}, said="--unit time=ns", cure="--unit time=ns"),
     "ms of a 1 kHz sensor, whole": Mistake(factor={"time_s": 1e3}, said="whole numbers, 1 apart", cure="--unit time=ms", whole=("time_s",), rate=1000.0),
-    "mdeg/s called deg/s": Mistake(factor={"gyro_z_dps": 1e3}, said="above that of any gyro", cure="--unit gyro_z_dps=mdeg/s"),
+    "mdeg/s called deg/s": Mistake(factor={"gyro_z_dps": 1e3}, said="implausible noise", cure="--unit gyro_z_dps=mdeg/s"),
     "counts called deg/s": Mistake(factor={"gyro_z_dps": 131.0}, whole=("gyro_z_dps",), said="whole numbers, as counts are", cure=f"--unit gyro_z_dps={1 / 131!r}"),
-    "microdegrees": Mistake(factor={"gyro_z_dps": 1e-6}, said="below that of any gyro"),
-    "beyond every range": Mistake(add={"gyro_z_dps": 3000.0}, said="rms is beyond the range"),
+    "microdegrees": Mistake(factor={"gyro_z_dps": 1e-6}, said="implausible noise"),
+    "beyond every range": Mistake(add={"gyro_z_dps": 3000.0}, said="implausible level"),
     "rad/s called deg/s, counts of 8.75 mdps": Mistake(factor={"gyro_z_dps": math.pi / 180, "gyro_x_dps": math.pi / 180}, lsb=0.00875, said="--unit gyro=rad/s", cure="--unit gyro=rad/s"),
     "deg/s called rad/s, counts of 8.75 mdps": Mistake({"gyro_z_dps": "gyro_z_rad_s"}, lsb=0.00875, said="--unit gyro=deg/s"),
-    "kelvin": Mistake(add={"temp_degC": 273.15}, said="no sensor's temperature"),
+    "kelvin": Mistake(add={"temp_degC": 273.15}, said="implausible temperature"),
     "temperature in counts": Mistake(factor={"temp_degC": 340.0}, said="temp_degC"),
     "m/s^2 called g": Mistake(factor=dict.fromkeys(("accel_x_g", "accel_y_g", "accel_z_g"), 9.80665), said="--unit accel=m/s^2", cure="--unit accel=m/s^2"),
     "mg called g": Mistake(factor=dict.fromkeys(("accel_x_g", "accel_y_g", "accel_z_g"), 1000.0), said="--unit accel=mg", cure="--unit accel=mg"),
@@ -123,7 +123,7 @@ class Plausible(Folder):
                 said = [one["detail"] for one in found["observations"] if one["kind"] == "implausible"]
                 self.assertTrue(any(mistake.said in one for one in said), said)
                 self.assertEqual((found["adequacy"], found["adequate"]), ("no", False))
-                self.assertIn("doubt", found["said"])
+                self.assertIn("The recording is implausible", found["said"])
                 lines = done.stderr.splitlines()
                 doubt = next(place for place, line in enumerate(lines) if "doubtful" in line)
                 self.assertIn(mistake.said, lines[doubt])
@@ -141,7 +141,7 @@ class Plausible(Folder):
             if "verdict" in found:
                 self.assertEqual(found["verdict"], "unknown")
             text = run(command, path, "-m", model).stdout
-            self.assertIn("doubt", text)
+            self.assertIn("The recording is implausible", text)
             self.assertNotIn("that this tool does not know", text)
         found, done = self.asked("fit", path, model, "--as-recorded")
         self.assertEqual((found["adequate"], found["observations"]), (True, []))
@@ -168,7 +168,7 @@ class Plausible(Folder):
         path, model = self.written(Mistake())
         done = run("fit", path, "-m", model, "--unit", "time_s=us")
         self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("doubtful: a sample rate of 1e+08 Hz is no gyro's", done.stderr)
+        self.assertIn("doubtful: implausible sample rate 1e+08 Hz (gyros: 0.5 Hz to 40 kHz). ", done.stderr)
 
     def test_a_channel_that_stands_still_is_refused(self):
         columns = sensor()

@@ -17,9 +17,10 @@ from pathlib import Path
 
 from asking import ROOT
 import numpy as np
+import plotly
 from websockets.sync.client import connect
 
-from davarlab.workbench import schema, visit
+from davarlab.workbench import schema, server, visit
 
 LIMIT_S = 300  # behind which a server hangs; a busy machine is no fault
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools/lab")}
@@ -267,6 +268,14 @@ class Interrupted(unittest.TestCase):
             status, said = bench.stop()
             self.assertEqual((status, [line for line in said.splitlines() if "the workbench is open" not in line]), (0, []))
             self.assertEqual([path.name for path in folder.iterdir() if path.name.endswith(".partial")], [])
+
+
+class Charts(unittest.TestCase):
+    def test_the_address_of_a_cloud_is_in_plotlys_script_and_not_in_what_is_served(self):
+        whole = (Path(plotly.__file__).parent / "package_data/plotly.min.js").read_bytes()
+        self.assertEqual(whole.count(server.CLOUD), 1, "a Plotly that shares charts in another way: look for it, and change CLOUD in workbench/server.py")
+        self.assertEqual(server.plotly(), whole.replace(server.CLOUD, b""))
+        self.assertNotIn(b"//cloud.", server.plotly())
 
 
 if __name__ == "__main__":

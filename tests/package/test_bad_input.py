@@ -3,6 +3,7 @@
 import gzip
 import os
 import subprocess
+import sys
 import unittest
 from pathlib import Path
 
@@ -165,6 +166,13 @@ class Files(unittest.TestCase):
             for name in ("pipe.csv", "/dev/null"):
                 with self.assertRaisesRegex(ValueError, f"^{name}: not a regular file$"):
                     davar.read(name)
+
+    def test_a_file_of_proc_does_not_wait(self):
+        with together.elsewhere():
+            os.symlink("/proc/kmsg", "kmsg.csv")
+            for name in ("/proc/kmsg", "kmsg.csv"):
+                done = subprocess.run([sys.executable, "-c", f"import davar; davar.read({name!r})"], capture_output=True, text=True, timeout=60)
+                self.assertEqual((done.returncode, done.stderr.splitlines()[-1]), (1, f"ValueError: {name}: no header row and no samples"))
 
     def test_another_log_without_the_extra(self):
         for head in (b"ULog\x01\x12\x35", b"\x93NUMPY\x01\x00", b"PAR1", b"no text \x00\x01"):

@@ -59,7 +59,9 @@ class Threads(unittest.TestCase):
         raised = in_threads(4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)])
         self.assertEqual(raised, [])
         self.assertEqual(in_threads(4, lambda i: stream.finish()), [])
-        self.assertEqual(in_threads(3, lambda i: stream.push(x)) and stream.health["gaps"] <= 20, True)
+        refused = in_threads(3, lambda i: stream.push(x))
+        self.assertEqual([type(why) for why in refused], [ValueError] * 3, refused)
+        self.assertTrue(1 <= stream.health["gaps"] <= 20, stream.health)
 
     def test_separate_streams_do_not_disturb_each_other(self):
         x = [np.random.default_rng(i).normal(0, 0.1, 20_000) for i in range(4)]

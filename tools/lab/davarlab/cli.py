@@ -330,7 +330,7 @@ SENSOR = argument("--sensor", metavar="NAME", help="which of the sensors, topics
 LOG = [RATE, SENSOR,
        argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
                 "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
-       argument("--as-recorded", action="store_true", help="rate, units and levels of the recording are right, however implausible: they are not doubted"),
+       argument("--as-recorded", action="store_true", help="accept the recorded rate, units and levels; skip the plausibility checks"),
        argument("--types", action="append", default=[], metavar="PATH",
                 help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
        argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]

@@ -3,7 +3,9 @@
 import errno
 import os
 import sys
+import sysconfig
 import traceback
+from pathlib import Path
 
 TRACEBACK = "DAVAR_LAB_TRACEBACK"
 
@@ -20,9 +22,17 @@ def printable(text):
 WORLD = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 
 
+def is_installed(name):
+    """Is a file one of this package or of the Python that runs it."""
+    if isinstance(name, int):
+        return False
+    places = [os.path.dirname(__file__), *(sysconfig.get_path(one) for one in ("stdlib", "platstdlib", "purelib", "platlib"))]
+    return any(Path(os.path.realpath(os.fsdecode(name))).is_relative_to(os.path.realpath(place)) for place in places)
+
+
 def outside_error(why):
-    """An OSError that is the machine's, or names a file: one line, status 2. Any other is a fault of this program."""
-    if why.errno not in WORLD and (why.errno is None or why.filename is None):
+    """An OSError that is the machine's, or names a file that is not of an installation: one line, status 2. Any other is a fault of this program."""
+    if why.errno not in WORLD and (why.errno is None or why.filename is None or is_installed(why.filename)):
         return internal_error(why)
     print(f"davarlab: {printable(why.filename) + ': ' if why.filename else ''}{os.strerror(why.errno).lower()}", file=sys.stderr)
     return 2

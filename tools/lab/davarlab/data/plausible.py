@@ -50,9 +50,9 @@ def rate(rate_hz):
     if RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         return None
     unit = unit_of_time(rate_hz)
-    instead = f"if the time is in {unit}, it is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}" if unit else \
-        "check the unit of the time (--unit time=UNIT) or --rate"
-    return f"a sample rate of {rate_hz:.4g} Hz is no gyro's; {instead}"
+    instead = f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}" if unit else \
+        "Check the unit of the time (--unit time=UNIT) or --rate"
+    return f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to {RATES_HZ[1] / 1e3:g} kHz). {instead}"
 
 
 def stamps(time, rate_hz):
@@ -72,7 +72,7 @@ def in_dps(name):
 
 def level(name, x):
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
-    return f"column {name}: {rms:.4g} deg/s rms is beyond the range of a gyro; use --unit gyro=UNIT, with deg/s per count where it holds counts" \
+    return f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT, with deg/s per count where it holds counts" \
         if rms > LEVEL_DPS else None
 
 
@@ -91,7 +91,7 @@ def noise(name, x, rate_hz):
     arw = 60 * per_sample / np.sqrt(rate_hz)
     if not per_sample or ARW[0] <= arw <= ARW[1]:
         return None
-    return f"column {name}: noise of {arw:.3g} deg/sqrt(h) is {'above' if arw > ARW[1] else 'below'} that of any gyro; check its unit (--unit gyro=UNIT) and the sample rate"
+    return f"column {name}: implausible noise {arw:.3g} deg/sqrt(h) (gyros: {ARW[0]:g} to {ARW[1]:g}). Check its unit (--unit gyro=UNIT) and the sample rate"
 
 
 def near(step, known):
@@ -114,7 +114,7 @@ def radians(name, x):
 def temperature(columns):
     for name, values in columns.items():
         if name.startswith("temp") and name.endswith("_degC") and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]:
-            return f"column {name}: {float(np.median(values)):.4g} degC is no sensor's temperature; use --unit temp=UNIT, with degC per count where it holds counts"
+            return f"column {name}: implausible temperature {float(np.median(values)):.4g} degC ({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT, with degC per count where it holds counts"
     return None
 
 

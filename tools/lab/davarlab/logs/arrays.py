@@ -4,6 +4,7 @@ import numpy as np
 import pyarrow
 from pyarrow import parquet
 
+from .. import files
 from ..errors import BadInput
 from . import named
 
@@ -27,7 +28,7 @@ def npy(path, options):
 
 
 def npz(path, options):
-    with open(path, "rb") as file, np.load(file, allow_pickle=False) as archive:
+    with files.reading(path) as file, np.load(file, allow_pickle=False) as archive:
         found = {name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"}
     return named.Log(path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy")
 

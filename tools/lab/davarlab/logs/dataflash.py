@@ -12,6 +12,7 @@ from array import array
 import numpy as np
 from pymavlink import DFReader
 
+from .. import files
 from ..errors import BadInput
 from . import units
 from .sensor import Samples, Sensor
@@ -62,7 +63,7 @@ class Log:
                     self.take(form, places)
         finally:
             log.close()
-        with open(path, "rb") as file:
+        with files.reading(path) as file:
             file.seek(end)
             if file.read(len(HEAD)) in (HEAD[:1], HEAD):
                 raise BadInput(f"{path}: cut short: behind its last message another one begins (ArduPilot DataFlash)")

@@ -7,6 +7,7 @@ import os
 import numpy as np
 from pyulog import ULog
 
+from .. import files
 from ..errors import BadInput
 from . import units
 from .sensor import Samples, Sensor
@@ -29,7 +30,7 @@ NO_ACCEL = np.iinfo(np.int32).max  # sensor_combined.accelerometer_timestamp_rel
 class Log:
     def __init__(self, path, options):
         self.path = path
-        with open(path, "rb") as file, contextlib.redirect_stdout(io.StringIO()) as said:
+        with files.reading(path) as file, contextlib.redirect_stdout(io.StringIO()) as said:
             whole = Watched(file, os.path.getsize(path))
             log = ULog(whole, [*TOPICS, SELECTION], True)
         if whole.cut:

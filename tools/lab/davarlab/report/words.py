@@ -112,7 +112,7 @@ def adequacy(judgement):
     shown = (f"5 % is shown up to {number(judgement.shown_to_tau_s, 3)} s of averaging, beyond it is not contradicted." if judgement.shown_to_tau_s
              else "The record is too short to show 5 % at any averaging time.")
     if judgement.doubted:
-        return ("The recording is doubted, so no model of it is called adequate. Correct its units as the doubt says, or confirm them with "
+        return ("The recording is implausible, so no model is reported as adequate. Correct its units as listed, or confirm them with "
                 f"{plausible.CONFIRM}.")
     if judgement.adequacy == "statistical":
         return f"The model is statistically adequate: what is left over is what chance leaves (p = {chance(judgement.p_value)}). {shown}"

@@ -6,6 +6,7 @@ from collections import deque
 from contextlib import closing
 from dataclasses import asdict
 
+from .. import files
 from ..errors import BadInput, internal_error
 from ..wire import frames, record
 from ..wire.raw_record import RawRecorder
@@ -88,7 +89,7 @@ class Listening:
             if not path:
                 raise BadInput(f"channel {number}: no raw samples have come: start the sender with --raw")
             left = path.stat().st_size  # whole rows
-        with open(path, "rb") as recording:
+        with files.reading(path) as recording:
             while left and (block := recording.read(min(left, BLOCK))):
                 file.write(block)
                 left -= len(block)

@@ -35,7 +35,9 @@ HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 POLICY = ("default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
-          "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms")  # no popups
+          "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms")
+# The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it was submitted, and its dialogs would not close; none may
+# be sent anywhere: form-action.
 CLOUD = b"https://cloud.plotly.com/newchart"  # where Plotly's "Share chart" would send the data
 HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
 
@@ -96,7 +98,7 @@ class Server:
             return await self.drop(request)
         text = await self.body(request)
         if text is None:
-            return JSONResponse({"error": f"{request.path_params['what']}: more than {LARGEST_REQUEST >> 20} MB"}, 400)
+            return JSONResponse({"error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB; open the file by its path instead"}, 400)
         return await self.answer(request, self.visit.actions, text)
 
     @staticmethod
@@ -238,7 +240,7 @@ def run(options):
         async def serve():
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
-            print("davarlab: the workbench is open at this address, on this machine only; Ctrl-C ends it, every step is kept beside the recording", file=sys.stderr, flush=True)
+            print("davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is kept beside the recording.", file=sys.stderr, flush=True)
             if not options.no_browser:
                 show(address, folder)
             try:

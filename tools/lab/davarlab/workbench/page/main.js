@@ -147,7 +147,7 @@ function gone() {
   say("");
   stale(true);
   const kept = now.all?.recording ? `The ${now.all.steps.length} step${now.all.steps.length > 1 ? "s" : ""} listed below are kept in ${now.all.session}; what was being computed is lost. ` : "";
-  fill("gone", element("b", {}, "The workbench's server does not answer. "), kept, "This page goes on by itself when it answers again. If it has ended, type ",
+  fill("gone", element("b", {}, "The workbench's server does not answer. "), kept, "The page reconnects when the server answers. If it has ended, type ",
     element("code", {}, now.all?.again || "tools/davarlab open"), " and open the address that it prints.");
   at("gone").hidden = false;
 }

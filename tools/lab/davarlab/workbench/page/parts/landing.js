@@ -63,7 +63,7 @@ export function columns(all, actions) {
     element("ul", {}, ...all.log.doubts.map((one) => element("li", {}, one))),
     element("p", {}, "Correct the unit or the factor in the table and read it again. Or, if all of it is right: ",
       element("button", { id: "confirm", onclick: () => actions.read(guesses, Number(rate.value) || null, true) }, "Read it as it is")));
-  const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet: say which one is. The workbench shows gyros only; of an accelerometer, ",
+  const none = element("p", { id: "no-gyro" }, "No column is a gyro with an axis yet: choose which one is. The workbench shows gyros only; of an accelerometer, ",
     element("code", {}, "tools/davarlab fit REC -m MODEL --axes accel"), " fits the noise.");
   const readable = () => { read.disabled = !guesses.some((one) => one.quantity === "gyro" && one.axis); none.hidden = !read.disabled; };
   readable();
