@@ -180,10 +180,11 @@ def disassembly(target, image):
     return code
 
 
-def offences(target, image, roots):
-    """What a sample's path contains and must not: divisions, floating point, functions that are not davar's."""
+def offences(target, image, roots, gaps=()):
+    """What a sample's path contains and must not: divisions, floating point, functions that are not davar's. gaps: functions that deal
+    with a gap, once for each, and are no part of it."""
     code, home = disassembly(target, image), sources(target, Path(image).parent)
-    seen, found, wanted = set(), [], list(roots)
+    seen, found, wanted = set(gaps), [f"{target}: {name} is not there" for name in gaps if name not in code], list(roots)
     while wanted:
         name = wanted.pop()
         if name in seen:

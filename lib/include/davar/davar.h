@@ -52,7 +52,8 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
  * A type other than that of init, or a push after davar_flush, is a caller's bug: it is asserted, and without asserts the samples
  * count as missing.
  * Threads: producer; may interrupt davar_take. Cost: O(T) per sample, bounded, no division, no floating point in _q15 and _q31.
- * Policy glr: a result is one block late, and on a grid one sample may process three blocks that have waited. */
+ * Policy glr: a result is one block late, and on a grid one sample may process three blocks that have waited. After a gap one sample also
+ * does what davar_gap does for the other policies; if that restarts the window, it divides. */
 void davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
 void davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 void davar_push_f32(davar_t *davar, const float *rates, size_t count);

@@ -301,7 +301,7 @@ static bool window_boundary(davar_t *davar)
     return true;
 }
 
-DAVAR_RARE static void window_gap(davar_t *davar)
+DAVAR_APART DAVAR_RARE static void window_gap(davar_t *davar)
 {
     if (!window_boundary(davar)) {
         pipeline_restart(davar);

@@ -11,6 +11,14 @@ static void leave_out(tracker_t *tracker, davar_t *davar, uint32_t samples)
     tracker->left_out += samples;
 }
 
+/* By members: a compiler makes a call of memmove of whole ones. */
+static void mark_copy(mark_t *to, const mark_t *from)
+{
+    to->ahead = from->ahead;
+    to->left_out = from->left_out;
+    to->is_gap = from->is_gap;
+}
+
 /* What was left out in front of the next sample takes its time, and no difference spans the place. With more gaps than the window can
  * remember, it begins anew behind a gap; the neighbours of a shock are joined: no differences are lost then, and a few span the joint. */
 DAVAR_RARE static void pass_mark(tracker_t *tracker, davar_t *davar)
@@ -18,7 +26,7 @@ DAVAR_RARE static void pass_mark(tracker_t *tracker, davar_t *davar)
     const mark_t mark = tracker->mark[0];
     tracker->marks--;
     for (uint32_t i = 0U; i < tracker->marks; i++) {
-        tracker->mark[i] = tracker->mark[i + 1U];
+        mark_copy(&tracker->mark[i], &tracker->mark[i + 1U]);
     }
     leave_out(tracker, davar, mark.left_out);
     if (mark.is_gap) {
