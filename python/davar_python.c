@@ -97,11 +97,10 @@ bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_
 bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *adev_dps, const double *tolerance,
                         size_t count)
 {
-    const size_t used = (count < MODEL_MAX) ? count : MODEL_MAX;
-    for (size_t i = 0; i < used; i++) {
+    for (size_t i = 0; (i < count) && (i < MODEL_MAX); i++) {
         run->model[i] = (davar_model_tau_t){m[i], adev_dps[i], tolerance[i]};
     }
-    if ((count > MODEL_MAX) || !davar_monitor_init(&run->monitor, run->model, (uint8_t)used, DAVAR_MONITOR_MEMORY)) {
+    if ((count > MODEL_MAX) || !davar_monitor_init(&run->monitor, run->model, (uint8_t)count, DAVAR_MONITOR_MEMORY)) {
         return sim_fail(&run->error,
                         "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "
                         "tolerances not below 0",

@@ -273,7 +273,7 @@ static void reverse(unsigned char *word)
 static void swap_slot_0(size_t payload)
 {
     for (unsigned field = 0U; field < 4U; field++) {
-        reverse(&cells[4U * field]);
+        reverse(&cells[(size_t)4U * field]);
     }
     const uint32_t check = check_of_image(cells, payload);
     memcpy(&cells[16], &check, sizeof check);

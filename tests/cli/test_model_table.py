@@ -48,7 +48,7 @@ class ModelTable(SimCase):
 
     def test_json_lines_have_the_same(self):
         rec, model = self.recording(), self.write("model.csv", table())
-        done = self.sim(rec, *SMALL_WINDOW, "--stride", "100", "--out", "jsonl", "--model-table", model)
+        done = self.sim(rec, *SMALL_WINDOW, "--stride", "60", "--out", "jsonl", "--model-table", model)
         row = json.loads(done.stdout.splitlines()[0])
         self.assertIn("model_health", row)
         self.assertIsInstance(row["model_deviation_1"], float)
@@ -77,7 +77,7 @@ class ModelTable(SimCase):
         reader = threading.Thread(target=drain, daemon=True)
         reader.start()
         rec, model = self.recording(), self.write("model.csv", table())
-        done = self.sim(rec, *SMALL_WINDOW, "--stride", "100", "--out", f"slcan:{os.ttyname(secondary)}", "--model-table", model)
+        done = self.sim(rec, *SMALL_WINDOW, "--stride", "60", "--out", f"slcan:{os.ttyname(secondary)}", "--model-table", model)
         self.assertEqual(0, done.returncode, done.stderr)
         os.close(secondary)
         reader.join(5)

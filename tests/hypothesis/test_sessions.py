@@ -52,7 +52,7 @@ def session(path):
     """A session of two steps and two sights, as the program writes it."""
     steps = sessions.Steps(path)
     steps.log = {"columns": [{"name": name, "quantity": quantity, "axis": axis, "unit": unit, "factor": 1.0} for name, quantity, axis, unit in (
-        ("time_s", "time", "", "s"), ("gyro_z_dps", "gyro", "z", "deg/s"), ("temp_degC", "temp", "", "degC"))], "rate_hz": None, "sensor": None}
+        ("time_s", "time", "", "s"), ("gyro_z_dps", "gyro", "z", "deg/s"), ("temp_degC", "temp", "", "degC"))], "rate_hz": None, "sensor": None, "as_recorded": False}
     steps.held_out = str(path)
     for sight in (sessions.Sight("gyro_z_dps", (), ((1.0, 2.0),)), sessions.Sight("gyro_z_dps")):
         steps.sight = sight

@@ -22,6 +22,14 @@ def sealed(identifier, data):
     return bytes([Crc8SaeJ1850.calc(identifier.to_bytes(2, "little") + data[1:])]) + data[1:]
 
 
+def fnv_1a(identifier, data):
+    """32 bits, over the bytes that the checksum covers: nothing of davarlab's."""
+    value = 0x811C9DC5
+    for byte in identifier.to_bytes(2, "little") + data[1:]:
+        value = (value ^ byte) * 0x01000193 % 2 ** 32
+    return value
+
+
 @st.composite
 def any_frame(draw):
     """A frame of any identifier: noise, or with the right checksum and anything in it."""
@@ -31,7 +39,7 @@ def any_frame(draw):
 
 
 def sent(run, results, session):
-    """[frame] of a sender: each result with its State, ARW, two Allan deviations and a Health that tells the session. Every value says of which run and
+    """[frame] of a sender: each result with its State, ARW, two Allan deviations, a Health that tells the session and an End. Every value says of which run and
     result it is: 1000 run + n, an eighth more for each cluster size."""
     counters, out = {}, []
 
@@ -46,6 +54,8 @@ def sent(run, results, session):
         for tau in range(2):
             add(0x5D3, n, struct.pack("<Hf", tau, value + tau / 8), tag)
         add(0x5D5, n, struct.pack("<BBI", 0, session, 0), tag)
+        mine = out[-5:-1]  # Health belongs to none
+        add(0x5DB, n, struct.pack("<BBI", len(mine), session, sum(fnv_1a(*frame) for frame in mine) % 2 ** 32), tag)
     return out
 
 

@@ -117,7 +117,7 @@ def one(name):
         with open(record, "w") as file:
             file.writelines([header, *lines])
         model.write_text(asking.MODEL.format(column=f"gyro_{axis}_dps", n=n, b=b))
-        found, _, wrong, spent = asking.ask(["improve", record, "-m", model, "--as-recorded", "-o", Path(folder) / "out.toml"], 1800)
+        found, _, wrong, spent = asking.ask(["improve", record, "-m", model, "-o", Path(folder) / "out.toml"], 1800)
     row = {"name": name, "seconds": spent, "n": n, "b": b, "white": white, "sees": real.of(real.sees, axis)}
     return row | (said(real, axis, found) if found else {"crash": wrong})
 

@@ -19,7 +19,7 @@ JOBS = {
     "the paper's window law": (*TAUS, "--stride", "50"),
     "trailing, both criteria": (*TAUS, "--stride", "500", "--mode", "trailing", "--policy", "and"),
     "fixed window, no moments": ("--policy", "fixed", "--segment", "0", "--stride", "97"),
-    "policy glr": ("--taus", "1,2,4,8,16,32,64", "--policy", "glr", "--window-max", "600", "--stride", "100", "--long-cluster", "80"),
+    "policy glr": ("--taus", "1,2,4,8,16,32,64", "--policy", "glr", "--window-max", "400", "--stride", "50", "--long-cluster", "80"),
     "a stride by edges": (*TAUS, "--stride", "10", "--engine", "edges"),
     "gaps restart the window": ("--stride", "60", "--window-max", "300"),
 }

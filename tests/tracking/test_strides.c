@@ -25,11 +25,11 @@ static bool is_gap[SAMPLES]; /* in front of this sample */
 
 /* What must not depend on the stride; by epoch. */
 typedef struct {
+    double adev[TAUS];
     uint32_t window;
     uint32_t gaps;
     uint32_t age;
     uint32_t differences[TAUS];
-    double adev[TAUS];
     bool young;
     bool is_there;
 } row_t;
@@ -65,7 +65,7 @@ static void make_stream(uint64_t seed, bool has_gaps)
             level = 1.0 + (2.0 * random_uniform(&random));
         }
         if ((random_next(&random) % 1500U) == 0U) {
-            knock = 1U + (uint32_t)(random_next(&random) % (3U * config.block));
+            knock = 1U + (uint32_t)(random_next(&random) % (UINT64_C(3) * config.block));
         }
         is_gap[i] = has_gaps && (i > 0U) && ((random_next(&random) % ((((i / 5000U) % 2U) == 0U) ? 900U : 60U)) == 0U);
         const double kick = (knock > 0U) ? (400.0 * (((knock % 2U) == 0U) ? 1.0 : -1.0)) : 0.0;
@@ -147,7 +147,7 @@ static void check_strides(uint32_t block, double rate_hz, davar_mode_t mode)
     config.mode = mode;
     config.window_max = 120U * block;
     config.window_min = 2U * block;
-    make_stream((10U * block) + (uint64_t)mode, true);
+    make_stream((UINT64_C(10) * block) + (uint64_t)mode, true);
     memset(expected, 0, sizeof expected);
     const uint32_t all = run(block, true);
     for (uint32_t i = 0U; i < sizeof factors / sizeof factors[0]; i++) {
@@ -200,7 +200,7 @@ typedef struct {
 /* No cut for nine blocks: not young. */
 static void check_young(uint64_t cut_at)
 {
-    if ((result.epoch > cut_at) && ((result.epoch - cut_at) > (9U * config.block))) {
+    if ((result.epoch > cut_at) && ((result.epoch - cut_at) > (UINT64_C(9) * config.block))) {
         TEST_ASSERT_FALSE(result.young);
     }
     if (result.cut_age_samples >= config.window_min) {

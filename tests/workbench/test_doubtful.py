@@ -17,7 +17,7 @@ class Doubtful(Visiting):
     def test_a_time_in_microseconds_called_seconds_is_doubted_before_anything_is_fitted(self):
         bench = self.open(self.recording("time_s,gyro_z_dps", 10000))
         page = self.page(bench)
-        expect(page.locator("#doubts")).to_contain_text("implausible sample rate 0.0001 Hz (gyros: 0.5 Hz to 40 kHz). If the time is in us, the rate is 100 Hz: use --unit time=us")
+        expect(page.locator("#doubts")).to_contain_text("implausible sample rate 0.0001 Hz (gyros: 0.02 Hz to 40 kHz). If the time is in us, the rate is 100 Hz: use --unit time=us")
         self.assertIsNone(bench.ask("all")[1]["recording"])
         self.shot(page, "doubt")
         page.click("#read")  # as it was: it is doubted again

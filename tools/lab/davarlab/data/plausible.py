@@ -6,9 +6,9 @@ from . import guess, motion, signals
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
-RATES_HZ = (0.5, 40e3)  # that gyros are sampled at: from averages over seconds to the fastest MEMS sensors, 32 kHz
+RATES_HZ = (0.02, 40e3)  # that gyros are logged at: from a sample in 50 s to the fastest MEMS sensors, 32 kHz
 LIKELY_HZ = (10.0, 20e3)  # by which another unit of the time is proposed
-WHOLE_HZ = 1.0  # up to which whole seconds are doubted: milliseconds look like them
+WHOLE_HZ = 1.0  # up to which whole seconds get a note: milliseconds look like them
 LEVEL_DPS = 2000.0  # rms, beyond the full scale of almost every gyro
 ARW = (1e-5, 100.0)  # deg/sqrt(h): from below the best optical gyros to above the worst MEMS sensors
 TEMPERATURES = (-100.0, 200.0)  # degC
@@ -24,7 +24,7 @@ def doubts(columns, rate_hz, known, gyros):
     sample is there, None: everywhere; gyros: the names of the gyro columns to look at. Cost: a few passes over the first LOOKED samples."""
     there = slice(None) if known is None else known[:LOOKED]
     columns = {name: column[:LOOKED][there] for name, column in columns.items()}
-    found = [rate(rate_hz), stamps(columns.get("time_s"), rate_hz)]
+    found = [rate(rate_hz)]
     if not all(map(len, columns.values())):  # nothing is left there
         return [said for said in found if said]
     for name in gyros:
@@ -39,6 +39,12 @@ def of(recording, columns=None):
         return []
     gyros = [name for name in columns or recording.columns if name.endswith(("_dps", "_rad_s"))]
     return doubts(recording.columns, recording.read_hz or recording.rate_hz, recording.known, gyros)
+
+
+def note(columns, rate_hz):
+    """What may be a mistake and is as likely right, or None. It is reported and changes no verdict: a log of one sample in 10 s has such stamps, too."""
+    said = stamps(columns.get("time_s"), rate_hz)
+    return said and f"note: {said}"
 
 
 def unit_of_time(rate_hz):
@@ -56,7 +62,7 @@ def rate(rate_hz):
 
 
 def stamps(time, rate_hz):
-    """Whole numbers as far apart as milliseconds are. A slower rate is doubted anyway."""
+    """Whole numbers as far apart as milliseconds are."""
     if time is None or not RATES_HZ[0] <= rate_hz <= WHOLE_HZ * 1.001:
         return None
     unit = unit_of_time(rate_hz)

@@ -169,7 +169,8 @@ def read(path, options=None, told=lambda text: None):
     if count < recordings.MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
     made = replace(recordings.at_own_rate(recording_of(found, path, options.rate_hz)), as_recorded=options.as_recorded)
-    for line in (*said(found.guesses), *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made))):
+    note = None if options.as_recorded else plausible.note(found.columns, made.rate_hz)
+    for line in (*said(found.guesses), *([note] if note else []), *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made))):
         told(f"{path}: {line}")
     return made
 
