@@ -82,7 +82,7 @@ class ModelTable(SimCase):
         os.close(secondary)
         reader.join(5)
         frames = [line for line in b"".join(got).decode().split("\r") if line.startswith("t5D7")]
-        self.assertEqual(3 * 4, len(frames))  # three results, three taus and health
+        self.assertEqual(5 * 4, len(frames))  # a result for every 60 of 300 samples, three taus and health
         self.assertEqual(["00", "01", "02", "20"], [frame[9:11] for frame in frames[:4]])
 
 
