@@ -56,8 +56,10 @@ class Threads(unittest.TestCase):
     def test_gaps_and_the_end_from_other_threads(self):
         stream = davar.Stream(100.0, full_scale=1.0)
         x = np.random.default_rng(2).normal(0, 0.1, 3000)
+        stream.push(x)  # a gap counts between samples only
         raised = in_threads(4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)])
         self.assertEqual(raised, [])
+        stream.push(x)
         self.assertEqual(in_threads(4, lambda i: stream.finish()), [])
         refused = in_threads(3, lambda i: stream.push(x))
         self.assertEqual([type(why) for why in refused], [ValueError] * 3, refused)
