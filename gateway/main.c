@@ -127,7 +127,7 @@ static void take_health(gateway_t *gateway)
 static void update_alarm(gateway_t *gateway, const davar_result_t *result)
 {
     const bool before = gateway->alarm.high;
-    const bool tracks = (gateway->settings.config.policy == DAVAR_POLICY_GLR);
+    const bool tracks = (gateway->settings.config.law == &davar_law_glr_q31);
     const bool now = alarm_step(&gateway->alarm, result->epoch, tracks ? result->alarm : result->unstable);
     if (now && !before) {
         count(gateway, DAVAR_HEALTH_ALARMS, 1U);

@@ -75,7 +75,7 @@ static const entry_t TABLE[] = {
     {"lsb", REAL, AT(config.unit_per_count)},
     {"alarm-on", REAL, AT(alarm_on_s)},
     {"alarm-off", REAL, AT(alarm_off_s)},
-    {"policy", POLICY, AT(config.policy)},
+    {"policy", POLICY, AT(config.law)},
     {"false-alarms-per-hour", REAL, AT(config.false_alarms_per_hour)},
     {"cut-interval", REAL, AT(config.cut_interval_s)},
     {"long-cluster", WHOLE, AT(config.long_cluster)},
@@ -112,7 +112,7 @@ static bool set_content(node_settings_t *settings, const char *text)
 static bool set_policy(node_settings_t *settings, const char *text)
 {
     const bool tracks = (strcmp(text, "glr") == 0);
-    settings->config.policy = tracks ? DAVAR_POLICY_GLR : DAVAR_POLICY_OR;
+    settings->config.law = tracks ? &davar_law_glr_q31 : &davar_law_or;
     return tracks || (strcmp(text, "or") == 0);
 }
 
@@ -200,7 +200,7 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
 /* What was not given: a window of the paper's lengths, or for glr a minute at 100 Hz, cut as short as two blocks. */
 static void fill_window(davar_config_t *config)
 {
-    const bool tracks = (config->policy == DAVAR_POLICY_GLR);
+    const bool tracks = (config->law == &davar_law_glr_q31);
     const davar_config_t *usual = &davar_default_config;
     if (config->window_max == NOT_GIVEN) {
         config->window_max = tracks ? (600U * config->block) : usual->window_max;
@@ -231,7 +231,7 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
         (void)snprintf(why, size, "--%s: beyond 11-bit identifiers", (settings->channel > 34U) ? "channel" : "base");
         return false;
     }
-    if ((settings->alarm_on_s > 0.0) && (settings->config.policy == DAVAR_POLICY_GLR)) {
+    if ((settings->alarm_on_s > 0.0) && (settings->config.law == &davar_law_glr_q31)) {
         (void)snprintf(why, size, "--alarm-on: not with --policy glr, whose alarms are over at once");
         return false;
     }

@@ -137,7 +137,7 @@ bool davar_python_start(davar_python_t *run, double rate_hz, double low, double 
     const fields_setup_t setup = {.taus = config->taus,
                                   .tau_count = config->tau_count,
                                   .monitored = (run->model_count > 0U),
-                                  .tracked = (config->policy == DAVAR_POLICY_GLR),
+                                  .tracked = (davar_law_id(config) == (uint8_t)DAVAR_POLICY_GLR),
                                   .details = run->options.details};
     fields_make(&run->fields, &setup);
     return true;

@@ -30,7 +30,7 @@ davar_status_t accelerometer_start(void)
     config.rate_hz = RATE_HZ;
     config.unit_per_count = MPS2_PER_COUNT;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.window_max = WINDOW;
     config.window_min = WINDOW;
     config.segment = 0;

@@ -85,13 +85,13 @@ static void choose_law(const char *law)
     config.tau_count = TAUS;
     config.grow = 1;
     if (strcmp(law, "glr") == 0) {
-        config.policy = DAVAR_POLICY_GLR;
+        config.law = &davar_law_glr_q15;
         config.window_max = 3000;
         config.window_min = 20;
         config.segment = 0;
         config.shrink = 64;
     } else {
-        config.policy = (strcmp(law, "or") == 0) ? DAVAR_POLICY_OR : DAVAR_POLICY_FIXED;
+        config.law = (strcmp(law, "or") == 0) ? &davar_law_or : NULL;
     }
     davar_plan_init(&plan, taus, TAUS);
 }

@@ -1,6 +1,8 @@
 /* davar-sim - instances. */
 #include "instances/engine.h"
 
+#include "davar_policy.h"
+
 #include <stdlib.h>
 
 static size_t memory_size(davar_port_number_t number, const davar_config_t *config)
@@ -38,8 +40,10 @@ static void configure(engine_t *engine, const settings_t *settings, const quanti
     engine->config.full_scale = quantisation->full_scale;
     engine->config.sample_bits = quantisation->sample_bits;
     engine->number = quantisation->number;
+    davar_policy_retype(&engine->config, engine->number != DAVAR_PORT_Q15);
     if ((engine->number == DAVAR_PORT_Q15) && (memory_size(DAVAR_PORT_Q15, &engine->config) == 0U)) {
         engine->number = DAVAR_PORT_Q31;
+        davar_policy_retype(&engine->config, true);
     }
 }
 

@@ -104,7 +104,7 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     config->unit_per_count = (options->lsb > 0.0) ? options->lsb : 1.0;
     config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
     config->mode = options->mode;
-    config->policy = options->policy;
+    config->law = davar_policy_law(options->policy, true);
     set_window(config, options);
     set_steps(config, options);
     set_bounds(config, options);
@@ -146,7 +146,7 @@ static const char *option_of(davar_status_t status, const options_t *options)
         [DAVAR_ERR_SCALE] = "--lsb",
         [DAVAR_ERR_SAMPLE_BITS] = "--bits",
         [DAVAR_ERR_MODE] = "--mode",
-        [DAVAR_ERR_POLICY] = "--policy",
+        [DAVAR_ERR_LAW] = "--policy",
         [DAVAR_ERR_WINDOW_MAX] = "--window-max",
         [DAVAR_ERR_WINDOW_MIN] = "--window-min",
         [DAVAR_ERR_WINDOW_ODD] = "--window-max or --window-min",
@@ -177,12 +177,12 @@ bool settings_fail(davar_status_t status, const options_t *options, sim_error_t 
     return sim_fail(error, "%s: %s", option_of(status, options), davar_status_text(status));
 }
 
-/* Centred: the mirrored ends let half a window make the first epoch; trailing, and policy glr: the shortest window. Either way the first
+/* Centred: the mirrored ends let half a window make the first epoch; trailing, and a law with a queue: the shortest window. Either way the first
  * epoch is the last sample of a stride. */
 uint64_t settings_samples_needed(const davar_config_t *config)
 {
     const uint64_t stride = config->stride;
-    if ((config->mode == DAVAR_MODE_TRAILING) || (config->policy == DAVAR_POLICY_GLR)) {
+    if ((config->mode == DAVAR_MODE_TRAILING) || ((config->law != NULL) && (config->law->push != NULL))) {
         return (config->window_min + stride - 1U) / stride * stride;
     }
     const uint64_t half = config->window_max / 2U;

@@ -3,6 +3,7 @@
 #define OPTIONS_H
 
 #include "common/sim_error.h"
+#include "davar_policy.h"
 #include "davar/codec.h"
 #include "davar/types.h"
 

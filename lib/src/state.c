@@ -3,7 +3,7 @@
 #include "davar/state.h"
 
 #include "number/machine.h"
-#include "pipeline/pipelines.h"
+#include "core/instance.h"
 
 #include "davar/davar.h"
 #include "davar/version.h"
@@ -86,7 +86,7 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
                                davar->is_float ? 1U : 0U,
                                config->sample_bits,
                                (uint32_t)config->mode,
-                               (uint32_t)config->policy,
+                               (uint32_t)davar_law_id(config),
                                config->window_max,
                                config->window_min,
                                config->segment,

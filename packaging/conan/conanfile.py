@@ -7,7 +7,7 @@ from conan import ConanFile
 from conan.tools.cmake import CMake, CMakeToolchain, cmake_layout
 from conan.tools.files import copy
 
-CHOICES = ("q15", "q31", "grid", "adaptive", "tracking", "centred")  # davar/options.h
+CHOICES = ("q15", "q31", "grid", "laws", "centred")  # davar/options.h
 
 
 class Davar(ConanFile):
@@ -29,10 +29,6 @@ class Davar(ConanFile):
         root = str(Path(self.recipe_folder, "../.."))
         for pattern in ("CMakeLists.txt", "LICENSE", "cmake/*", "lib/*"):
             copy(self, pattern, root, self.export_sources_folder)
-
-    def configure(self):
-        if not self.options.adaptive:
-            del self.options.tracking  # it needs the adaptive window
 
     def layout(self):
         cmake_layout(self)

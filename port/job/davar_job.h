@@ -10,6 +10,7 @@
 #define DAVAR_JOB_H
 
 #include "davar/davar.h"
+#include "davar_policy.h"
 #include "davar_port.h"
 
 #ifdef __cplusplus

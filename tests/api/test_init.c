@@ -46,7 +46,7 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.sample_bits = 17U, refused(DAVAR_ERR_SAMPLE_BITS);
     config.sample_bits = 1U, refused(DAVAR_ERR_SAMPLE_BITS);
     config.mode = (davar_mode_t)7, refused(DAVAR_ERR_MODE);
-    config.policy = (davar_policy_t)7, refused(DAVAR_ERR_POLICY);
+    config.law = &davar_law_glr_q31, config.segment = 0U, refused(DAVAR_ERR_LAW);
     config.window_max = 2U, refused(DAVAR_ERR_WINDOW_MAX);
     config.window_max = 41U, refused(DAVAR_ERR_WINDOW_ODD);
     config.window_max = 65538U, refused(DAVAR_ERR_WINDOW_MAX);
@@ -226,9 +226,9 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
         config.gaps_max = (uint16_t)(i % 7U);
         config.grow = 2U;
         config.mode = ((i % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        config.policy = ((i % 3U) == 0U) ? DAVAR_POLICY_FIXED : DAVAR_POLICY_OR;
+        config.law = ((i % 3U) == 0U) ? NULL : &davar_law_or;
         config.mirrored_end = ((i % 5U) == 0U);
-        const uint32_t shortest = (config.policy == DAVAR_POLICY_FIXED) ? 0U : config.window_min;
+        const uint32_t shortest = (config.law == NULL) ? 0U : config.window_min;
         const size_t more15 = config.mirrored_end ? DAVAR_ROUND8((size_t)2U * config.window_max) : 0U;
         const size_t more31 = config.mirrored_end ? DAVAR_ROUND8((size_t)4U * config.window_max) : 0U;
         const size_t q15 = davar_memory_size_q15(&config);
@@ -251,7 +251,7 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
     config.window_max = 600U;
     config.window_min = 400U;
     config.segment = 100U;
-    config.policy = DAVAR_POLICY_OR;
+    config.law = &davar_law_or;
     config.stride = 100U;
     TEST_ASSERT_EQUAL_UINT32(8U, config.taus[TAUS - 1U]);
     size_t most = 0U;

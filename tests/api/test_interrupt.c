@@ -66,7 +66,7 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.window_max = WINDOW;
     config.window_min = WINDOW;
     config.segment = 8U;

@@ -56,7 +56,7 @@ static void test_a_push_of_nothing_consumes_nothing(void)
     (void)feed(0U, 60U); /* the window glides now */
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_until_result_q15(&davar, &sample, 0U));
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
-    config.policy = DAVAR_POLICY_FIXED; /* and nothing but that happens */
+    config.law = NULL; /* and nothing but that happens */
     config.segment = 0U;
     start_q15();
     (void)feed(0U, 120U);
@@ -125,7 +125,7 @@ static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
 
 static void test_moments_can_be_switched_off_with_the_fixed_window(void)
 {
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.segment = 0U;
     for (uint32_t stride = 1U; stride < 3U; stride++) {
         config.stride = stride;
@@ -163,7 +163,7 @@ static void test_the_longest_clusters(void)
     static uint64_t room[(4 * (4 * M + 64)) / 8 + 200];
     config = small_config(longest, 1U);
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.segment = 0U;
     config.window_max = 2U * M + 2U;
     config.window_min = config.window_max;

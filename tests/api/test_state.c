@@ -49,7 +49,7 @@ static void test_a_restored_stream_goes_on_bit_for_bit(void)
     survives_anywhere();
     config.mode = DAVAR_MODE_TRAILING;
     survives_anywhere();
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.segment = 0U;
     survives_anywhere();
 }
@@ -166,6 +166,7 @@ static void test_an_image_of_another_configuration_is_foreign(void)
     memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_EDGES, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.kurtosis_high = 3.4, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.mirrored_end = true, foreign(Q15);
+    memcpy(cells, image, sizeof cells), config.law = &davar_law_and, foreign(Q15);
     memcpy(cells, &image[SLOT], SLOT), memcpy(&cells[SLOT], image, SLOT), config.grow = 0U, foreign(Q15);
 }
 
@@ -178,7 +179,7 @@ static const struct {
 } fields[] = {
     {FIELD(rate_hz)},       {FIELD(unit_per_count)},
     {FIELD(full_scale)},    {FIELD(sample_bits)},
-    {FIELD(mode)},          {FIELD(policy)},
+    {FIELD(mode)},
     {FIELD(window_max)},    {FIELD(window_min)},
     {FIELD(segment)},       {FIELD(kurtosis_low)},
     {FIELD(kurtosis_high)}, {FIELD(contribution_low)},

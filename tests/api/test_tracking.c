@@ -1,6 +1,7 @@
 /* davar tests - policy glr from outside: every Allan deviation is that of the samples the result says are in its window; a change is
  * told and the window begins behind it; a shock and a gap belong to no sum. */
 #include "davar/davar.h"
+#include "davar_policy.h"
 #include "davar/state.h"
 
 #include "random.h"
@@ -49,7 +50,7 @@ void setUp(void)
     config.unit_per_count = 0.25;
     config.full_scale = 4096.0;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_max = 1200U;
     config.window_min = 20U;
     config.segment = 0U;
@@ -67,6 +68,7 @@ void tearDown(void) {}
 static void init(type_t type, unsigned which)
 {
     davar_status_t status = DAVAR_OK;
+    davar_policy_retype(&config, type != Q15);
     memset(memory[which], 0xA5, sizeof memory[which]);
     if (type == Q15) {
         TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory[which], davar_memory_size_q15(&config));
@@ -708,7 +710,7 @@ static void test_young_is_what_was_cut_eight_blocks_ago_at_most(void)
 /* No other policy knows a cut. */
 static void test_without_a_detector_nothing_is_young(void)
 {
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.grow = 0U;
     init(Q15, 0U);
     for (uint32_t n = 0U; n < 3000U; n++) {

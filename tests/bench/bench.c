@@ -158,7 +158,7 @@ static davar_config_t plain(uint32_t window, uint8_t tau_count)
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.window_max = window;
     config.window_min = window;
     config.segment = 0U;

@@ -21,19 +21,19 @@ static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U};
 
 typedef struct {
     const char *name;
-    davar_policy_t policy;
+    const davar_law_t *law;
     uint32_t longest;
     uint32_t shortest;
 } law_t;
 
 static const law_t laws[] = {
-    {"A-DAVAR", DAVAR_POLICY_OR, 600U, 400U},
-    {"kurtosis", DAVAR_POLICY_KURTOSIS, 600U, 400U},
-    {"fixed 200", DAVAR_POLICY_FIXED, 200U, 200U},
-    {"fixed 600", DAVAR_POLICY_FIXED, 600U, 600U},
-    {"fixed 1200", DAVAR_POLICY_FIXED, 1200U, 1200U},
-    {"fixed 6000", DAVAR_POLICY_FIXED, 6000U, 6000U},
-    {"glr", DAVAR_POLICY_GLR, 6000U, 20U},
+    {"A-DAVAR", &davar_law_or, 600U, 400U},
+    {"kurtosis", &davar_law_kurtosis, 600U, 400U},
+    {"fixed 200", NULL, 200U, 200U},
+    {"fixed 600", NULL, 600U, 600U},
+    {"fixed 1200", NULL, 1200U, 1200U},
+    {"fixed 6000", NULL, 6000U, 6000U},
+    {"glr", &davar_law_glr_q15, 6000U, 20U},
 };
 #define LAWS (sizeof laws / sizeof laws[0])
 #define ROWS (LAWS + 1U) /* and an exponential mean */
@@ -216,10 +216,10 @@ static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
     config->rate_hz = RATE_HZ;
     config->unit_per_count = 1.0;
     config->mode = mode;
-    config->policy = law->policy;
+    config->law = law->law;
     config->window_max = law->longest;
     config->window_min = law->shortest;
-    config->segment = (law->policy == DAVAR_POLICY_GLR) ? 0U : (law->shortest / 4U);
+    config->segment = (law->law == &davar_law_glr_q15) ? 0U : (law->shortest / 4U);
     config->grow = (mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
     config->stride = STRIDE;
     config->gaps_max = 64U;

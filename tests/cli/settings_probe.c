@@ -1,5 +1,6 @@
 /* What davar_init_q31 says of settings, in davar_status_text's words: the values of the options that test_settings.py names, in its order. */
 #include "davar/davar.h"
+#include "davar_policy.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,7 +26,7 @@ int main(int count, char *word[])
     if (count != 20) {
         return 2;
     }
-    config.policy = (davar_policy_t)whole(word[1]);
+    config.law = davar_policy_law((davar_policy_t)whole(word[1]), true);
     config.window_max = whole(word[2]);
     config.window_min = whole(word[3]);
     config.segment = whole(word[4]);

@@ -182,7 +182,8 @@ static void run_all(const davar_config_t *base)
     for (uint32_t way = 0U; way < 12U; way++) {
         davar_config_t config = *base;
         const bool tracked = (way / 3U) == 3U;
-        config.policy = tracked ? DAVAR_POLICY_GLR : (((way / 3U) == 0U) ? DAVAR_POLICY_FIXED : DAVAR_POLICY_OR);
+        const davar_law_t *const glr = ((way % 3U) == 0U) ? &davar_law_glr_q15 : &davar_law_glr_q31;
+        config.law = tracked ? glr : (((way / 3U) == 0U) ? NULL : &davar_law_or);
         config.mode = (((way / 3U) == 2U) || tracked) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
         config.segment = tracked ? 0U : 100U;
         config.window_min = tracked ? 20U : 400U;

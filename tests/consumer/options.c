@@ -95,9 +95,9 @@ int main(void)
         config.window_max = 200;
         config.window_min = 120;
         config.segment = (way & 1) != 0 ? 40 : 0;
-        config.policy = (way & 1) != 0 ? DAVAR_POLICY_OR : DAVAR_POLICY_FIXED;
+        config.law = (way & 1) != 0 ? &davar_law_or : NULL;
         if (tracked) {
-            config.policy = DAVAR_POLICY_GLR;
+            config.law = (types[all / 14] == 'q') ? &davar_law_glr_q15 : &davar_law_glr_q31;
             config.segment = 0;
             config.window_min = 20;
         }

@@ -14,7 +14,7 @@ STRICT = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contrac
 COMPILERS = (["gcc"], ["clang"], ["arm-none-eabi-gcc", "-mcpu=cortex-m0"],
              ["arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"])
 BUILDS = (["-O0"], ["-O2", "-DNDEBUG"], ["-O2", "-DDAVAR_PORTABLE"], ["-Os", "-DDAVAR_Q15=0"],
-          ["-Os", "-DDAVAR_Q31=0", "-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0"])
+          ["-Os", "-DDAVAR_Q31=0", "-DDAVAR_GRID=0", "-DDAVAR_LAWS=0", "-DDAVAR_CENTRED=0"])
 
 
 class OneFile(unittest.TestCase):

@@ -12,9 +12,9 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
 FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
 # What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, stride 4; 8 and 9 are policy glr, 9 with a stride; e: by edges.
-NEEDS = {"ADAPTIVE": lambda way: int(way[1]) & 9, "TRACKING": lambda way: int(way[1]) & 8, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: (int(way[1]) & 4 or way[1] == "9") and not way.endswith("e"),
+NEEDS = {"LAWS": lambda way: int(way[1]) & 9, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: (int(way[1]) & 4 or way[1] == "9") and not way.endswith("e"),
          "Q15": lambda way: way[0] == "q", "Q31": lambda way: way[0] in "wf"}
-LEAN = ("GRID", "ADAPTIVE", "CENTRED", "Q31")
+LEAN = ("GRID", "LAWS", "CENTRED", "Q31")
 
 
 @functools.cache
@@ -34,7 +34,7 @@ class Options(unittest.TestCase):
         self.assertGreater(len({total for _, total in whole.values()}), 15)
         for way in [way for way in whole if way.endswith("e")]:
             self.assertEqual(whole[way[:-1]], whole[way], "edges and grid differ")
-        for left_out in (("GRID",), ("ADAPTIVE",), ("TRACKING",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
+        for left_out in (("GRID",), ("LAWS",), ("CENTRED",), ("Q15",), ("Q31",), LEAN):
             found = ways(*(f"-DDAVAR_{name}=0" for name in left_out))
             for way, (status, total) in found.items():
                 with self.subTest(left_out=left_out, way=way):
@@ -62,7 +62,6 @@ class Options(unittest.TestCase):
 
     def test_a_wrong_combination_does_not_compile(self):
         for options, why in ((("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"), (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
-                             (("-DDAVAR_ADAPTIVE=0", "-DDAVAR_TRACKING=1"), "DAVAR_TRACKING needs DAVAR_ADAPTIVE"),
                              (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"), (("-ffast-math",), "without -ffast-math")):
             done = subprocess.run(["gcc", *FLAGS, *options, "-fsyntax-only", ROOT / "tests/consumer/options.c", *SOURCES], text=True, stderr=subprocess.PIPE)
             self.assertNotEqual(0, done.returncode)

@@ -2,6 +2,7 @@
  * caller is a number in its range or absent, and every sample and every result is taken or counted. */
 #include "davar/codec.h"
 #include "davar/davar.h"
+#include "davar_policy.h"
 #include "davar/monitor.h"
 #include "fuzzing.h"
 #include "random.h"
@@ -205,7 +206,7 @@ static void push_whole(davar_t *davar, const block_t *block, size_t count)
  * glr less than the samples that may wait. */
 static void check_epoch(void)
 {
-    const uint64_t late = (config.policy == DAVAR_POLICY_GLR) ? ((config.shock_blocks + 3U) * config.block) : 0U;
+    const uint64_t late = ((config.law != NULL) && (config.law->push != NULL)) ? ((config.shock_blocks + 3U) * config.block) : 0U;
     REQUIRE((config.mode == DAVAR_MODE_CENTRED) ||
             ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
 }
@@ -325,7 +326,7 @@ static void choose(bytes_t *bytes)
     config.full_scale = 300.0;
     type = (type_t)between(bytes, 0U, 2U);
     config.mode = (davar_mode_t)between(bytes, 0U, 1U);
-    config.policy = (davar_policy_t)between(bytes, 0U, 4U);
+    config.law = davar_policy_law((davar_policy_t)between(bytes, 0U, 4U), type != Q15);
     config.window_max = 2U * between(bytes, 4U, 80U);
     config.window_min = 2U * between(bytes, 2U, config.window_max / 2U);
     config.segment = between(bytes, 0U, config.window_min - 1U);

@@ -1,6 +1,7 @@
 /* davar tests - calls of the library against brute force: bytes choose a configuration, then samples in pieces, gaps, results
  * that nobody takes, saves and restores; every result taken is that of the whole record, computed anew. */
 #include "davar/davar.h"
+#include "davar_policy.h"
 #include "fuzzing.h"
 #include "reference.h"
 
@@ -53,7 +54,7 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
     config->mode = (davar_mode_t)between(bytes, 0U, 1U);
-    config->policy = (davar_policy_t)between(bytes, 0U, 3U);
+    config->law = davar_policy_law((davar_policy_t)between(bytes, 0U, 3U), false);
     config->window_max = 2U * between(bytes, 4U, 24U);
     config->window_min = 2U * between(bytes, 2U, config->window_max / 2U);
     config->shrink = 2U * between(bytes, 0U, 2U);

@@ -46,7 +46,7 @@ static void choose_config(bytes_t *bytes)
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.segment = 0U;
     config.block = between(bytes, GLR_BLOCK_MIN, 12U);
     config.window_max = (8U * config.block) + between(bytes, 0U, 200U);
@@ -63,6 +63,7 @@ static void choose_config(bytes_t *bytes)
     config.taus = taus[0];
     config.tau_count = TAUS;
     is_q31 = byte(bytes) % 2U != 0U;
+    config.law = is_q31 ? &davar_law_glr_q31 : &davar_law_glr_q15;
 }
 
 /* What the bytes behind the first ones choose: larger blocks and strides, other cluster sizes, few gaps, centred windows. */

@@ -25,7 +25,7 @@ CLASSES = {"+": "arithmetic", "-": "arithmetic", "*": "arithmetic", "/": "arithm
 # Macros whose use is a constant of the library. What a build chooses (davar/options.h) is none.
 STANDARD = {"UINT8_MAX", "UINT16_MAX", "UINT32_MAX", "UINT64_MAX", "INT16_MAX", "INT16_MIN", "INT32_MAX", "INT32_MIN", "INT64_MAX",
             "INT64_MIN", "UINT32_C", "UINT64_C", "INT32_C", "INT64_C", "DBL_MAX", "FLT_MAX", "CHAR_BIT", "true", "false"}
-CHOICES = re.compile(r"DAVAR_(TAUS_MAX|Q15|Q31|GRID|ADAPTIVE|TRACKING|CENTRED|MANY_REGISTERS|VERSION_\w+)$")
+CHOICES = re.compile(r"DAVAR_(TAUS_MAX|Q15|Q31|GRID|LAWS|CENTRED|MANY_REGISTERS|VERSION_\w+)$")
 STATEMENTS = {Kind.COMPOUND_STMT, Kind.IF_STMT, Kind.FOR_STMT, Kind.WHILE_STMT, Kind.DO_STMT, Kind.CASE_STMT, Kind.DEFAULT_STMT}
 INTEGERS = {TypeKind.BOOL, TypeKind.CHAR_S, TypeKind.SCHAR, TypeKind.UCHAR, TypeKind.SHORT, TypeKind.USHORT, TypeKind.INT, TypeKind.UINT,
             TypeKind.LONG, TypeKind.ULONG, TypeKind.LONGLONG, TypeKind.ULONGLONG, TypeKind.INT128, TypeKind.UINT128}

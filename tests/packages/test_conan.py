@@ -38,9 +38,9 @@ class Conan(PackageCase):
         self.assertEqual(before, self.files())
 
     def test_for_a_cortex_m4_with_less(self):
-        said = self.conan(*CREATE, "--profile:host", PROFILE, "-o", "davar/*:grid=False", "-o", "davar/*:adaptive=False")
+        said = self.conan(*CREATE, "--profile:host", PROFILE, "-o", "davar/*:grid=False", "-o", "davar/*:laws=False")
         self.assertRegex(said, r"Linking C executable consumer")
-        for name in ("GRID", "ADAPTIVE", "TRACKING"):
+        for name in ("GRID", "LAWS"):
             self.assertRegex(said, rf"DAVAR_{name}\S*0")
         library = next((self.work / "conan").rglob("p/lib/libdavar.a"))
         self.assertIn("Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", library))

@@ -39,7 +39,7 @@ class EspIdf(PackageCase):
 
     def test_it_compiles_with_the_choices_of_its_kconfig(self):
         chosen = self.work / "sdkconfig"
-        chosen.write_text("CONFIG_DAVAR_TAUS_MAX=8\n# CONFIG_DAVAR_ADAPTIVE is not set\n")
+        chosen.write_text("CONFIG_DAVAR_TAUS_MAX=8\n# CONFIG_DAVAR_LAWS is not set\n")
         config = kconfiglib.Kconfig(str(COMPONENT / "Kconfig"))
         config.load_config(str(chosen))
         settings = self.work / "sdkconfig.cmake"
@@ -49,7 +49,7 @@ class EspIdf(PackageCase):
         commands = json.loads((self.work / "build/compile_commands.json").read_text())
         self.assertGreater(len(commands), 20)
         for command in commands:
-            for definition in ("TAUS_MAX=8", "ADAPTIVE=0", "TRACKING=0", "Q15=1", "CENTRED=1"):
+            for definition in ("TAUS_MAX=8", "LAWS=0", "Q15=1", "CENTRED=1"):
                 self.assertIn(f"-DDAVAR_{definition}", command["command"])
         symbols = set(run("riscv64-unknown-elf-nm", "-j", self.work / "build/davar/lib__idf_davar.a").split())
         self.assertIn("davar_take_8_taus", symbols)

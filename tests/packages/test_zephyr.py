@@ -27,15 +27,15 @@ class Zephyr(PackageCase):
     def test_the_kconfig(self):
         self.assertEqual("n", self.settings("")["DAVAR"])
         found = self.settings("CONFIG_DAVAR=y\n")
-        self.assertEqual(("y", "32"), (found["DAVAR_TRACKING"], found["DAVAR_TAUS_MAX"]))
-        found = self.settings("CONFIG_DAVAR=y\nCONFIG_DAVAR_ADAPTIVE=n\nCONFIG_DAVAR_TAUS_MAX=8\n")
-        self.assertEqual(("n", "8"), (found.get("DAVAR_TRACKING", "n"), found["DAVAR_TAUS_MAX"]))
+        self.assertEqual(("y", "32"), (found["DAVAR_LAWS"], found["DAVAR_TAUS_MAX"]))
+        found = self.settings("CONFIG_DAVAR=y\nCONFIG_DAVAR_LAWS=n\nCONFIG_DAVAR_TAUS_MAX=8\n")
+        self.assertEqual(("n", "8"), (found.get("DAVAR_LAWS", "n"), found["DAVAR_TAUS_MAX"]))
         self.settings("CONFIG_DAVAR=y\nCONFIG_DAVAR_TAUS_MAX=33\n")
         self.assertTrue(any("33" in warning for warning in self.warnings), self.warnings)
 
     def test_the_choices_are_those_of_the_header(self):
         header = (ROOT / "lib/include/davar/options.h").read_text()
-        wanted = set(re.findall(r"#define DAVAR_(\w+) (?:\d+|DAVAR_ADAPTIVE)$", header, re.MULTILINE))
+        wanted = set(re.findall(r"#define DAVAR_(\w+) \d+$", header, re.MULTILINE))
         self.assertEqual(wanted, set(re.findall(r"^config DAVAR_(\w+)", (ROOT / "packaging/common/Kconfig").read_text(), re.MULTILINE)))
 
     def test_the_example(self):

@@ -17,7 +17,7 @@ void setUp(void)
     config = davar_default_config;
     config.rate_hz = 1000.0;
     config.unit_per_count = 0.01;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.mode = DAVAR_MODE_TRAILING;
     config.window_max = 128U;
     config.window_min = 128U;

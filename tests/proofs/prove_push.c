@@ -66,7 +66,7 @@ static void stream(davar_mode_t mode, const uint32_t *taus, uint32_t gap)
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.mode = mode;
-    config.policy = ADAPTIVE ? DAVAR_POLICY_OR : DAVAR_POLICY_FIXED;
+    config.law = ADAPTIVE ? &davar_law_or : NULL;
     config.window_max = 8U;
     config.window_min = ADAPTIVE ? 6U : 8U;
     config.segment = ADAPTIVE ? 3U : 0U;

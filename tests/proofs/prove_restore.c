@@ -40,7 +40,7 @@ void prove(void)
     davar_config_t config = davar_default_config;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.window_max = 8U;
     config.window_min = 8U;
     config.segment = 0U;

@@ -2,9 +2,13 @@
  * nothing that is signed and reads only its span. The samples are any int16, each difference D any value that its
  * definition allows, |D| <= m 65535, the sums of squares any 64 bits: so this holds for the first push and for every
  * one after it. Bound: octaves 1 .. LARGEST and 1, 3, 10, 30 .. LARGEST; init takes no m above 1290 (2.4). */
-#include "window/number_q15.h"
+#include "pipeline/type_q15.inc"
 
-#include "window/slide.h"
+#include "core/window.h"
+
+#include "pipeline/allan.inc"
+
+#include "pipeline/slide.inc"
 
 #include "proof.h"
 

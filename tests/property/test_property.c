@@ -1,5 +1,6 @@
 /* davar tests - random configurations and records, every epoch against brute force: integers bit for bit. */
 #include "davar/davar.h"
+#include "davar_policy.h"
 #include "fitted.h"
 #include "random.h"
 #include "reference.h"
@@ -62,7 +63,7 @@ static void choose_config(random_t *random, trial_t *trial)
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
     config->mode = (random_next(random) % 2U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-    config->policy = (davar_policy_t)between(random, 0U, 3U);
+    config->law = davar_policy_law((davar_policy_t)between(random, 0U, 3U), false);
     config->window_max = 2U * between(random, 4U, 60U);
     config->window_min = 2U * between(random, 2U, config->window_max / 2U);
     if (config->mode == DAVAR_MODE_TRAILING) {
@@ -148,7 +149,7 @@ static const char *context(const trial_t *trial, const reference_epoch_t *epoch,
              "%s: seed %" PRIu64
              " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K %u engine %d N %lld epoch %lld "
              "[%lld, %lld)",
-             what, trial->seed, (int)trial->number, (int)c->mode, (int)c->policy, c->window_min, c->window_max,
+             what, trial->seed, (int)trial->number, (int)c->mode, (int)davar_law_id(c), c->window_min, c->window_max,
              c->segment, c->grow, c->shrink, c->stride, (int)c->engine, (long long)trial->count,
              (long long)epoch->epoch, (long long)epoch->tail, (long long)epoch->head);
     return message;
@@ -307,7 +308,7 @@ static void run_small_window(trial_t *trial)
     davar_config_t *const config = &trial->config;
     const uint32_t longest = (SMALL_STRIDE < config->window_max) ? SMALL_STRIDE : config->window_max;
     for (uint32_t each = 0U; each < (8U * longest); each++) {
-        config->policy = (davar_policy_t)(each % 4U);
+        config->law = davar_policy_law((davar_policy_t)(each % 4U), false);
         config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
         config->stride = 1U + (each / 8U);
         run_small(trial);

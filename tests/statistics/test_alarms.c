@@ -53,7 +53,7 @@ static void start(const scenario_t *scenario, davar_config_t *config)
     config->rate_hz = 1.0;
     config->full_scale = 65536.0;
     config->mode = DAVAR_MODE_TRAILING;
-    config->policy = DAVAR_POLICY_FIXED;
+    config->law = NULL;
     config->window_max = WINDOW;
     config->window_min = WINDOW;
     config->grow = 1U;

@@ -94,7 +94,7 @@ static void test_intervals_near_the_ends_hold_the_truth(void)
     config = davar_default_config;
     config.rate_hz = 1.0;
     config.unit_per_count = COUNT;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, config.taus, config.tau_count);

@@ -40,7 +40,7 @@ static davar_config_t config_of(uint32_t window, uint32_t *taus)
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.window_max = window;
     config.window_min = window;
     config.segment = 0U;

@@ -39,7 +39,7 @@ void setUp(void)
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_max = 6000U;
     config.window_min = 20U;
     config.segment = 0U;

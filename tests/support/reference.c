@@ -1,6 +1,8 @@
 /* davar tests - brute force. */
 #include "reference.h"
 
+#include "davar/law.h"
+
 #include <math.h>
 
 static int64_t reflected(const reference_record_t *record, int64_t position)
@@ -76,10 +78,10 @@ static void judge(const reference_t *reference, reference_epoch_t *epoch)
     epoch->kurtosis = (double)whole;
     epoch->contribution = (double)contribution;
     epoch->unstable = f1 || f2;
-    if (config->policy == DAVAR_POLICY_KURTOSIS) {
+    if (config->law == &davar_law_kurtosis) {
         epoch->unstable = f1;
     }
-    if (config->policy == DAVAR_POLICY_AND) {
+    if (config->law == &davar_law_and) {
         epoch->unstable = f1 && f2;
     }
 }
@@ -97,7 +99,7 @@ static int64_t larger(int64_t a, int64_t b)
 static void decide(reference_t *reference, bool unstable)
 {
     const davar_config_t *const config = reference->config;
-    const bool fixed = (config->policy == DAVAR_POLICY_FIXED);
+    const bool fixed = (config->law == NULL);
     const bool trailing = (config->mode == DAVAR_MODE_TRAILING);
     const int64_t stride = config->stride;
     int64_t grow = config->grow;

@@ -3,6 +3,7 @@
 #include "board.h"
 
 #include "davar/davar.h"
+#include "davar_policy.h"
 
 #define TAUS 8U
 #define WINDOW 600U
@@ -43,7 +44,7 @@ static void start(davar_policy_t policy, uint32_t stride)
     config = davar_default_config;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
-    config.policy = policy;
+    config.law = davar_policy_law(policy, false);
     config.window_max = WINDOW;
     config.window_min = (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
     config.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;

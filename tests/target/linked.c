@@ -23,7 +23,7 @@ static const davar_config_t config = {.rate_hz = 100.0,
                                       .window_max = 600U,
                                       .window_min = 600U,
 #if WHAT == 4
-                                      .policy = DAVAR_POLICY_OR,
+                                      .law = &davar_law_or,
                                       .segment = 100U,
                                       .kurtosis_high = 3.3,
                                       .contribution_high = 0.07,

@@ -4,7 +4,7 @@
 #define DAVAR_TESTS_ACCEPTED_H
 
 #include "davar/davar.h"
-#include "track/glr.h"
+#include "detector/glr.h"
 
 #define ACCEPTED_RING 4096U /* samples that are remembered; a power of two */
 

@@ -6,7 +6,7 @@
  *
  * KIND goes with white noise; at m = 4 HOP samples its Allan deviation is SHARE times that of the white noise, after half an hour
  * RATIO times as much. */
-#include "track/glr.h"
+#include "detector/glr.h"
 
 #include "random.h"
 

@@ -1,6 +1,6 @@
 /* davar tests - what the detector of changes costs on this target, in instructions (exact under -icount): its mean for a sample, the
  * sums of the block included, and its worst block. One line "name value" per figure. */
-#include "track/window.h"
+#include "detector/glr.h"
 
 #include "board.h"
 

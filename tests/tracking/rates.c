@@ -7,7 +7,7 @@
  */
 #include "davar/davar.h"
 #include "random.h"
-#include "track/glr.h"
+#include "detector/glr.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -158,7 +158,7 @@ static void both(const char *name, double hours, double per_hour, uint32_t block
     davar_config_t config = davar_default_config;
     source_t source = {random_seeded(seed), (double)NAN, 0.0};
     const noise_t noise = noise_of(name);
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.mode = DAVAR_MODE_TRAILING;
     config.rate_hz = (double)RATE_HZ;
     config.unit_per_count = 1.0;

@@ -3,6 +3,7 @@
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar/state.h"
+#include "davar_policy.h"
 
 #include "random.h"
 #include "unity.h"
@@ -28,7 +29,7 @@ void setUp(void)
     config.rate_hz = 100.0;
     config.unit_per_count = UNIT;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_max = 1200U;
     config.window_min = 20U;
     config.segment = 0U;
@@ -55,12 +56,14 @@ static void make_stream(uint64_t seed, double ratio, double walk)
 
 static void init_q15(void)
 {
+    davar_policy_retype(&config, false);
     TEST_ASSERT_LESS_OR_EQUAL_size_t(sizeof memory, davar_memory_size_q15(&config));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
 }
 
 static void init_q31(void)
 {
+    davar_policy_retype(&config, true);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&davar, &config, memory, sizeof memory));
 }
 
@@ -122,7 +125,7 @@ static void test_other_policies_tell_none(void)
 {
     uint32_t first = 0U;
     make_stream(1U, 2.0, 0.0);
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     init_q15();
     (void)run(false, STEP, STEP + 2000U, &first);
     TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);

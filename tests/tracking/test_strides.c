@@ -42,7 +42,7 @@ void setUp(void)
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.segment = 0U;
     config.grow = 1U;
     config.shrink = 64U;

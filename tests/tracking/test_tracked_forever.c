@@ -43,7 +43,7 @@ void setUp(void)
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_max = 200U;
     config.window_min = 40U;
     config.shrink = 16U;

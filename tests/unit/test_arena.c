@@ -1,5 +1,5 @@
 /* davar tests - memory is handed out without overlap; what a size_t cannot tell looks too large, never small. */
-#include "common/arena.h"
+#include "core/arena.h"
 
 #include "unity.h"
 

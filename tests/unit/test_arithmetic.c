@@ -1,5 +1,5 @@
 /* davar tests - the wide integers against arithmetic done another way, and both ways to multiply. */
-#include "window/number_q31.h"
+#include "pipeline/type_q31.inc"
 
 #include "davar/davar.h"
 #include "random.h"

@@ -1,5 +1,6 @@
 /* davar tests - frames: what tests/wire does not reach without Python, and the refusals. */
 #include "davar/codec.h"
+#include "davar/law.h"
 #include "davar/slcan.h"
 #include "unity.h"
 
@@ -361,7 +362,7 @@ static void next_change(davar_change_item_t item)
 
 static void test_a_change_of_the_noise_is_told(void)
 {
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     result.alarm = true;
     result.cut_age_samples = 0xFFFFEU;
     result.dispersion = 1.254;
@@ -443,7 +444,7 @@ static void test_a_result_of_garbage_makes_frames_that_every_receiver_takes(void
 {
     static const uint8_t contents[] = {0U, 7U, 15U, 23U, 31U};
     davar_misfit_t misfit = {.tau_count = 10U, .worst = 3U};
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.tau_count = 10U;
     result.tau_count = 10U;
     for (size_t n = 0; n < 5000U; n++) {
@@ -730,7 +731,7 @@ static void test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc(void)
 static void test_the_bits_of_a_change_are_those_of_the_dbc(void)
 {
     static const float value[4] = {0.0F, 0.25F, 0.75F, 17.5F};
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     for (uint32_t flags = 0U; flags < 4U; flags++) {
         result.alarm = (flags & 1U) != 0U;
         result.young = (flags & 2U) != 0U;

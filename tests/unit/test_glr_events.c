@@ -1,5 +1,5 @@
 /* davar tests - what the detector of changes says at a step, a shock, a ramp, a gap, and the windows that follow. */
-#include "track/window.h"
+#include "detector/glr.h"
 
 #include "glr_fixture.h"
 

@@ -3,13 +3,14 @@
  * that the failure prints, and stands in CHANGELOG.md. */
 #include "davar/codec.h"
 #include "davar/davar.h"
+#include "davar_policy.h"
 #include "davar/monitor.h"
 #include "fit/noise.h"
-#include "number/logarithm.h"
+#include "detector/logarithm.h"
 #include "number/real.h"
-#include "track/dispersion.h"
-#include "track/likelihood.h"
-#include "track/spread.h"
+#include "detector/glr.h"
+#include "detector/scan.h"
+#include "detector/spread.h"
 
 #include "random.h"
 #include "unity.h"
@@ -277,7 +278,7 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
     config.window_max = 600U;
     config.window_min = (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
     config.segment = ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
-    config.policy = policy;
+    config.law = davar_policy_law(policy, false);
     config.mode = mode;
     config.stride = stride;
     config.taus = taus;
@@ -296,6 +297,7 @@ static void run_policy(bool is_wide, davar_policy_t policy)
         config.mirrored_end = (way == 1U);
         config.long_cluster = ((policy == DAVAR_POLICY_GLR) && (way > 3U)) ? ((way % 2U) * 80U) : 0U;
         config.block = (way < 4U) ? (6U + (2U * way)) : 10U;
+        davar_policy_retype(&config, is_wide);
         run(is_wide, &config);
     }
 }
@@ -539,7 +541,7 @@ static void test_frames(void)
     config.taus = octaves;
     config.tau_count = 10U;
     for (uint32_t content = 0U; content < 64U; content++) {
-        config.policy = ((content % 3U) == 0U) ? DAVAR_POLICY_OR : DAVAR_POLICY_GLR;
+        config.law = ((content % 3U) == 0U) ? &davar_law_or : &davar_law_glr_q15;
         send_results(&config, (uint8_t)content, &misfit);
     }
     expect(UINT64_C(0x81CD36A43E7EF1C7));

@@ -1,7 +1,7 @@
 /* davar tests - verdicts in 32 bits against kurtosis and contribution in doubles: never wrong, and sure wherever a bound is not
  * hair-close. */
-#include "change/rough.h"
-#include "window/number_q15.h"
+#include "core/song.h"
+#include "pipeline/type_q15.inc"
 
 #include "davar/davar.h"
 #include "random.h"
@@ -78,7 +78,7 @@ static void test_kurtosis_against_one_bound_or_the_other(void)
 {
     for (uint32_t i = 0U; i < TRIALS; i++) {
         choose_centrals();
-        const double kurtosis = davar_stationarity_kurtosis(&whole);
+        const double kurtosis = davar_song_kurtosis(&whole);
         const bool upper = (i % 2U) == 0U;
         double bound;
         const bool far = choose_bound(kurtosis, &bound);
@@ -93,7 +93,7 @@ static void test_contribution_against_one_bound_or_the_other(void)
 {
     for (uint32_t i = 0U; i < TRIALS; i++) {
         choose_centrals();
-        const double contribution = davar_stationarity_contribution(&whole, &first);
+        const double contribution = davar_song_contribution(&whole, &first);
         const bool upper = (i % 2U) == 0U;
         double bound;
         const bool far =

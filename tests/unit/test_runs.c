@@ -1,5 +1,5 @@
 /* davar tests - runs of int16 samples, as large cores and as small ones take them in, against one sample after the other. */
-#include "window/number_q15.h"
+#include "pipeline/type_q15.inc"
 
 #include "davar/davar.h"
 #include "random.h"

@@ -1,10 +1,14 @@
 /* davar tests - the whole window moves by one sample: both ways to compute it (octaves, which share taps and have hand-written
  * instructions on some targets, and any cluster sizes) against the definition of D and of the sum (1.1). */
-#include "window/number_q15.h"
+#include "pipeline/type_q15.inc"
 
+#include "core/window.h"
 #include "random.h"
 #include "unity.h"
-#include "window/slide.h"
+
+#include "pipeline/allan.inc"
+
+#include "pipeline/slide.inc"
 
 #define TAUS 6U
 #define RING 300U

@@ -1,5 +1,5 @@
 /* davar tests - decisions on the bounds themselves, where only exact arithmetic knows the side. */
-#include "window/number_q15.h"
+#include "pipeline/type_q15.inc"
 
 #include "davar/davar.h"
 #include "unity.h"
@@ -39,7 +39,7 @@ static void test_kurtosis_of_two_values_whatever_their_mean_and_size(void)
             const davar_central_t central = central_of(sample, 64U);
             const double p = (double)upper / 64.0;
             const double expected = (1.0 / (p * (1.0 - p))) - 3.0;
-            TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected, davar_stationarity_kurtosis(&central));
+            TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected, davar_song_kurtosis(&central));
         }
     }
 }
@@ -49,21 +49,20 @@ static void test_a_value_on_its_bound_is_inside(void)
 {
     const int16_t halves[4] = {-7, 7, -7, 7};
     const davar_central_t whole = central_of(halves, 4U);
-    config.policy = DAVAR_POLICY_KURTOSIS;
     config.kurtosis_low = 1.0;
     config.kurtosis_high = 1.0;
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole));
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
     config.kurtosis_low = nextafter(1.0, 2.0);
     config.kurtosis_high = 2.0;
-    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
     config.kurtosis_low = 0.0;
     config.kurtosis_high = nextafter(1.0, 0.0);
-    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
     config.kurtosis_high = 0.0;
-    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
     config.kurtosis_low = -0.0;
     config.kurtosis_high = 1.0;
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole));
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
 }
 
 /* K = 1 against Km = 7/3 (one in four of three): S = 4/3. Also subnormal and zero bounds. */
@@ -73,26 +72,26 @@ static void test_contribution_on_both_sides_of_its_bounds(void)
     const int16_t halves[4] = {-7, 7, -7, 7};
     const davar_central_t first = central_of(quarter, 8U);
     const davar_central_t whole = central_of(halves, 4U);
-    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 4.0 / 3.0, davar_stationarity_contribution(&whole, &first));
+    TEST_ASSERT_DOUBLE_WITHIN(1e-15, 4.0 / 3.0, davar_song_contribution(&whole, &first));
     config.kurtosis_low = 0.0;
     config.contribution_high = 1.34;
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &first));
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &whole, &first));
     config.contribution_high = 1.33;
-    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
+    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &whole, &first));
     config.contribution_low = 1.34;
     config.contribution_high = 2.0;
-    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
+    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &whole, &first));
     config.contribution_low = 0.0;
     config.contribution_high = 0.0;
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole)); /* S = 0 */
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &whole, &whole)); /* S = 0 */
     config.contribution_low = -0.0;
     config.contribution_high = 1.34;
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &first));
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &whole, &first));
     config.contribution_high = 5e-324;
-    TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &first));
+    TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &whole, &first));
 }
 
-static void test_each_policy_reads_its_own_flags(void)
+static void test_each_rule_reads_its_own_flags(void)
 {
     const int16_t spike[8] = {90, 0, 0, 0, 0, 0, 0, 0};
     const int16_t halves[4] = {-7, 7, -7, 7};
@@ -100,21 +99,19 @@ static void test_each_policy_reads_its_own_flags(void)
     const davar_central_t flat = central_of(halves, 4U);
     config.kurtosis_low = 0.0;
     const struct {
-        davar_policy_t policy;
+        davar_song_rule_t rule;
         bool kurtosis_only;
         bool contribution_only;
         bool both;
     } expected[] = {
-        {DAVAR_POLICY_FIXED, true, true, true},
-        {DAVAR_POLICY_KURTOSIS, true, false, true},
-        {DAVAR_POLICY_OR, true, true, true},
-        {DAVAR_POLICY_AND, false, false, true},
+        {SONG_KURTOSIS, true, false, true},
+        {SONG_OR, true, true, true},
+        {SONG_AND, false, false, true},
     };
-    for (unsigned i = 0U; i < 4U; i++) {
-        config.policy = expected[i].policy;
-        TEST_ASSERT_EQUAL(expected[i].kurtosis_only, davar_stationarity_unstable(&config, &peaked, &peaked));
-        TEST_ASSERT_EQUAL(expected[i].contribution_only, davar_stationarity_unstable(&config, &flat, &peaked));
-        TEST_ASSERT_EQUAL(expected[i].both, davar_stationarity_unstable(&config, &peaked, &flat));
+    for (unsigned i = 0U; i < 3U; i++) {
+        TEST_ASSERT_EQUAL(expected[i].kurtosis_only, davar_song_unstable(&config, expected[i].rule, &peaked, &peaked));
+        TEST_ASSERT_EQUAL(expected[i].contribution_only, davar_song_unstable(&config, expected[i].rule, &flat, &peaked));
+        TEST_ASSERT_EQUAL(expected[i].both, davar_song_unstable(&config, expected[i].rule, &peaked, &flat));
     }
 }
 
@@ -127,18 +124,17 @@ static void test_without_variance_nothing_is_defined_and_nothing_unstable(void)
     config.kurtosis_low = 0.0;
     config.contribution_low = 1.0;
     config.contribution_high = 1.0;
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &none, &none));
-    TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &some, &none));
-    TEST_ASSERT_TRUE(isnan(davar_stationarity_kurtosis(&none)));
-    TEST_ASSERT_TRUE(isnan(davar_stationarity_contribution(&some, &none)));
-    TEST_ASSERT_TRUE(isnan(davar_stationarity_contribution(&none, &some)));
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &none, &none));
+    TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &some, &none));
+    TEST_ASSERT_TRUE(isnan(davar_song_kurtosis(&none)));
+    TEST_ASSERT_TRUE(isnan(davar_song_contribution(&some, &none)));
+    TEST_ASSERT_TRUE(isnan(davar_song_contribution(&none, &some)));
 }
 
 /* The nearest double of K lies within half its last bit: the neighbour above is above K, the one below is below. */
 static void test_the_next_double_is_on_the_other_side(void)
 {
     int16_t sample[61];
-    config.policy = DAVAR_POLICY_KURTOSIS;
     for (uint32_t n = 7U; n <= 61U; n += 9U) {
         for (uint32_t upper = 1U; upper < n; upper++) {
             for (uint32_t i = 0U; i < n; i++) {
@@ -151,12 +147,12 @@ static void test_the_next_double_is_on_the_other_side(void)
             const double under = nextafter(kurtosis, 0.0);
             config.kurtosis_low = under;
             config.kurtosis_high = above;
-            TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &whole, &whole));
+            TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
             config.kurtosis_high = under;
-            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
             config.kurtosis_low = above;
             config.kurtosis_high = nextafter(above, 1e300);
-            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &whole, &whole));
+            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
         }
     }
 }
@@ -165,7 +161,6 @@ static void test_the_next_double_is_on_the_other_side(void)
 static void test_contributions_hair_close_to_their_bounds(void)
 {
     int16_t sample[64];
-    config.policy = DAVAR_POLICY_OR;
     config.kurtosis_low = 0.0;
     config.kurtosis_high = 1e300;
     for (uint32_t a = 3U; a < 60U; a += 4U) {
@@ -188,13 +183,13 @@ static void test_contributions_hair_close_to_their_bounds(void)
             }
             config.contribution_low = contribution - hair;
             config.contribution_high = contribution + hair;
-            TEST_ASSERT_FALSE(davar_stationarity_unstable(&config, &part[0], &part[1]));
+            TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
             config.contribution_high = contribution - hair;
-            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &part[0], &part[1]));
+            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
             config.contribution_low = contribution + hair;
             config.contribution_high = contribution + (2.0 * hair);
-            TEST_ASSERT_TRUE(davar_stationarity_unstable(&config, &part[0], &part[1]));
-            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution, davar_stationarity_contribution(&part[0], &part[1]));
+            TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
+            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution, davar_song_contribution(&part[0], &part[1]));
         }
     }
 }
@@ -205,7 +200,7 @@ int main(void)
     RUN_TEST(test_kurtosis_of_two_values_whatever_their_mean_and_size);
     RUN_TEST(test_a_value_on_its_bound_is_inside);
     RUN_TEST(test_contribution_on_both_sides_of_its_bounds);
-    RUN_TEST(test_each_policy_reads_its_own_flags);
+    RUN_TEST(test_each_rule_reads_its_own_flags);
     RUN_TEST(test_without_variance_nothing_is_defined_and_nothing_unstable);
     RUN_TEST(test_the_next_double_is_on_the_other_side);
     RUN_TEST(test_contributions_hair_close_to_their_bounds);

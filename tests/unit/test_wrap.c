@@ -1,26 +1,15 @@
 /* davar tests - a stream so long that its 32-bit positions wrap goes on as if nothing had happened. */
-#include "window/number_q15.h"
+#include "pipeline/type_q15.inc"
 
+#include "core/window.h"
 #include "davar/davar.h"
-#include "track/window.h"
 #include "unity.h"
-#include "window/stages.h"
+
+#include "pipeline/allan.inc"
+
+#include "detector/glr_q15.c" /* its queue is private; the library's own copy is not linked beside this one */
 
 #include <string.h>
-
-static void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *setup,
-                       davar_glr_event_t *event)
-{
-    davar_glr_push_q15(detector, setup, block->sum, block->squares, event);
-}
-
-static void clusters_tell(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *setup,
-                          davar_glr_event_t *event)
-{
-    davar_glr_push_clusters_q15(detector, setup, difference, event);
-}
-
-#include "pipeline/tracker.h"
 
 static uint32_t fed;    /* samples before time is moved on */
 static uint32_t length; /* ... and after it */
@@ -47,11 +36,11 @@ void setUp(void)
 void tearDown(void) {}
 
 /* Moves every position of a track by `offset`, as if that many samples more had gone by. */
-static void shift_track(track_t *track, uint32_t offset, uint32_t count)
+static void shift_records(edge_records_t *records, uint32_t offset, uint32_t count)
 {
-    track->due += offset;
-    for (uint32_t t = 0U; (track->sum_due != NULL) && (t < count); t++) {
-        track->sum_due[t] += offset;
+    records->due += offset;
+    for (uint32_t t = 0U; (records->sum_due != NULL) && (t < count); t++) {
+        records->sum_due[t] += offset;
     }
 }
 
@@ -83,27 +72,28 @@ static void shift_detector(davar_glr_t *detector, uint32_t blocks)
 static void shift(davar_t *davar, uint32_t offset)
 {
     stages_t *const stages = davar->stages;
+    glr_queue_t *const queue = davar->law_state;
     davar->window.received += offset;
     davar->window.origin -= offset;
     for (uint16_t i = 0U; i < davar->gaps.count; i++) {
         davar->gaps.position[i] += offset;
     }
-    if (stages->tracker != NULL) {
-        stages->tracker->tail += offset;
-        stages->tracker->cut += offset;
-        stages->tracker->end += offset;
-        shift_detector(&stages->tracker->detector, 0U - TURN);
-        if (stages->tracker->clusters != NULL) {
-            shift_detector(&stages->tracker->clusters->detector, 0U - TURN);
+    if (queue != NULL) {
+        queue->tail += offset;
+        queue->cut += offset;
+        queue->end += offset;
+        shift_detector(&queue->detector, 0U - TURN);
+        if (queue->clusters != NULL) {
+            shift_detector(&queue->clusters->detector, 0U - TURN);
         }
     }
     if (stages->grid != NULL) {
         stages->grid->next += offset;
         stages->grid->sum_next += offset;
-        for (unsigned i = 0U; i < TRACKS_MAX; i++) {
-            shift_track(&stages->grid->tail[i], offset, stages->allan.count);
-            shift_track(&stages->grid->head[i], offset, stages->allan.count);
-            shift_track(&stages->grid->middle[i], offset, stages->allan.count);
+        for (unsigned i = 0U; i < RESIDUES_MAX; i++) {
+            shift_records(&stages->grid->tail[i], offset, stages->allan.count);
+            shift_records(&stages->grid->head[i], offset, stages->allan.count);
+            shift_records(&stages->grid->middle[i], offset, stages->allan.count);
         }
     }
 }
@@ -196,7 +186,7 @@ static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
 static void test_positions_wrap_unnoticed_behind_the_detector(void)
 {
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_max = 80U;
     config.window_min = 20U;
     wrapped(90U);
@@ -209,7 +199,7 @@ static void test_positions_wrap_unnoticed_behind_the_detector(void)
 /* Samples, blocks, the running sums and their counts wrap, with windows of many blocks and both channels. */
 static void wrapped_long(uint32_t stride, uint32_t block)
 {
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_max = 60U * block;
     config.window_min = 3U * block;
     config.block = block;
@@ -236,7 +226,7 @@ static void test_blocks_wrap_unnoticed(void)
 
 static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(void)
 {
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.window_min = 20U;
     config.block = 10U;
     config.window_max = 660U;

@@ -4,6 +4,7 @@
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): their frames
  *   wire_probe decode                                frames on standard input (candump notation): their values */
 #include "davar/codec.h"
+#include "davar/law.h"
 #include "davar/slcan.h"
 #include "random.h"
 
@@ -111,7 +112,7 @@ static int encode(char **argv)
     davar_wire_health_t health = {{0}};
     davar_misfit_t misfit;
     davar_frame_t frame;
-    config.policy = (strtoul(argv[5], NULL, 10) >= 8U) ? DAVAR_POLICY_GLR : DAVAR_POLICY_FIXED;
+    config.law = (strtoul(argv[5], NULL, 10) >= 8U) ? &davar_law_glr_q15 : NULL;
     if (!davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[5], NULL, 10),
                             (uint8_t)strtoul(argv[4], NULL, 10))) {
         return 2;

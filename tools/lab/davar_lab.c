@@ -42,7 +42,7 @@ int davar_lab_windows(const float *rates, size_t count, double full_scale, uint3
     config.taus = taus;
     config.tau_count = tau_count;
     config.mode = DAVAR_MODE_TRAILING;
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.window_max = config.window_min = window;
     config.segment = 0;
     config.grow = 1;

@@ -21,7 +21,7 @@ README = targets.ROOT / "README.md"
 MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
 COSTS = targets.ROOT / "docs/COST.md"
 ENGINE_MARKS = ("<!-- table of the engines: made likewise -->", "<!-- end of the table of the engines -->")
-LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_ADAPTIVE=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=4")
+LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_LAWS=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=4")
 LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "adev_arw_planned": (3, LEAN),
           "everything": (4, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
 STRIDE = 60

@@ -48,7 +48,7 @@ static davar_status_t start(void)
     config = davar_default_config;
     config.rate_hz = RATE_HZ;
     config.unit_per_count = LSB;
-    config.policy = DAVAR_POLICY_GLR;
+    config.law = &davar_law_glr_q15;
     config.mode = DAVAR_MODE_TRAILING;
     config.stride = 10;
     config.window_max = WINDOW;

@@ -36,7 +36,7 @@ static davar_status_t start(void)
     config = davar_default_config;
     config.rate_hz = RATE_HZ;
     config.full_scale = 250.0; /* deg/s */
-    config.policy = DAVAR_POLICY_FIXED;
+    config.law = NULL;
     config.mode = DAVAR_MODE_TRAILING;
     config.window_max = WINDOW;
     config.window_min = WINDOW;

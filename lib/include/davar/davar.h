@@ -18,6 +18,7 @@
 #include "davar/confidence.h"
 #include "davar/fit.h"
 #include "davar/instance.h"
+#include "davar/law.h"
 #include "davar/state.h"
 #include "davar/taus.h"
 #include "davar/types.h"

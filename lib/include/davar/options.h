@@ -23,14 +23,9 @@
 #define DAVAR_GRID 1
 #endif
 
-/* A window whose length adapts; kurtosis and contribution (segment above 0). */
-#ifndef DAVAR_ADAPTIVE
-#define DAVAR_ADAPTIVE 1
-#endif
-
-/* Policy glr: a detector of changes that cuts the window and raises alarms. Needs DAVAR_ADAPTIVE. */
-#ifndef DAVAR_TRACKING
-#define DAVAR_TRACKING DAVAR_ADAPTIVE
+/* Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment above 0). */
+#ifndef DAVAR_LAWS
+#define DAVAR_LAWS 1
 #endif
 
 /* Centred windows with mirrored ends, and davar_flush. */
@@ -65,9 +60,6 @@
 #endif
 #if !DAVAR_Q15 && !DAVAR_Q31
 #error "DAVAR_Q15, DAVAR_Q31: one number type must be there"
-#endif
-#if DAVAR_TRACKING && !DAVAR_ADAPTIVE
-#error "DAVAR_TRACKING needs DAVAR_ADAPTIVE"
 #endif
 #if defined(__SIZEOF_DOUBLE__) && (__SIZEOF_DOUBLE__ != 8)
 #error "davar needs a double of 64 bits (avr-gcc: -mdouble=64; RX, rl78: -m64bit-doubles)"

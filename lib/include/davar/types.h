@@ -30,7 +30,7 @@ typedef enum {
     DAVAR_ERR_SCALE,        /* unit_per_count (or full_scale for f32) not a positive finite number */
     DAVAR_ERR_SAMPLE_BITS,  /* sample_bits outside 2..16 (q15) or 2..32 (q31) */
     DAVAR_ERR_MODE,         /* mode not in davar_mode_t */
-    DAVAR_ERR_POLICY,       /* policy not in davar_policy_t */
+    DAVAR_ERR_LAW,          /* law of another number type */
     DAVAR_ERR_WINDOW_MAX,   /* window_max outside 4..65536 (q15) or 4..2^24 (q31, f32) */
     DAVAR_ERR_WINDOW_MIN,   /* window_min outside 1..window_max */
     DAVAR_ERR_WINDOW_ODD,   /* window_max or window_min odd in centred mode */
@@ -56,14 +56,8 @@ typedef enum {
     DAVAR_ERR_STATE_FOREIGN  /* state: an image of another version, number type, configuration or machine */
 } davar_status_t;
 
-/* Who decides the length of the window. [SONG18] section 4, DESIGN (4.1). */
-typedef enum {
-    DAVAR_POLICY_FIXED = 0, /* window_max always */
-    DAVAR_POLICY_KURTOSIS,  /* kurtosis alone ("DAVAR-K") */
-    DAVAR_POLICY_OR,        /* kurtosis OR sliding contribution: A-DAVAR, the paper's */
-    DAVAR_POLICY_AND,       /* kurtosis AND sliding contribution */
-    DAVAR_POLICY_GLR        /* a likelihood ratio: the window begins where the noise last changed (10) */
-} davar_policy_t;
+/* What decides the length of the window (davar/law.h). */
+typedef struct davar_law davar_law_t;
 
 /* Where the epoch sits in its window. DESIGN (4.2). */
 typedef enum {
@@ -86,7 +80,7 @@ typedef struct {
     double full_scale;   /* f32: largest |rate| expected, deg/s, 1e-20 .. 1e20; from it on samples saturate (counted) */
     uint8_t sample_bits; /* q15: 2..16, q31: 2..32: width of a count; beyond it samples saturate. 0: 16 or 24 */
     davar_mode_t mode;   /* default centred */
-    davar_policy_t policy;    /* default OR (A-DAVAR) */
+    const davar_law_t *law;   /* null: window_max always. Default davar_law_or (A-DAVAR) */
     uint32_t window_max;      /* samples; default 600. Longer: better confidence, slower to see a change */
     uint32_t window_min;      /* samples; default 400. Shorter: sharper in a disturbance, wider intervals */
     uint32_t segment;         /* samples of the short segment l; default 100. 0 (policies fixed, glr): no moments */

@@ -3,7 +3,7 @@
  * constant y = N^2; shares are amplitudes over that. */
 #include "fit/white.h"
 
-#include "common/absent.h"
+#include "core/absent.h"
 #include "fit/noise.h"
 #include "fit/plan.h"
 #include "number/aligned.h"

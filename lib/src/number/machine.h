@@ -13,6 +13,13 @@
 #define DAVAR_APART
 #endif
 
+/* Merged into its caller even where the compiler finds it too long: it runs once per sample. */
+#ifdef __GNUC__
+#define DAVAR_MERGED inline __attribute__((always_inline))
+#else
+#define DAVAR_MERGED inline
+#endif
+
 /* Runs at the start, at an event, or for few results: made for size, whatever a user's flags say, and laid out apart from what
  * runs at every sample. What only such functions call follows their example by itself. */
 #ifdef __GNUC__

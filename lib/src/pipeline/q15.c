@@ -1,22 +1,8 @@
-/* davar - the pipeline of the number type q15, and the door of its samples. */
-#include "window/number_q15.h"
+/* davar - the pipeline of the number type q15. */
+#include "pipeline/type_q15.inc"
 
 #include "davar/davar.h"
-#include "track/glr.h"
-
-static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
-                              davar_glr_event_t *event)
-{
-    davar_glr_push_q15(detector, config, block->sum, block->squares, event);
-}
-
-static inline void clusters_tell(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
-                                 davar_glr_event_t *event)
-{
-    davar_glr_push_clusters_q15(detector, config, difference, event);
-}
-
-#include "pipeline/pipeline.h"
+#include "pipeline/pages.inc"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q15, "DAVAR_STAGES_BYTES_Q15 is too small");
 _Static_assert(sizeof(tau_t) <= 16U, "DAVAR_MEMORY_Q15 counts too little per tau");

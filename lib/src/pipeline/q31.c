@@ -1,22 +1,8 @@
-/* davar - the pipeline of the number type q31, and the door of its samples. */
-#include "window/number_q31.h"
+/* davar - the pipeline of the number type q31. */
+#include "pipeline/type_q31.inc"
 
 #include "davar/davar.h"
-#include "track/glr.h"
-
-static inline void block_tell(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
-                              davar_glr_event_t *event)
-{
-    davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
-}
-
-static inline void clusters_tell(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
-                                 davar_glr_event_t *event)
-{
-    davar_glr_push_clusters_q31(detector, config, difference, event);
-}
-
-#include "pipeline/pipeline.h"
+#include "pipeline/pages.inc"
 
 _Static_assert(sizeof(stages_t) <= DAVAR_STAGES_BYTES_Q31, "DAVAR_STAGES_BYTES_Q31 is too small");
 _Static_assert(sizeof(tau_t) <= 32U, "DAVAR_MEMORY_Q31 counts too little per tau");
@@ -25,7 +11,7 @@ _Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too smal
 
 const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
 
-/* ... after the door of float samples, too. */
+/* For float samples, which core/f32.c has turned into counts. */
 size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
 {
     return pipeline_push(davar, samples, count);

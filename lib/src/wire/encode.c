@@ -1,5 +1,6 @@
 /* davar - result to frames. One table row per message, in the order on the wire. */
 #include "davar/codec.h"
+#include "davar/law.h"
 
 #include "wire/frame_layout.h"
 
@@ -285,7 +286,8 @@ static uint8_t count_fd(const davar_encoder_t *encoder)
 
 static uint8_t count_change(const davar_encoder_t *encoder)
 {
-    if ((encoder->result == NULL) || (encoder->config->policy != DAVAR_POLICY_GLR)) {
+    const davar_law_t *const law = encoder->config->law;
+    if ((encoder->result == NULL) || (law == NULL) || (law->report == NULL)) {
         return 0U;
     }
     return sends(encoder, DAVAR_SEND_ADEV | DAVAR_SEND_FD) ? (uint8_t)DAVAR_CHANGE_COUNT : 1U;

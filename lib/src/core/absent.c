@@ -1,0 +1,22 @@
+/* davar - the parts of a result that are not there. */
+#include "core/absent.h"
+
+#include <math.h>
+
+void davar_absent_taus(davar_result_t *result, uint32_t from)
+{
+    for (uint32_t t = from; t < result->tau_count; t++) {
+        result->tau[t].edf = (double)NAN;
+        result->tau[t].low = (double)NAN;
+        result->tau[t].high = (double)NAN;
+    }
+}
+
+void davar_absent_coefficients(davar_result_t *result)
+{
+    result->noise = DAVAR_NOISE_UNKNOWN;
+    for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
+        const davar_coefficient_t absent = {false, (double)NAN, (double)NAN, (double)INFINITY};
+        result->coefficient[k] = absent;
+    }
+}

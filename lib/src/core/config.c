@@ -1,0 +1,234 @@
+/* davar - every reason to refuse a configuration, one small test each. */
+#include "davar/davar.h"
+
+#include "core/instance.h"
+#include "core/window.h"
+#include "number/real.h"
+
+const davar_config_t davar_default_config = {
+    .mode = DAVAR_MODE_CENTRED,
+    .law = &davar_law_or,
+    .window_max = 600U,
+    .window_min = 400U,
+    .segment = 100U,
+    .kurtosis_low = 2.5,
+    .kurtosis_high = 3.3,
+    .contribution_low = 0.0,
+    .contribution_high = 0.07,
+    .grow = 2U,
+    .shrink = 2U,
+    .stride = 1U,
+    .false_alarms_per_hour = 0.01,
+    .cut_interval_s = 300.0,
+    .block = 10U,
+    .shock_blocks = 2U,
+    .gaps_max = 4U,
+};
+
+/* Keeps every sum of a window length and a step inside 32 bits. */
+#define STRIDE_MAX 16777216U
+
+bool davar_is_between(double low, double value, double high)
+{
+    return (davar_bits_of_double(low) <= davar_bits_of_double(value)) &&
+           (davar_bits_of_double(value) <= davar_bits_of_double(high));
+}
+
+/* Far enough inside the range of a double that no square of an Allan variance leaves it. */
+DAVAR_APART static bool positive_finite(double value)
+{
+    return davar_is_between(1e-50, value, 1e50);
+}
+
+DAVAR_APART static bool bounds_valid(double low, double high)
+{
+    return davar_is_between(0.0, low, high) && davar_is_between(0.0, high, 1e300);
+}
+
+static uint32_t sample_bits(const davar_config_t *config, const davar_number_t *number)
+{
+    return (config->sample_bits == 0U) ? number->sample_bits_default : config->sample_bits;
+}
+
+static davar_status_t check_scale(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    if (!positive_finite(config->rate_hz)) {
+        return DAVAR_ERR_RATE;
+    }
+    if (is_float) {
+        /* Float has room for the quantum and its inverse only well inside its range. */
+        return davar_is_between(1e-20, config->full_scale, 1e20) ? DAVAR_OK : DAVAR_ERR_SCALE;
+    }
+    if (!positive_finite(config->unit_per_count)) {
+        return DAVAR_ERR_SCALE;
+    }
+    const uint32_t bits = sample_bits(config, number);
+    return ((bits >= 2U) && (bits <= number->sample_bits_max)) ? DAVAR_OK : DAVAR_ERR_SAMPLE_BITS;
+}
+
+static davar_status_t check_window(const davar_config_t *config, const davar_number_t *number)
+{
+    const bool odd = ((config->window_max % 2U) != 0U) || ((config->window_min % 2U) != 0U);
+    if ((config->window_max < 4U) || (config->window_max > number->window_max)) {
+        return DAVAR_ERR_WINDOW_MAX;
+    }
+    if ((config->window_min == 0U) || (config->window_min > config->window_max)) {
+        return DAVAR_ERR_WINDOW_MIN;
+    }
+    return (is_centred(config) && odd) ? DAVAR_ERR_WINDOW_ODD : DAVAR_OK;
+}
+
+static davar_status_t check_stationarity(const davar_config_t *config)
+{
+    const bool switched_off = (config->segment == 0U) && !(has_law(config) && config->law->wants_moments);
+    if ((config->segment >= config->window_min) || ((config->segment == 0U) && !switched_off)) {
+        return DAVAR_ERR_SEGMENT;
+    }
+    if (!DAVAR_LAWS) {
+        return DAVAR_OK;
+    }
+    if (!bounds_valid(config->kurtosis_low, config->kurtosis_high)) {
+        return DAVAR_ERR_KURTOSIS;
+    }
+    if (!bounds_valid(config->contribution_low, config->contribution_high)) {
+        return DAVAR_ERR_CONTRIBUTION;
+    }
+    return DAVAR_OK;
+}
+
+static bool step_valid(const davar_config_t *config, uint32_t step)
+{
+    return !is_centred(config) || (step == 0U) || (step == 2U);
+}
+
+static davar_status_t check_motion(const davar_config_t *config)
+{
+    if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
+        return DAVAR_ERR_STRIDE;
+    }
+    if (config->stride > config->window_max) {
+        return DAVAR_ERR_STRIDE_LONG;
+    }
+    if (!step_valid(config, config->grow) || !step_valid(config, config->shrink)) {
+        return DAVAR_ERR_STEP;
+    }
+    if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
+        (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) &&
+         ((config->stride > 1U) || is_about(config)))) {
+        return DAVAR_ERR_ENGINE;
+    }
+    const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
+    return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
+}
+
+/* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
+static bool overflows(const davar_config_t *config, const davar_number_t *number, bool is_float, uint32_t m)
+{
+    const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
+    const uint32_t room_bits = number->sum_bits - (2U * bits);
+    const double squares = davar_scale(davar_double_of_u64((uint64_t)config->window_max * m), davar_double_of_u64(m));
+    return davar_bits_of_double(squares) >= ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
+}
+
+static davar_status_t check_taus(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    if ((config->tau_count == 0U) || (config->tau_count > DAVAR_TAUS_MAX)) {
+        return DAVAR_ERR_TAU_COUNT;
+    }
+    for (uint32_t t = 1U; t < config->tau_count; t++) {
+        if (config->taus[t] <= config->taus[t - 1U]) {
+            return DAVAR_ERR_TAU_ORDER;
+        }
+    }
+    const uint32_t largest = config->taus[config->tau_count - 1U];
+    if (config->taus[0] == 0U) {
+        return DAVAR_ERR_TAU_ZERO;
+    }
+    if (largest > (config->window_max / 2U)) {
+        return DAVAR_ERR_TAU_LONG;
+    }
+    return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
+}
+
+static bool needs_grid(const davar_config_t *config)
+{
+    const bool queue = (config->law != NULL) && (config->law->push != NULL);
+    const bool about = (config->mode == DAVAR_MODE_CENTRED) && queue;
+    return (config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || about);
+}
+
+static bool is_built(const davar_config_t *config)
+{
+    return (!needs_grid(config) || DAVAR_GRID) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
+           (DAVAR_LAWS || ((config->law == NULL) && (config->segment == 0U)));
+}
+
+DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
+{
+    if ((config == NULL) || (config->taus == NULL)) {
+        return DAVAR_ERR_NULL;
+    }
+    if (!is_built(config)) {
+        return DAVAR_ERR_BUILD;
+    }
+    davar_status_t status = check_scale(config, number, is_float);
+    if ((status == DAVAR_OK) && (config->mode != DAVAR_MODE_CENTRED) && (config->mode != DAVAR_MODE_TRAILING)) {
+        status = DAVAR_ERR_MODE;
+    }
+    if (status == DAVAR_OK) {
+        status = check_window(config, number);
+    }
+    if (status == DAVAR_OK) {
+        status = check_stationarity(config);
+    }
+    if (status == DAVAR_OK) {
+        status = check_motion(config);
+    }
+    if (status == DAVAR_OK) {
+        status = (has_law(config) && (config->law->check != NULL)) ? config->law->check(config, number) : DAVAR_OK;
+    }
+    return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
+}
+
+/* --- the reasons in words ---------------------------------------------------------------------------------------- */
+
+#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
+
+const char *davar_status_text(davar_status_t status)
+{
+    static const char *const text[] = {
+        [DAVAR_OK] = "ok",
+        [DAVAR_ERR_NULL] = "a pointer is null (taus among them)",
+        [DAVAR_ERR_BUILD] = "left out of this build",
+        [DAVAR_ERR_MEMORY_SIZE] = "memory smaller than davar_memory_size",
+        [DAVAR_ERR_MEMORY_ALIGN] = "memory not aligned to 8 bytes",
+        [DAVAR_ERR_RATE] = "rate_hz is not a positive number",
+        [DAVAR_ERR_SCALE] = "unit_per_count or full_scale is not a positive number in range",
+        [DAVAR_ERR_SAMPLE_BITS] = "sample_bits outside what the number type holds",
+        [DAVAR_ERR_MODE] = "mode is neither centred nor trailing",
+        [DAVAR_ERR_LAW] = "law of another number type",
+        [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, or too long for the number type",
+        [DAVAR_ERR_WINDOW_MIN] = "window_min 0, or above window_max",
+        [DAVAR_ERR_WINDOW_ODD] = "window_max or window_min odd in centred mode",
+        [DAVAR_ERR_SEGMENT] =
+            "segment not smaller than window_min, or 0 with a policy that needs it (fixed and glr do not)",
+        [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
+        [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
+        [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
+        [DAVAR_ERR_SHRINK] = "shrink beyond 2^31 samples a stride",
+        [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
+        [DAVAR_ERR_STRIDE_LONG] = "stride above window_max: samples between two windows would never count",
+        [DAVAR_ERR_ENGINE] = "engine unknown, or edges for policy glr with a stride above 1",
+        [DAVAR_ERR_TRACKING] =
+            "policy glr: block, shock_blocks, long_cluster, window_max, window_min, stride or a rate out of range",
+        [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
+        [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
+        [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
+        [DAVAR_ERR_TAU_LONG] = "twice the longest cluster size is above window_max",
+        [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond the exact sums of this type",
+        [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
+        [DAVAR_ERR_STATE_NONE] = "no whole image of a state",
+        [DAVAR_ERR_STATE_FOREIGN] = "state of another version, number type, configuration or machine",
+    };
+    return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
+}

@@ -1,0 +1,127 @@
+/* davar - float samples: quantised once, by a power of two, and exact integers from there on (2.3). */
+#include "davar/davar.h"
+
+#include "core/instance.h"
+#include "core/window.h"
+#include "number/ieee.h"
+
+/* The smallest power of two q with full_scale <= 2^30 q (2.3). */
+static double quantum_for(double full_scale)
+{
+    double quantum = 1.0;
+    while ((quantum * 1073741824.0) < full_scale) {
+        quantum *= 2.0;
+    }
+    while ((quantum * 536870912.0) >= full_scale) {
+        quantum *= 0.5;
+    }
+    return quantum;
+}
+
+/* NaN and inf stay outside: by their bits, which no flag of a compiler bends. */
+static inline bool is_finite(float rate)
+{
+    return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
+}
+
+/* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the remainder. */
+static inline int32_t to_counts(davar_t *davar, float rate)
+{
+    const float limit = (float)davar->config->full_scale;
+    float inside = rate;
+    if ((rate >= limit) || (rate <= -limit)) {
+        davar_count(&davar->health.saturated);
+        inside = (rate > 0.0F) ? limit : -limit;
+    }
+    const float scaled = inside * davar->counts_per_unit;
+    const int32_t whole = (int32_t)scaled;
+    const float rest = scaled - (float)whole;
+    return whole + ((rest >= 0.5F) ? 1 : 0) - ((rest <= -0.5F) ? 1 : 0);
+}
+
+davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+{
+    const davar_status_t status = davar_init_wide(davar, config, memory, bytes, true);
+    if (status == DAVAR_OK) {
+        davar->counts_per_unit = (float)(1.0 / quantum_for(config->full_scale));
+    }
+    return status;
+}
+
+/* NaN and inf are dropped; a run of them is one gap. */
+static void float_missing(davar_t *davar)
+{
+    davar_count(&davar->health.not_finite);
+    if (davar->in_gap) {
+        davar_count(&davar->health.missing);
+    } else {
+        davar_gap_now(davar, 1U);
+    }
+    davar->in_gap = true;
+}
+
+/* Floats that go in together, so that a grid has more than one at a time. */
+#define FLOATS 32U
+
+/* Of `count` samples those that can go in together: none is behind the next epoch. */
+static size_t together(const davar_window_t *window, size_t count)
+{
+    const uint32_t wait = (window->skip > 0U) ? window->skip : window->wait;
+    const uint32_t room = (count < FLOATS) ? (uint32_t)count : FLOATS;
+    return (wait > room) ? room : wait;
+}
+
+/* Samples from the first that are finite, `most` at most, as counts; returns how many. */
+static size_t float_run(davar_t *davar, const float *rates, size_t most, int32_t *counts)
+{
+    size_t run = 0U;
+    while ((run < most) && is_finite(rates[run])) {
+        counts[run] = to_counts(davar, rates[run]);
+        run++;
+    }
+    return run;
+}
+
+/* Takes samples that go in together, or leaves one out. */
+static size_t float_step(davar_t *davar, const float *rates, size_t count)
+{
+    int32_t counts[FLOATS];
+    const size_t most = has_queue(davar->config) ? 1U : together(&davar->window, count);
+    const size_t run = float_run(davar, rates, most, counts);
+    if (run == 0U) {
+        float_missing(davar);
+        return 1U;
+    }
+    davar->in_gap = false;
+    return davar_q31_push(davar, counts, run);
+}
+
+size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count)
+{
+    if (!davar_accepts(davar, ACCEPTS_F32, count)) {
+        return count;
+    }
+    davar_change_begin(davar);
+    const uint32_t produced = davar->produced;
+    size_t taken = 0U;
+    while ((taken < count) && (davar->produced == produced)) {
+        const size_t n = float_step(davar, &rates[taken], count - taken);
+        DAVAR_ASSERT((n > 0U) && (n <= (count - taken)));
+        taken += n;
+    }
+    davar_change_end(davar);
+    return taken;
+}
+
+void davar_push_f32(davar_t *davar, const float *rates, size_t count)
+{
+    if (davar_accepts(davar, ACCEPTS_F32, count)) {
+        davar_change_begin(davar);
+        for (size_t taken = 0U; taken < count;) {
+            const size_t n = float_step(davar, &rates[taken], count - taken);
+            DAVAR_ASSERT((n > 0U) && (n <= (count - taken)));
+            taken += n;
+        }
+        davar_change_end(davar);
+    }
+}

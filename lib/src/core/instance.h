@@ -1,0 +1,173 @@
+/* davar - the instance from the inside: the pipelines of the number types, counters, and the sequence lock. */
+#ifndef DAVAR_SRC_INSTANCE_H
+#define DAVAR_SRC_INSTANCE_H
+
+#include "davar/instance.h"
+#include "davar/law.h"
+
+#include <stdatomic.h>
+
+/* Significant bits of a float sample after the door: full_scale <= 2^30 quanta (2.3). */
+#define DAVAR_FLOAT_BITS 31U
+
+typedef struct davar_number {
+    bool wide;                                               /* q31, f32 */
+    bool (*collect)(davar_t *davar, davar_result_t *result); /* false: no result waits */
+    uint32_t sum_bits;
+    uint32_t sample_bits_max;
+    uint32_t sample_bits_default;
+    uint32_t window_max;
+} davar_number_t;
+
+extern const davar_number_t davar_number_q15;
+extern const davar_number_t davar_number_q31;
+
+/* The pipelines, function by function: what nobody calls is not linked. */
+#define NUMBER_PIPELINE(type)                                                                                          \
+    size_t davar_##type##_memory_size(const davar_config_t *config);                                                   \
+    void davar_##type##_start(davar_t *davar, void *memory);                                                           \
+    void davar_##type##_gap(davar_t *davar);                                                                           \
+    bool davar_##type##_flush(davar_t *davar);                                                                         \
+    void davar_##type##_resume(davar_t *davar); /* its memory has been read back: set the pointers again */              \
+    /* For a law with a queue. */                                                                                      \
+    bool davar_##type##_boundary(davar_t *davar); /* a gap that is not counted; false: no room for it, ignored */       \
+    bool davar_##type##_epoch(davar_t *davar);    /* an epoch without a sample; true: it completed a result */
+
+NUMBER_PIPELINE(q15)
+NUMBER_PIPELINE(q31)
+
+/* Samples up to the one that completes a result, past the law's queue. */
+size_t davar_q15_feed(davar_t *davar, const int16_t *samples, size_t count);
+size_t davar_q31_feed(davar_t *davar, const int32_t *samples, size_t count);
+
+/* ... through it. */
+size_t davar_q31_push(davar_t *davar, const int32_t *samples, size_t count);
+
+/* Numbers from 0 on, by their bits, which rise with them; a negative number or NaN is above all. */
+bool davar_is_between(double low, double value, double high);
+
+/* DAVAR_OK or the first reason to reject a configuration, in the order of davar_status_t. */
+davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float);
+
+/* davar_init_q31 or, without its scale, davar_init_f32. */
+davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes, bool is_float);
+
+/* davar_gap inside a push. */
+void davar_gap_now(davar_t *davar, uint32_t missing);
+
+/* davar->accepts. */
+#define ACCEPTS_NONE 0U
+#define ACCEPTS_Q15 1U
+#define ACCEPTS_Q31 2U
+#define ACCEPTS_F32 3U
+
+/* Which of them an instance has. */
+static inline bool is_wide(const davar_t *davar)
+{
+    return DAVAR_Q31 && (!DAVAR_Q15 || davar->number->wide);
+}
+
+/* The largest sample that is not saturated, plus 1; the smallest is its negative. */
+static inline int32_t davar_highest(const davar_t *davar)
+{
+    const uint32_t given = davar->config->sample_bits;
+    const davar_number_t *const number = davar->number;
+    const uint32_t counts = (given == 0U) ? number->sample_bits_default : given;
+    const uint32_t bits = davar->is_float ? number->sample_bits_max : counts;
+    return (int32_t)((UINT32_C(1) << (bits - 1U)) - 1U);
+}
+
+/* One more input fault; the counter stays at its largest value. */
+static inline void davar_count(uint32_t *counter)
+{
+    if (*counter < UINT32_MAX) {
+        (*counter)++;
+    }
+}
+
+/* Samples that no sum will hold. */
+static inline void davar_count_missing(davar_t *davar, size_t missing)
+{
+    const uint32_t room = UINT32_MAX - davar->health.missing;
+    davar->health.missing += (missing < room) ? (uint32_t)missing : room;
+}
+
+/* Does this instance accept a push of this type now? It does unless the caller has a bug; then the samples are counted. */
+static inline bool davar_accepts(davar_t *davar, uint8_t type, size_t count)
+{
+    const bool accepts = (davar->accepts == type);
+    DAVAR_ASSERT(accepts);
+    if (!accepts) {
+        davar_count_missing(davar, count);
+    }
+    return accepts;
+}
+
+/* Clamps a sample to -highest - 1 .. highest. Samples at either end count as saturated. */
+static inline int32_t davar_clamp(davar_t *davar, int32_t highest, int32_t sample)
+{
+    const uint32_t half = (uint32_t)highest;
+    if (((uint32_t)sample + half) < (2U * half)) { /* -highest .. highest - 1 */
+        return sample;
+    }
+    davar_count(&davar->health.saturated);
+    return (sample < 0) ? (-highest - 1) : highest;
+}
+
+static inline void davar_produce(davar_t *davar)
+{
+    davar->ready = true;
+    davar->produced = davar->produced + 1U;
+}
+
+/* --- the sequence lock ------------------------------------------------------------------------------------------- */
+
+/* One writer (an interrupt, for example), one reader that it may interrupt. `sequence` is odd during a push; a reader that finds it
+ * changed reads again. The writer never waits. */
+
+static inline void davar_change_begin(davar_t *davar)
+{
+    davar->sequence = davar->sequence + 1U;
+    atomic_thread_fence(memory_order_release);
+}
+
+static inline void davar_change_end(davar_t *davar)
+{
+    atomic_thread_fence(memory_order_release);
+    davar->sequence = davar->sequence + 1U;
+}
+
+static inline uint32_t davar_read_begin(const davar_t *davar)
+{
+    const uint32_t before = davar->sequence;
+    atomic_thread_fence(memory_order_acquire);
+    return before;
+}
+
+/* What was read so far is not read again from where a push may change it. */
+static inline void davar_read_apart(void)
+{
+    atomic_thread_fence(memory_order_acquire);
+}
+
+/* Did a push come between, or was one at work on another core? */
+static inline bool davar_read_torn(const davar_t *davar, uint32_t before)
+{
+    atomic_thread_fence(memory_order_acquire);
+    return ((before % 2U) != 0U) || (before != davar->sequence);
+}
+
+static inline bool davar_result_waits(const davar_t *davar)
+{
+    return davar->ready && (davar->produced != davar->seen);
+}
+
+/* Results up to `produced` that were, or will be, lost; `waits`: not the last of them. */
+static inline uint32_t davar_missed(const davar_t *davar, uint32_t produced, bool waits)
+{
+    const uint32_t more = (produced - davar->seen) - (waits ? 1U : 0U);
+    const uint32_t room = UINT32_MAX - davar->health.missed;
+    return davar->health.missed + ((more < room) ? more : room);
+}
+
+#endif

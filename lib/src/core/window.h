@@ -1,0 +1,171 @@
+/* davar - where the window is, and the gaps inside it.
+ *
+ * What a configuration needs, as far as the build has it (davar/options.h): each of these is false at compile time where it was
+ * disabled, and the code that depends on it is dropped. */
+#ifndef DAVAR_SRC_WINDOW_H
+#define DAVAR_SRC_WINDOW_H
+
+#include "davar/instance.h"
+#include "davar/law.h"
+
+static inline bool has_law(const davar_config_t *config)
+{
+    return DAVAR_LAWS && (config->law != NULL);
+}
+
+/* The law takes samples before the pipeline does. */
+static inline bool has_queue(const davar_config_t *config)
+{
+    return has_law(config) && (config->law->push != NULL);
+}
+
+/* Windows around the epoch, with mirrored ends unless the law has a queue (10.15). */
+static inline bool is_about(const davar_config_t *config)
+{
+    return DAVAR_CENTRED && (config->mode == DAVAR_MODE_CENTRED);
+}
+
+static inline bool is_centred(const davar_config_t *config)
+{
+    return is_about(config) && !has_queue(config);
+}
+
+static inline bool has_moments(const davar_config_t *config)
+{
+    return DAVAR_LAWS && (config->segment != 0U);
+}
+
+/* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred window again. */
+static inline bool has_grid(const davar_config_t *config)
+{
+    const bool wanted = (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
+    return DAVAR_GRID && (wanted || (has_queue(config) && is_about(config)));
+}
+
+static inline davar_law_shape_t law_shape(const davar_config_t *config)
+{
+    davar_law_shape_t shape = {0U, 0U};
+    if (has_law(config) && (config->law->shape != NULL)) {
+        config->law->shape(config, &shape);
+    }
+    return shape;
+}
+
+static inline uint32_t smaller(uint32_t a, uint32_t b)
+{
+    return (a < b) ? a : b;
+}
+
+/* Whole steps in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
+static inline uint32_t whole_steps(uint32_t *back, uint32_t step)
+{
+    uint32_t power = 1U;
+    uint32_t steps = 0U;
+    while ((step * power) <= (*back >> 1U)) {
+        power <<= 1U;
+    }
+    for (; power > 0U; power >>= 1U) {
+        if ((step * power) <= *back) {
+            *back -= step * power;
+            steps += power;
+        }
+    }
+    return steps;
+}
+
+/* Samples pass the door of floats (2.3). */
+static inline bool is_float(const davar_t *davar)
+{
+    return DAVAR_Q31 && davar->is_float;
+}
+
+/* The trailing edge still is in the mirrored start. */
+static inline bool at_start(const davar_window_t *window)
+{
+    return DAVAR_CENTRED && window->at_start;
+}
+
+/* The leading edge runs into the mirrored end. */
+static inline bool is_finished(const davar_window_t *window)
+{
+    return DAVAR_CENTRED && window->finished;
+}
+
+/* --- positions --------------------------------------------------------------------------------------------------- */
+
+/* Samples after the window's end when an epoch completes, for a window of `length` samples (4.2). Centred: the newest sample is half of
+ * window_max after the epoch, the end half of the window. */
+static inline uint32_t window_lag(const davar_config_t *config, uint32_t length)
+{
+    return is_centred(config) ? ((config->window_max - length) >> 1U) : 0U;
+}
+
+/* Trailing windows grow until they are full, or until a law shrinks one. */
+static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config, bool unstable)
+{
+    window->filling = window->filling && !unstable && (window->length < config->window_max);
+}
+
+/* One past the leading edge. */
+static inline uint32_t window_head(const davar_window_t *window)
+{
+    return window->received - window->lag;
+}
+
+static inline uint32_t window_tail(const davar_window_t *window)
+{
+    return window->received - window->lag - window->length;
+}
+
+/* `count` samples more; the window stays where it is. */
+static inline void window_receive(davar_window_t *window, uint32_t count)
+{
+    window->received += count;
+    window->lag += count;
+    if (window->received < count) {
+        window->origin += UINT64_C(1) << 32U;
+    }
+}
+
+/* One sample more, and the window moves on with it. */
+static inline void window_glide(davar_window_t *window)
+{
+    window->received++;
+    if (window->received == 0U) {
+        window->origin += UINT64_C(1) << 32U;
+    }
+}
+
+/* Samples since init. */
+static inline uint64_t window_now(const davar_window_t *window)
+{
+    return window->origin + window->received;
+}
+
+/* --- gaps: boundaries that no difference may span, and their mirror images ---------------------------------------- */
+
+/* Returned by davar_gaps_after when no boundary follows. */
+#define DAVAR_NO_GAP UINT32_MAX
+
+/* Forgets the boundaries before a window of this length, which ends where the window does. Call it at least every 2^31 samples: an older
+ * boundary would seem to lie ahead. O(gaps). */
+void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
+
+/* Remembers the boundary in front of the sample that comes next, and forgets those that a window of this length has left. A boundary at
+ * the very start, or at one already known, changes nothing. False: full, nothing changed. O(gaps). */
+bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
+
+/* At the end of a record: a gap behind the last sample is none. */
+void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end);
+
+/* Samples from `position` to the first boundary behind it (mirror images included), DAVAR_NO_GAP when there is none.
+ * O(log gaps). */
+uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position);
+
+/* Boundaries inside [tail, head), between two of its samples. O(gaps). */
+uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window);
+
+/* How many of the spans of 2 m samples inside [tail, head) contain a boundary (1.5). O(gaps). */
+uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m);
+
+#endif

@@ -1,0 +1,491 @@
+/* davar - the blocks' way into the sums: shocks are held back and dropped, then the scans decide. */
+#include "detector/glr.h"
+
+#include "core/instance.h"
+#include "detector/scan.h"
+#include "number/ieee.h"
+#include "number/real.h"
+#include "number/scaled.h"
+
+#include <math.h>
+#include <string.h>
+
+#define ONE (UINT32_C(1) << GAIN_DIGITS)
+#define MEMORY 11U     /* 2^11 blocks */
+#define MEMORY_OF_8 8U /* sums of eight */
+#define ENOUGH 25600U  /* degrees of freedom of a mean that tells what a shock is; 8 digits */
+#define OVER_FLOOR 4U  /* times the variance of rounding: below it nothing is a shock */
+#define CALM 543U      /* 2.12 means, widened: a block below ends a shock; 8 digits */
+
+static const davar_spread_t none = {0U, 0U, 0U};
+static const davar_glr_place_t start = {{0U, 0U, 0U}, 0U};
+
+void davar_glr_reset(davar_glr_t *state)
+{
+    for (uint32_t level = 0U; level < GLR_LEVELS; level++) {
+        for (uint32_t slot = 0U; slot < GLR_RECORDS; slot++) {
+            state->record[level][slot] = none;
+        }
+    }
+    for (uint32_t i = 0U; i < GLR_SHOCK_MAX; i++) {
+        state->waiting[i] = none;
+    }
+    state->eight = none;
+    state->now = start;
+    state->alarm = start;
+    state->cut = start;
+    davar_dispersion_start(&state->single);
+    davar_dispersion_start(&state->of_8);
+    state->pending = 0U;
+    davar_glr_forget(state);
+}
+
+void davar_glr_begin_anew(davar_glr_t *state)
+{
+    glr_place_copy(&state->alarm, &state->now);
+    glr_place_copy(&state->cut, &state->now);
+}
+
+uint32_t davar_glr_dispersion(const davar_glr_t *state)
+{
+    const uint32_t larger = (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
+    const uint32_t phi = larger >> (24U - GAIN_DIGITS);
+    return (phi > ONE) ? (phi + ((phi - ONE) / 8U)) : ONE;
+}
+
+static void learn(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+{
+    davar_dispersion_learn(&state->single, spread_logarithm(block), config->step, MEMORY);
+    spread_add(&state->eight, block);
+    if (state->eight.blocks == 8U) {
+        davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8, MEMORY_OF_8);
+        spread_clear(&state->eight);
+    }
+}
+
+/* ---- places ---- */
+
+/* A beginning that is too old goes on to the next record of the coarsest octave. */
+static void shorten(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *place)
+{
+    if (glr_age(state, place) > config->longest) {
+        const uint32_t level = config->levels - 1U;
+        glr_move_to_record(state, place, level, ((place->at >> level) + 1U) << level);
+    }
+}
+
+/* Time goes on by a block; `none` when it is dropped. */
+static void advance(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+{
+    if (config->half != 0U) {
+        davar_glr_remember(state, block);
+    }
+    spread_add(&state->now.sum, block);
+    state->now.at++;
+    const uint32_t at = state->now.at;
+    for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at); level++) {
+        spread_copy(&state->record[level][(at >> level) % GLR_RECORDS], &state->now.sum);
+    }
+    shorten(state, config, &state->alarm);
+    shorten(state, config, &state->cut);
+}
+
+/* ---- shocks ---- */
+
+/* 1 + (factor - 1) sqrt(f), 8 digits as factor */
+static uint32_t widened(const davar_glr_t *state, uint32_t factor)
+{
+    const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
+    const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
+    const uint32_t root = davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
+    return 256U + (((factor - 256U) * root) >> 8U);
+}
+
+/* b > factor times the mean of the window; factor with 8 digits, below 2^14. */
+static bool is_above(const davar_spread_t *block, const davar_spread_t *window, uint32_t factor)
+{
+    const int32_t of_block = spread_exponent(block);
+    const int32_t of_window = spread_exponent(window);
+    const int32_t at = (of_block > of_window) ? of_block : of_window;
+    const uint64_t b = davar_multiply_u32(spread_bits(block, at), window->blocks) << 8U;
+    return b > davar_multiply_u32(spread_bits(window, at), factor);
+}
+
+static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+{
+    const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
+    const uint64_t floor = davar_multiply_u32(OVER_FLOOR * window.blocks, config->floor);
+    return (config->shock != 0U) && ((window.blocks * config->degrees) >= ENOUGH) &&
+           ((window.high != 0U) || (window.low > floor)) && is_above(block, &window, config->outlier) &&
+           is_above(block, &window, widened(state, config->outlier));
+}
+
+static void hold(davar_glr_t *state, const davar_spread_t *block)
+{
+    spread_copy(&state->waiting[state->pending], block);
+    state->pending++;
+}
+
+/* What waits takes its time; its sums only when it was no shock. */
+static void release(davar_glr_t *state, const davar_glr_config_t *config, bool is_shock, davar_glr_event_t *event)
+{
+    event->dropped = is_shock ? state->pending : 0U;
+    event->resolved += state->pending;
+    for (uint32_t i = 0U; i < state->pending; i++) {
+        advance(state, config, is_shock ? &none : &state->waiting[i]);
+    }
+    state->pending = 0U;
+}
+
+/* A change would go on: is this block far below one that waits? */
+static bool is_over(const davar_glr_t *state, const davar_spread_t *block)
+{
+    davar_spread_t thrice;
+    spread_copy(&thrice, block);
+    spread_add(&thrice, block);
+    spread_add(&thrice, block);
+    bool is_less = false;
+    for (uint32_t i = 0U; i < state->pending; i++) {
+        const davar_spread_t *const waiting = &state->waiting[i];
+        is_less =
+            is_less || (thrice.high < waiting->high) || ((thrice.high == waiting->high) && (thrice.low < waiting->low));
+    }
+    return is_less;
+}
+
+/* Does this block leave it open whether there is a shock? */
+static bool waits(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
+                  davar_glr_event_t *event)
+{
+    if (state->pending == 0U) {
+        return may_be_shock(state, config, block);
+    }
+    const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
+    const bool is_calm = is_over(state, block) || !is_above(block, &window, widened(state, CALM));
+    if (!is_calm && (state->pending < config->shock)) {
+        return true;
+    }
+    release(state, config, is_calm, event);
+    return false;
+}
+
+/* ---- decisions ---- */
+
+/* The stretch from `place` on begins anew at the split. */
+static void begin_at(const davar_glr_t *state, davar_glr_place_t *place, const davar_split_t *split)
+{
+    glr_move_to_record(state, place, split->level, state->now.at - split->age);
+}
+
+static void raise_alarm(davar_glr_t *state, const davar_split_t *split, davar_glr_event_t *event)
+{
+    davar_spread_t before;
+    spread_copy(&before, &state->alarm.sum);
+    begin_at(state, &state->alarm, split);
+    event->is_alarm = true;
+    event->gain = split->gain;
+    event->older = spread_between(&before, &state->alarm.sum);
+    event->newer = spread_between(&state->alarm.sum, &state->now.sum);
+}
+
+static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event)
+{
+    davar_split_t split[2] = {{config->cut, 0, 0, 0U, 0U}, {config->alarm, 0, 0, 0U, 0U}};
+    const bool is_one = (state->cut.at == state->alarm.at);
+    davar_glr_scan(state, config, &state->cut, split, is_one ? 2U : 1U);
+    if (!is_one) {
+        davar_glr_scan(state, config, &state->alarm, &split[1], 1U);
+    }
+    if (split[0].age != 0U) {
+        begin_at(state, &state->cut, &split[0]);
+        event->is_cut = true;
+    }
+    if (split[1].age != 0U) {
+        raise_alarm(state, &split[1], event);
+    }
+    if (glr_age(state, &state->cut) > glr_age(state, &state->alarm)) {
+        glr_place_copy(&state->cut, &state->alarm);
+        event->is_cut = true;
+    }
+    davar_glr_note(state, config, event->is_cut);
+}
+
+static void clear(davar_glr_event_t *event)
+{
+    event->is_cut = false;
+    event->is_alarm = false;
+    spread_clear(&event->older);
+    spread_clear(&event->newer);
+    event->gain = 0;
+    event->resolved = 0U;
+    event->dropped = 0U;
+}
+
+void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
+                    davar_glr_event_t *event)
+{
+    clear(event);
+    learn(state, config, block);
+    if (waits(state, config, block, event)) {
+        hold(state, block);
+        return;
+    }
+    advance(state, config, block);
+    event->resolved++;
+    decide(state, config, event);
+}
+
+void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event)
+{
+    clear(event);
+    release(state, config, true, event);
+    advance(state, config, &none);
+    event->resolved++;
+    davar_glr_note(state, config, false);
+}
+
+/* ---- a block's own sums: b = 12 (K s2 - s1^2) + K nu, 12 K nu times the variance, that of rounding once more ---- */
+
+void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
+                        davar_glr_event_t *event)
+{
+    const uint64_t spread = davar_scale_u64(squares, config->block) - davar_square_i32(sum);
+    const davar_spread_t block = {davar_scale_u64(spread, 12U) + config->floor, 0U, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
+                        davar_glr_event_t *event)
+{
+    const davar_u128_t floor = {config->floor, 0U};
+    const davar_u128_t given = {squares->low, squares->high};
+    const davar_u128_t spread =
+        davar_u128_subtract(davar_u128_scale(given, config->block), davar_multiply_i64(sum, sum));
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor);
+    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+/* ---- two clusters that follow one another: b = 6 D^2 + m, 6 times the variance of D, that of rounding once more ---- */
+
+void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t difference,
+                                 davar_glr_event_t *event)
+{
+    const davar_spread_t block = {davar_scale_u64(davar_square_i32(difference), 6U) + config->floor, 0U, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t difference,
+                                 davar_glr_event_t *event)
+{
+    const davar_u128_t floor = {config->floor, 0U};
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(davar_multiply_i64(difference, difference), 6U), floor);
+    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
+    davar_glr_push(state, config, &block, event);
+}
+
+/* --- dispersion: how much wider than Gaussian noise's the blocks scatter ------------------------------------------ */
+
+#define PHI_ONE (UINT32_C(1) << 24U)
+#define LEAST (PHI_ONE / 4U) /* so that the cut below never keeps phi where it is */
+#define MOST (PHI_ONE * 14U)
+#define CUT 9U /* times phi: the most that one step can weigh */
+#define BEGIN 15U
+
+void davar_dispersion_start(davar_dispersion_t *dispersion)
+{
+    dispersion->phi = PHI_ONE;
+    dispersion->before = 0;
+    dispersion->count = 0U;
+}
+
+/* step^2 unit, at most 9 phi */
+static uint32_t square_of(int32_t step, uint32_t unit, uint32_t phi)
+{
+    const uint32_t size = ((step < 0) ? (0U - (uint32_t)step) : (uint32_t)step) >> 12U; /* 12 digits */
+    const uint32_t most = CUT * phi;
+    if (size > UINT16_MAX) {
+        return most;
+    }
+    const uint64_t square = davar_multiply_u32(size * size, unit) >> 16U;
+    return (square < most) ? (uint32_t)square : most;
+}
+
+static uint32_t clamp_phi(uint32_t phi)
+{
+    return (phi < LEAST) ? LEAST : ((phi > MOST) ? MOST : phi);
+}
+
+void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit, uint32_t memory)
+{
+    const int32_t step = logarithm - dispersion->before;
+    dispersion->before = logarithm;
+    if (dispersion->count == 0U) {
+        dispersion->count = 1U;
+        return;
+    }
+    const uint32_t phi = dispersion->phi;
+    const uint32_t square = square_of(step, unit, phi);
+    const uint32_t distance = (square > phi) ? (square - phi) : (phi - square);
+    const uint32_t n = dispersion->count + BEGIN;
+    const bool forgets = ((n >> memory) != 0U);
+    const uint32_t move = forgets ? (distance >> memory) : davar_divided(distance, n);
+    dispersion->phi = clamp_phi((square > phi) ? (phi + move) : (phi - move));
+    dispersion->count += forgets ? 0U : 1U;
+}
+
+/* --- from the rates that a user states to the thresholds of the detector ------------------------------------------ */
+
+#define OF_ALARM 78643          /* 1.2, 16 digits: c of the thresholds (10.6) */
+#define OF_CUT 117965           /* 1.8 */
+#define OF_CLUSTERS 65536       /* 1; fitted with the degrees below */
+#define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
+#define MARGIN 65536            /* 1, 16 digits: a threshold stays so far above ln of the longest part */
+
+static int32_t logarithm_of(double value)
+{
+    const scaled_t scaled = scaled_of_double(value);
+    return davar_logarithm(scaled.mantissa, scaled.exponent);
+}
+
+/* ln(T rate / K) + c, T the seconds from one false decision to the next. */
+static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32_t c, uint32_t longest)
+{
+    const int32_t blocks = logarithm_of(seconds) + logarithm_of(wish->rate_hz) - davar_logarithm_of_count(wish->block);
+    const int32_t h = (blocks / 256) + c;
+    const int32_t least = (davar_logarithm_of_count(longest) / 256) + MARGIN;
+    return (uint32_t)((h > least) ? h : least);
+}
+
+/* Blocks for as many samples, at least one. */
+static uint32_t blocks_of(uint32_t samples, uint32_t block)
+{
+    return (samples > block) ? (samples / block) : 1U;
+}
+
+/* Blocks of half a centred window: 300 samples, as far as blocks are remembered. */
+static uint32_t half_in_blocks(uint32_t block)
+{
+    const uint32_t half = 300U / block;
+    return (half < GLR_HALF_MAX) ? half : GLR_HALF_MAX;
+}
+
+static uint32_t levels_for(uint32_t longest)
+{
+    uint32_t levels = 1U;
+    while ((levels < GLR_LEVELS) && (((GLR_RECORDS - 1U) << (levels - 1U)) < longest)) {
+        levels++;
+    }
+    return levels;
+}
+
+void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
+{
+    const uint32_t nu = wish->block - 1U;
+    const uint32_t longest = wish->longest / wish->block;
+    config->block = wish->block;
+    config->degrees = nu << 8U;
+    config->floor = wish->block * nu;
+    config->least = 2U;
+    config->longest = (longest < GLR_LONGEST) ? longest : GLR_LONGEST;
+    config->levels = levels_for(config->longest);
+    config->shock = wish->shock;
+    config->outlier = (wish->block < 18U) ? 1280U : 768U; /* 5 or 3 */
+    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_ALARM, config->longest);
+    config->cut = threshold_of(wish->cut_interval_s, wish, OF_CUT, config->longest);
+    config->cut = (config->cut < config->alarm) ? config->cut : config->alarm;
+    config->step = davar_divided((nu * nu) << 14U, nu + 1U);
+    config->step_of_8 = nu << 17U;
+    config->bias = davar_divided(UINT32_C(1) << 16U, 3U * nu);
+    config->near = blocks_of(150U, wish->block);
+    config->far = blocks_of(600U, wish->block);
+    config->half = wish->is_centred ? half_in_blocks(wish->block) : 0U;
+}
+
+/* Neighbours share three quarters of their samples: 0.38 degrees of freedom each, and 16 of them at least are a part. Sums of so many
+ * samples are Gaussian whatever the samples are, so that nothing is to be learned of their scatter. */
+void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish)
+{
+    const uint32_t m = 4U * wish->block;
+    config->block = wish->block;
+    config->degrees = DEGREES_OF_CLUSTERS;
+    config->floor = m;
+    config->least = 16U;
+    config->longest = GLR_LONGEST;
+    config->levels = GLR_LEVELS;
+    config->shock = 0U;
+    config->outlier = 0U;
+    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_CLUSTERS, GLR_LONGEST);
+    config->cut = config->alarm;
+    config->step = 0U;
+    config->step_of_8 = 0U;
+    config->bias = davar_divided(UINT32_C(1) << 24U, 3U * DEGREES_OF_CLUSTERS);
+    config->near = 1U;
+    config->far = 1U;
+    config->half = 0U;
+}
+
+/* --- the window law ---------------------------------------------------------------------------------------------- */
+
+/* On a grid a window of policy glr begins between two blocks: is one of window_min .. window_max samples among them at every epoch? */
+static bool fits_between_blocks(const davar_config_t *config)
+{
+    const bool ends_between = ((config->stride % config->block) == 0U);
+    const uint32_t longest = ends_between ? (config->window_max - (config->window_max % config->block))
+                                          : (config->window_max - (config->block - 1U));
+    return !has_grid(config) || (longest >= config->window_min);
+}
+
+DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
+{
+    const bool rates = davar_is_between(1e-9, config->false_alarms_per_hour, 1e9) &&
+                       davar_is_between(1e-9, config->cut_interval_s, 1e9);
+    const bool blocks =
+        (config->block >= GLR_BLOCK_MIN) && (config->block <= GLR_BLOCK_MAX) && (config->shock_blocks <= GLR_SHOCK_MAX);
+    const bool window = blocks && ((config->window_max / 8U) >= config->block) &&
+                        (config->window_max <= (GLR_LONGEST * config->block)) && fits_between_blocks(config);
+    const bool clusters =
+        (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
+    const bool about = !is_about(config) ||
+                       (blocks && ((config->window_max / 2U) >= (half_in_blocks(config->block) * config->block)));
+    return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
+}
+
+/* Centred windows have half a window of blocks on each side of the epoch (10.15). */
+void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape)
+{
+    shape->block = config->block;
+    shape->half = is_about(config) ? (half_in_blocks(config->block) * config->block) : 0U;
+}
+
+_Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "davar_law_words_t is too small");
+
+void davar_glr_put(davar_law_words_t *words, const davar_glr_words_t *read)
+{
+    memcpy(words, read, sizeof *read);
+}
+
+/* Of a sum of b (10.1) or of 6 D^2 + m (10.13). NaN without a block: all were lost in gaps. */
+static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m, double unit_per_count)
+{
+    const uint32_t rounding = (m == 1U) ? (config->block * (config->block - 1U)) : m;
+    const uint32_t unit = (m == 1U) ? rounding : (m * m);
+    if (sum->blocks == 0U) {
+        return (double)NAN;
+    }
+    return davar_scale(spread_level(sum, rounding, 12U * unit), unit_per_count);
+}
+
+void davar_glr_report(const davar_config_t *config, double unit_per_count, const davar_law_words_t *words,
+                      davar_result_t *result)
+{
+    davar_glr_words_t read;
+    memcpy(&read, words, sizeof read);
+    result->dispersion = (double)read.dispersion / (double)(1U << GAIN_DIGITS);
+    result->change.m = read.changed;
+    if (read.changed != 0U) {
+        result->change.older = level_of(config, &read.older, read.changed, unit_per_count);
+        result->change.newer = level_of(config, &read.newer, read.changed, unit_per_count);
+        result->change.gain = davar_scale(davar_double_of_u64((uint32_t)read.gain), 1.0 / (double)(1U << GAIN_DIGITS));
+    }
+}

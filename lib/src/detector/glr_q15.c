@@ -1,0 +1,48 @@
+/* davar - the detector as a window law of the number type q15. */
+#include "core/instance.h"
+#include "detector/glr.h"
+
+#define NUMBER(name) davar_q15_##name
+typedef int16_t sample_t;
+typedef int32_t difference_t; /* also sums of a cluster's samples */
+
+/* What the detector needs of a block of at most 64 samples. */
+typedef struct {
+    int32_t sum;
+    uint64_t squares;
+} block_t;
+
+static inline void block_copy(block_t *to, const block_t *from)
+{
+    to->sum = from->sum;
+    to->squares = from->squares;
+}
+
+static inline void block_clear(block_t *block)
+{
+    block->sum = 0;
+    block->squares = 0U;
+}
+
+static inline void block_add(block_t *block, sample_t sample)
+{
+    block->sum += sample;
+    block->squares += (uint64_t)((int32_t)sample * sample);
+}
+
+static inline void block_detect(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
+                                davar_glr_event_t *event)
+{
+    davar_glr_push_q15(detector, config, block->sum, block->squares, event);
+}
+
+static inline void clusters_detect(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
+                                   davar_glr_event_t *event)
+{
+    davar_glr_push_clusters_q15(detector, config, difference, event);
+}
+
+#define DETECTOR_NUMBER davar_number_q15
+#define DETECTOR_LAW davar_law_glr_q15
+
+#include "detector/glr_queue.inc"

@@ -1,0 +1,50 @@
+/* davar - the detector as a window law of the number type q31. */
+#include "core/instance.h"
+#include "detector/glr.h"
+
+#define NUMBER(name) davar_q31_##name
+typedef int32_t sample_t;
+typedef int64_t difference_t; /* also sums of a cluster's samples */
+
+/* What the detector needs of a block of at most 64 samples. */
+typedef struct {
+    int64_t sum;
+    davar_u128_t squares;
+} block_t;
+
+static inline void block_copy(block_t *to, const block_t *from)
+{
+    to->sum = from->sum;
+    davar_u128_copy(&to->squares, &from->squares);
+}
+
+static inline void block_clear(block_t *block)
+{
+    block->sum = 0;
+    block->squares.low = 0U;
+    block->squares.high = 0U;
+}
+
+static inline void block_add(block_t *block, sample_t sample)
+{
+    const davar_u128_t square = {davar_multiply_i32(sample, sample), 0U};
+    block->sum += sample;
+    block->squares = davar_u128_add(block->squares, square);
+}
+
+static inline void block_detect(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
+                                davar_glr_event_t *event)
+{
+    davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
+}
+
+static inline void clusters_detect(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
+                                   davar_glr_event_t *event)
+{
+    davar_glr_push_clusters_q31(detector, config, difference, event);
+}
+
+#define DETECTOR_NUMBER davar_number_q31
+#define DETECTOR_LAW davar_law_glr_q31
+
+#include "detector/glr_queue.inc"

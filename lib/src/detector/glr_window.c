@@ -1,0 +1,329 @@
+/* davar - the windows that follow from the cuts, trailing and centred. */
+#include "detector/glr.h"
+
+#include "number/real.h"
+#include "detector/scan.h"
+
+#define NEAR_LIMIT (4U << GAIN_DIGITS) /* G / f up to which a stretch is of one variance, as long as it is short */
+#define FAR_LIMIT (3U << (GAIN_DIGITS - 1U))
+#define STEP_LIMIT (4U << GAIN_DIGITS) /* by which a step must beat a ramp */
+
+/* ---- growing towards the past ---- */
+
+/* Are [older, middle) and [middle, end) of one variance? Nothing speaks against it where there is no block. */
+static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *const place[3],
+                     uint32_t limit)
+{
+    const davar_spread_t sum = spread_between(place[0], place[2]);
+    const davar_spread_t older = spread_between(place[0], place[1]);
+    if ((older.blocks == 0U) || (older.blocks == sum.blocks)) {
+        return true;
+    }
+    davar_stretch_t stretch;
+    davar_stretch(&stretch, &sum, config->degrees);
+    const uint32_t widened = (uint32_t)(davar_multiply_u32(davar_glr_dispersion(state), limit) >> GAIN_DIGITS);
+    return !davar_likelihood_may_reach(&stretch, &older, widened >> (GAIN_DIGITS - 6U)) ||
+           (davar_likelihood_gain(&stretch, &older) <= (int32_t)widened);
+}
+
+/* The oldest place that is recorded and not older than `age` blocks. */
+static void oldest_record(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place)
+{
+    const uint32_t bits = 32U - davar_leading_zeros_32(age);
+    const uint32_t level = (bits > 2U) ? (bits - 2U) : 0U; /* the least with 4 * 2^level > age */
+    const uint32_t above = (UINT32_C(1) << level) - 1U;
+    glr_move_to_record(state, place, level, ((state->now.at - age + above) >> level) << level);
+}
+
+/* ... but not before the bound. */
+static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_place_t *bound, davar_glr_place_t *place)
+{
+    if (age >= glr_age(state, bound)) {
+        glr_place_copy(place, bound);
+    } else {
+        oldest_record(state, age, place);
+    }
+}
+
+/* Doubles the window [begin, end), which is not empty, to the left while the older half is like the rest. Each turn looks further
+ * back than the one before; the one that reaches the bound is the last. Where the window is short, the record found may be no older than
+ * its beginning, because coarse octaves have few records. */
+static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *begin,
+                      const davar_glr_place_t *end, const davar_glr_place_t *bound, uint32_t near_limit)
+{
+    uint32_t age = glr_age(state, begin);
+    while (begin->at != bound->at) {
+        davar_glr_place_t older;
+        DAVAR_ASSERT((age > glr_age(state, end)) && (age <= glr_age(state, bound)));
+        age += age - glr_age(state, end);
+        recorded(state, age, bound, &older);
+        if (glr_age(state, &older) <= glr_age(state, begin)) {
+            continue;
+        }
+        const davar_spread_t *const place[3] = {&older.sum, &begin->sum, &end->sum};
+        const uint32_t limit = ((end->at - older.at) <= config->far) ? near_limit : FAR_LIMIT;
+        if (!is_alike(state, config, place, limit)) {
+            return;
+        }
+        glr_place_copy(begin, &older);
+    }
+}
+
+void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window)
+{
+    davar_glr_place_t begin;
+    recorded(state, config->near, &state->cut, &begin);
+    grow_back(state, config, &begin, &state->now, &state->cut, NEAR_LIMIT);
+    window->begin = begin.at;
+    window->end = state->now.at;
+    window->blocks = state->now.sum.blocks - begin.sum.blocks;
+    window->after = 0U;
+}
+
+/* ---- the cuts of the past ---- */
+
+static bool has_bit(uint32_t bits, uint32_t i)
+{
+    return ((bits >> i) & 1U) != 0U;
+}
+
+static void put_bit(uint32_t *bits, uint32_t i, bool value)
+{
+    *bits = (*bits & ~(UINT32_C(1) << i)) | ((value ? UINT32_C(1) : 0U) << i);
+}
+
+static void drop_oldest(davar_glr_t *state)
+{
+    state->cuts--;
+    for (uint32_t i = 0U; i < state->cuts; i++) {
+        glr_place_copy(&state->past[i], &state->past[i + 1U]);
+    }
+    state->counts >>= 1U;
+    state->settled >>= 1U;
+}
+
+static void keep(davar_glr_t *state, const davar_glr_place_t *place, bool settled)
+{
+    glr_place_copy(&state->past[state->cuts], place);
+    put_bit(&state->counts, state->cuts, true);
+    put_bit(&state->settled, state->cuts, settled);
+    state->cuts++;
+}
+
+void davar_glr_forget(davar_glr_t *state)
+{
+    state->cuts = 0U;
+    state->counts = 0U;
+    state->settled = 0U;
+    state->turn = 0U;
+    state->seen = 0U;
+    keep(state, &state->now, true);
+    for (uint32_t i = 0U; i < GLR_RECENT; i++) {
+        state->recent[i] = 0U;
+    }
+    for (uint32_t i = 1U; i < GLR_CUTS; i++) {
+        state->past[i] = state->now;
+    }
+}
+
+void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block)
+{
+    uint32_t packed = 0U;
+    if (block->blocks != 0U) {
+        const int32_t exponent = spread_exponent(block);
+        const uint32_t mantissa = spread_bits(block, exponent) >> 22U; /* 10 bits, the first is 1 */
+        packed = ((uint32_t)(exponent + 32) << 9U) | (mantissa & 0x1FFU);
+    }
+    state->recent[state->now.at % GLR_RECENT] = (uint16_t)packed;
+    if (state->seen < GLR_HALF_MAX) {
+        state->seen++;
+    }
+}
+
+/* Sums over recent blocks, in units that the loudest of them fills 25 bits of. */
+typedef struct {
+    uint32_t sum;
+    uint32_t blocks;
+    uint64_t partial; /* the sums up to each block, added up: the k-th from the end counts k times */
+} moment_t;
+
+static uint32_t loudest(const davar_glr_t *state, uint32_t from, uint32_t to)
+{
+    uint32_t most = 0U;
+    for (uint32_t at = from; at != to; at++) {
+        const uint32_t exponent = (uint32_t)state->recent[at % GLR_RECENT] >> 9U;
+        most = (exponent > most) ? exponent : most;
+    }
+    return most;
+}
+
+static void add_recent(const davar_glr_t *state, uint32_t from, uint32_t to, uint32_t most, moment_t *moment)
+{
+    for (uint32_t at = from; at != to; at++) {
+        const uint32_t packed = state->recent[at % GLR_RECENT];
+        if (packed != 0U) {
+            const uint32_t below = most - (packed >> 9U);
+            const uint32_t value = ((packed & 0x1FFU) | 0x200U) << 15U;
+            moment->sum += (below < 25U) ? (value >> below) : 1U;
+            moment->blocks++;
+            moment->partial += moment->sum;
+        }
+    }
+}
+
+/* f times the gain of a line in t over a constant: (3/4) nu n rho^2 / (n^2 - 1), rho = sum of (2 t - n + 1) b over the sum of
+ * b. */
+static int32_t ramp_gain(const davar_glr_config_t *config, const moment_t *moment)
+{
+    const uint32_t n = moment->blocks;
+    const uint32_t sum = moment->sum;
+    const uint64_t twice = 2U * moment->partial;
+    const uint64_t middle = davar_multiply_u32(sum, n + 1U);
+    const uint64_t slope = ((twice > middle) ? (twice - middle) : (middle - twice)) >> 6U; /* below the sum */
+    const uint32_t zeros = davar_leading_zeros_32(sum);
+    const uint32_t share = davar_upper_product((uint32_t)slope << zeros, davar_reciprocal_of_mantissa(sum << zeros));
+    const uint32_t rho = share >> 17U; /* 8 digits */
+    const uint32_t square = davar_divided(rho * rho, (n * n) - 1U);
+    return (int32_t)(davar_multiply_u32(square, (3U * config->degrees * n) / 4U) >> 12U);
+}
+
+/* A step at past[i], or part of a ramp? Around it, up to its neighbours. */
+static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t i)
+{
+    const uint32_t at = state->past[i].at;
+    const uint32_t age = glr_age(state, &state->past[i]);
+    const uint32_t before = (i != 0U) ? (at - state->past[i - 1U].at) : config->half;
+    const uint32_t after = ((i + 1U) < state->cuts) ? (state->past[i + 1U].at - at) : age;
+    if (age >= GLR_RECENT) {
+        return true;
+    }
+    const uint32_t from = at - smaller(smaller(before, config->half), GLR_RECENT - age);
+    const uint32_t to = at + smaller(after, config->half);
+    const uint32_t most = loudest(state, from, to);
+    moment_t moment = {0U, 0U, 0U};
+    add_recent(state, from, at, most, &moment);
+    const davar_spread_t older = {moment.sum, 0U, moment.blocks};
+    add_recent(state, at, to, most, &moment);
+    const davar_spread_t sum = {moment.sum, 0U, moment.blocks};
+    if ((older.blocks == 0U) || (older.blocks == sum.blocks)) {
+        return true;
+    }
+    davar_stretch_t stretch;
+    davar_stretch(&stretch, &sum, config->degrees);
+    const int32_t limit = (int32_t)((davar_glr_dispersion(state) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
+    return (davar_likelihood_gain(&stretch, &older) - ramp_gain(config, &moment)) > limit;
+}
+
+void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool is_cut)
+{
+    if (config->half == 0U) {
+        return;
+    }
+    if ((state->cuts != 0U) && (glr_age(state, &state->past[0]) > config->longest)) {
+        drop_oldest(state);
+    }
+    if (is_cut) {
+        if (state->cuts == GLR_CUTS) {
+            drop_oldest(state);
+            put_bit(&state->counts, 0U, true); /* beyond it cuts may be forgotten */
+            put_bit(&state->settled, 0U, true);
+        }
+        keep(state, &state->cut, false);
+    }
+    state->turn++;
+    if (state->turn >= state->cuts) {
+        state->turn = 0U;
+    }
+    const uint32_t turn = state->turn;
+    if ((turn < state->cuts) && !has_bit(state->settled, turn)) {
+        put_bit(&state->counts, turn, is_step(state, config, turn));
+        put_bit(&state->settled, turn, glr_age(state, &state->past[turn]) >= config->half);
+    }
+}
+
+/* The neighbours of the centre among the cuts that count: `begin` and `end` move to them; `bound`: the newest cut before the end,
+ * whether it counts or not. */
+static void clip(const davar_glr_t *state, uint32_t centre, davar_glr_place_t *begin, davar_glr_place_t *end,
+                 davar_glr_place_t *bound)
+{
+    for (uint32_t i = state->cuts; i > 0U; i--) { /* the newest first */
+        const davar_glr_place_t *const cut = &state->past[i - 1U];
+        const bool is_step = has_bit(state->counts, i - 1U);
+        if (is_step && (glr_age(state, cut) < centre)) {
+            glr_place_copy(end, cut);
+        }
+    }
+    for (uint32_t i = 0U; i < state->cuts; i++) {
+        const davar_glr_place_t *const cut = &state->past[i];
+        const bool is_step = has_bit(state->counts, i);
+        const uint32_t age = glr_age(state, cut);
+        if (is_step && (age >= centre) && (age <= glr_age(state, begin))) {
+            glr_place_copy(begin, cut);
+        }
+        if (age > glr_age(state, end)) {
+            glr_place_copy(bound, cut);
+        }
+    }
+}
+
+uint32_t davar_glr_age_of(const davar_glr_t *state, uint32_t accepted)
+{
+    uint32_t age = 0U;
+    for (uint32_t left = accepted; (left > 0U) && (age < GLR_RECENT); age++) {
+        left -= (state->recent[(state->now.at - 1U - age) % GLR_RECENT] != 0U) ? 1U : 0U;
+    }
+    return age;
+}
+
+/* Of the newest blocks, GLR_RECENT at most. */
+static uint32_t accepted_of(const davar_glr_t *state, uint32_t age)
+{
+    uint32_t accepted = 0U;
+    for (uint32_t i = 1U; i <= smaller(age, GLR_RECENT); i++) {
+        accepted += (state->recent[(state->now.at - i) % GLR_RECENT] != 0U) ? 1U : 0U;
+    }
+    return accepted;
+}
+
+bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t age,
+                       davar_glr_window_t *window)
+{
+    window->begin = state->now.at - state->seen;
+    window->end = state->now.at;
+    window->blocks = state->now.sum.blocks;
+    window->after = 0U;
+    if (state->seen < smaller(age, GLR_HALF_MAX)) {
+        return false;
+    }
+    const uint32_t widest = age + config->half;
+    davar_glr_place_t end;
+    davar_glr_place_t begin;
+    glr_place_copy(&end, &state->now);
+    glr_place_copy(&begin, &state->now);
+    begin.at -= widest;
+    begin.sum.blocks -= accepted_of(state, widest);
+    davar_glr_place_t bound;
+    oldest_record(state, config->longest, &bound); /* while there is none, the beginning is a cut */
+    if (state->cuts == GLR_CUTS) {
+        glr_place_copy(&bound, &state->past[0]); /* beyond it cuts may be forgotten */
+    }
+    clip(state, age, &begin, &end, &bound);
+    if (glr_age(state, &bound) > widest) {
+        davar_glr_place_t grown;
+        recorded(state, widest, &bound, &grown);
+        const uint32_t from = grown.at;
+        const bool is_comparable = (glr_age(state, &grown) > glr_age(state, &end)) &&
+                                   (grown.sum.blocks != end.sum.blocks); /* blocks between a record and the end */
+        if (is_comparable) {
+            grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
+        }
+        if (grown.at != from) {
+            glr_place_copy(&begin, &grown);
+        }
+    }
+    window->begin = begin.at;
+    window->end = end.at;
+    window->blocks = end.sum.blocks - begin.sum.blocks;
+    window->after = state->now.sum.blocks - end.sum.blocks;
+    return true;
+}

@@ -1,0 +1,58 @@
+/* davar - one variance or two? The likelihood ratio of a stretch that is split in an older and a newer part. */
+#ifndef DAVAR_SRC_SCAN_H
+#define DAVAR_SRC_SCAN_H
+
+#include "detector/glr.h"
+
+/* The stretch that is split: what every split of it needs. */
+typedef struct {
+    davar_spread_t sum;
+    int32_t exponent;    /* where its upper 32 bits begin */
+    uint32_t reciprocal; /* of these bits */
+    int32_t logarithm;   /* of its mean block; INT32_MIN until it is asked for */
+    uint32_t degrees;    /* nu, 8 digits */
+} davar_stretch_t;
+
+/* At least one block, a sum that is not 0, at most 1023 blocks. */
+void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees);
+
+/* Bound without a logarithm: false only when the gain of this split cannot reach `limit` (6 digits, below 2^24). */
+bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older, uint32_t limit);
+
+/* G = nu/2 (N_t ln(S_t/N_t) - N_o ln(S_o/N_o) - N_n ln(S_n/N_n)); both parts hold a block, neither sum is 0. */
+int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older);
+
+/* The scan: of all splits of a stretch at recorded places, the one that most exceeds a threshold. */
+
+/* The best split of one threshold. */
+typedef struct {
+    uint32_t threshold; /* h, 16 digits */
+    int32_t excess;     /* of the gain over the threshold at the split's n; GAIN_DIGITS */
+    int32_t gain;
+    uint32_t age; /* of the split, blocks; 0: none exceeds */
+    uint32_t level;
+} davar_split_t;
+
+/* Scans from `begin` to now; the lower threshold first. Where splits exceed alike, the newest. */
+void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, const davar_glr_place_t *begin,
+                    davar_split_t *split, uint32_t count);
+
+/* The recorded sum at a place that 2^level divides. */
+static inline const davar_spread_t *glr_record(const davar_glr_t *state, uint32_t level, uint32_t at)
+{
+    return &state->record[level][(at >> level) % GLR_RECORDS];
+}
+
+static inline void glr_move_to_record(const davar_glr_t *state, davar_glr_place_t *place, uint32_t level, uint32_t at)
+{
+    place->at = at;
+    spread_copy(&place->sum, glr_record(state, level, at));
+}
+
+/* Blocks from there to now. */
+static inline uint32_t glr_age(const davar_glr_t *state, const davar_glr_place_t *place)
+{
+    return state->now.at - place->at;
+}
+
+#endif

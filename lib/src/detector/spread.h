@@ -1,0 +1,96 @@
+/* davar - how much a stretch of the record varies: the sum over its blocks of K^2 times the variance within, exact. */
+#ifndef DAVAR_SRC_SPREAD_H
+#define DAVAR_SRC_SPREAD_H
+
+#include "detector/logarithm.h"
+#include "number/scaled.h"
+
+/* The sum of b modulo 2^96 and the blocks it is of, which are independent chi-squares while the noise is white. A running sum
+ * goes on for ever; what lies between two of them is their difference. */
+typedef struct {
+    uint64_t low;
+    uint32_t high;
+    uint32_t blocks;
+} davar_spread_t;
+
+/* Field by field, here and below: a small core would call for what moves or clears a struct. */
+static inline void spread_copy(davar_spread_t *to, const davar_spread_t *from)
+{
+    to->low = from->low;
+    to->high = from->high;
+    to->blocks = from->blocks;
+}
+
+static inline void spread_clear(davar_spread_t *sum)
+{
+    sum->low = 0U;
+    sum->high = 0U;
+    sum->blocks = 0U;
+}
+
+static inline void spread_add(davar_spread_t *sum, const davar_spread_t *more)
+{
+    sum->low += more->low;
+    sum->high += more->high + ((sum->low < more->low) ? 1U : 0U);
+    sum->blocks += more->blocks;
+}
+
+/* What lies between two running sums. */
+static inline davar_spread_t spread_between(const davar_spread_t *from, const davar_spread_t *to)
+{
+    const davar_spread_t between = {to->low - from->low, to->high - from->high - ((to->low < from->low) ? 1U : 0U),
+                                    to->blocks - from->blocks};
+    return between;
+}
+
+/* Bits `at` to at + 31 of the sum, below 64; below 0 (at > -32) it moves up, and must be short. */
+static inline uint32_t spread_bits(const davar_spread_t *sum, int32_t at)
+{
+    const uint32_t middle = (uint32_t)(sum->low >> 32U);
+    if (at < 0) {
+        return (uint32_t)sum->low << (uint32_t)(-at);
+    }
+    const uint32_t shift = (uint32_t)at & 31U;
+    const uint32_t lower = (at < 32) ? (uint32_t)sum->low : middle;
+    const uint32_t upper = (at < 32) ? middle : sum->high;
+    return (lower >> shift) | ((upper << 1U) << (31U - shift));
+}
+
+/* Where the upper 32 bits of a sum that is not 0 begin: from there on spread_bits() has its top bit set. */
+static inline int32_t spread_exponent(const davar_spread_t *sum)
+{
+    const uint32_t middle = (uint32_t)(sum->low >> 32U);
+    if (sum->high != 0U) {
+        return 64 - (int32_t)davar_leading_zeros_32(sum->high);
+    }
+    return (middle != 0U) ? (32 - (int32_t)davar_leading_zeros_32(middle))
+                          : -(int32_t)davar_leading_zeros_32((uint32_t)sum->low);
+}
+
+/* Of a sum that is not 0. */
+static inline int32_t spread_logarithm(const davar_spread_t *sum)
+{
+    const int32_t exponent = spread_exponent(sum);
+    return davar_logarithm(spread_bits(sum, exponent), exponent);
+}
+
+/* ln of the mean block; there are some. */
+static inline int32_t spread_logarithm_of_mean(const davar_spread_t *sum)
+{
+    return spread_logarithm(sum) - davar_logarithm_of_count(sum->blocks);
+}
+
+/* Root of (sum - blocks * floor) / (blocks * unit), to 32 bits; floor is what rounding adds to each block. At least one block. */
+static inline double spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit)
+{
+    const davar_spread_t rounding = {davar_multiply_u32(floor, sum->blocks), 0U, 0U};
+    const davar_spread_t rest = spread_between(&rounding, sum);
+    if ((rest.low | rest.high) == 0U) {
+        return 0.0;
+    }
+    const int32_t exponent = spread_exponent(&rest);
+    const scaled_t square = {spread_bits(&rest, exponent), exponent};
+    return davar_root_of_quotient(scaled_to_double(square), davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
+}
+
+#endif

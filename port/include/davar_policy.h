@@ -1,0 +1,40 @@
+/* davar - the window laws by number, for programs whose user chooses one. Whoever includes this links them all. */
+#ifndef DAVAR_POLICY_H
+#define DAVAR_POLICY_H
+
+#include "davar/law.h"
+
+/* The ids of the laws (davar/law.h). */
+typedef enum {
+    DAVAR_POLICY_FIXED = 0,
+    DAVAR_POLICY_KURTOSIS = 1,
+    DAVAR_POLICY_OR = 2,
+    DAVAR_POLICY_AND = 3,
+    DAVAR_POLICY_GLR = 4
+} davar_policy_t;
+
+/* The law for counts of 16 bits, or for wider ones and floats. Null for the fixed window. */
+static inline const davar_law_t *davar_policy_law(davar_policy_t policy, bool is_wide)
+{
+    switch (policy) {
+    case DAVAR_POLICY_KURTOSIS:
+        return &davar_law_kurtosis;
+    case DAVAR_POLICY_OR:
+        return &davar_law_or;
+    case DAVAR_POLICY_AND:
+        return &davar_law_and;
+    case DAVAR_POLICY_GLR:
+        return is_wide ? &davar_law_glr_q31 : &davar_law_glr_q15;
+    case DAVAR_POLICY_FIXED:
+    default:
+        return NULL;
+    }
+}
+
+/* The same law for the other number type. */
+static inline void davar_policy_retype(davar_config_t *config, bool is_wide)
+{
+    config->law = davar_policy_law((davar_policy_t)davar_law_id(config), is_wide);
+}
+
+#endif
