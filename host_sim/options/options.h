@@ -3,8 +3,8 @@
 #define OPTIONS_H
 
 #include "common/sim_error.h"
-#include "davar/codec.h"
 #include "davar/types.h"
+#include "davar/wire.h"
 
 #define OPTIONS_COLUMNS_MAX 256U
 

@@ -3,7 +3,7 @@
 #ifndef DAVAR_SRC_COLLECT_H
 #define DAVAR_SRC_COLLECT_H
 
-#include "common/absent.h"
+#include "number/absent.h"
 #include "common/sequence.h"
 #include "grid/grid_window.h"
 #include "number/real.h"

@@ -1,5 +1,5 @@
 /* davar - result to frames. One table row per message, in the order on the wire. */
-#include "davar/codec.h"
+#include "davar/wire.h"
 
 #include "wire/frame_layout.h"
 
