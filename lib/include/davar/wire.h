@@ -3,7 +3,7 @@
  *
  *     result -> davar_encoder_begin -> davar_encoder_next (until false) -> frames
  *
- * The layout is documented in lib/src/wire/WIRE.md for people and in tools/davar.dbc for tools. A
+ * The layout is documented in lib/WIRE.md for people and in tools/davar.dbc for tools. A
  * test compares both with this encoder bit by bit. No heap, no I/O, no floating-point division.
  *
  * A receiver joins the frames that carry the same Result. The result is complete if their number
