@@ -3,9 +3,9 @@
 #ifndef DAVAR_SRC_COLLECT_H
 #define DAVAR_SRC_COLLECT_H
 
-#include "number/absent.h"
 #include "common/sequence.h"
 #include "grid/grid_window.h"
+#include "number/absent.h"
 #include "number/real.h"
 #include "pipeline/tracker.h"
 #include "track/likelihood.h"
