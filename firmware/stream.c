@@ -8,7 +8,7 @@
 #include "board.h"
 #include "job_file.h"
 
-#include "davar/slcan.h"
+#include "davar_slcan.h"
 
 #include <stdlib.h>
 #include <string.h>

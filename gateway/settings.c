@@ -1,7 +1,7 @@
 /* davar-node - command line. */
 #include "settings.h"
 
-#include "davar/codec.h"
+#include "davar/wire.h"
 
 #include <getopt.h>
 #include <math.h>

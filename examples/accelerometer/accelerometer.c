@@ -7,21 +7,22 @@
  * loop; change rate, size of a count and cluster times here. Gravity is a constant and does no harm; motion counts as noise. */
 #include "accelerometer.h"
 
-#include "davar/axes.h"
+#include "davar/davar.h"
 
 #define RATE_HZ 200.0
 #define MPS2_PER_COUNT (9.80665 / 16384.0) /* +-2 g in 16 bits */
-#define WINDOW 1200U                       /* samples: 6 s */
-#define STRIDE 200U                        /* a result each second */
+#define AXES 3
+#define WINDOW 1200U /* samples: 6 s */
+#define STRIDE 200U  /* a result each second */
 
 static const uint32_t taus[] = {1, 2, 4, 8, 16, 32};
 #define TAUS (sizeof taus / sizeof taus[0])
 
 /* Of one axis: longest window, 0 (its length is fixed), no segment, stride, longest cluster, how many, gaps. */
 #define AXIS_BYTES DAVAR_MEMORY_GRID_Q15(WINDOW, 0, 0, STRIDE, 32, TAUS, 4)
-static uint64_t memory[DAVAR_AXES][DAVAR_ROUND8(AXIS_BYTES) / 8];
-static davar_axes_t axes;
-static davar_plan_t plan; /* one for all axes */
+static uint64_t memory[AXES][DAVAR_ROUND8(AXIS_BYTES) / 8];
+static davar_t axes[AXES]; /* x, y, z */
+static davar_plan_t plan;  /* one for all axes */
 static davar_config_t config;
 
 davar_status_t accelerometer_start(void)
@@ -38,26 +39,36 @@ davar_status_t accelerometer_start(void)
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, taus, TAUS);
-    return davar_axes_init_q15(&axes, &config, memory, sizeof memory);
+    davar_status_t status = DAVAR_OK;
+    for (int axis = 0; (axis < AXES) && (status == DAVAR_OK); axis++) {
+        status = davar_init_q15(&axes[axis], &config, memory[axis], sizeof memory[axis]);
+    }
+    return status;
 }
 
 void accelerometer_sample(int16_t x, int16_t y, int16_t z)
 {
-    davar_axes_push_q15(&axes, x, y, z);
+    davar_push_q15(&axes[0], &x, 1);
+    davar_push_q15(&axes[1], &y, 1);
+    davar_push_q15(&axes[2], &z, 1);
 }
 
 void accelerometer_lost(uint32_t samples)
 {
-    davar_axes_gap(&axes, samples);
+    for (int axis = 0; axis < AXES; axis++) {
+        davar_gap(&axes[axis], samples);
+    }
 }
 
 int accelerometer_noise(davar_coefficient_t *velocity_random_walk)
 {
     static davar_result_t result;
-    const int axis = davar_axes_take(&axes, &result);
-    if (axis >= 0) {
-        (void)davar_fit_white(&plan, RATE_HZ, &result); /* the coefficient is absent where the noise is not white */
-        *velocity_random_walk = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    for (int axis = 0; axis < AXES; axis++) {
+        if (davar_take(&axes[axis], &result)) {
+            (void)davar_fit_white(&plan, RATE_HZ, &result); /* absent if the noise is not white */
+            *velocity_random_walk = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+            return axis;
+        }
     }
-    return axis;
+    return -1;
 }

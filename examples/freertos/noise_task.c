@@ -62,24 +62,28 @@ uint32_t noise_blocks_lost(void)
 
 /* --- the task's ------------------------------------------------------------------------------------------------------- */
 
-static void hear(void *context, davar_result_t *result)
+static void push_and_report(const int16_t *counts, size_t count)
 {
-    (void)context;
-    (void)davar_fit_white(&plan, config.rate_hz, result);
-    noise_report(result);
+    static davar_result_t result;
+    for (size_t done = 0; done < count;) {
+        done += davar_push_until_result_q15(&gyro, counts + done, count - done);
+        if (davar_take(&gyro, &result)) {
+            (void)davar_fit_white(&plan, config.rate_hz, &result);
+            noise_report(&result);
+        }
+    }
 }
 
 static void noise_task(void *context)
 {
     static block_t block;
-    static davar_result_t result;
     (void)context;
     for (;;) {
         if (xQueueReceive(queue, &block, portMAX_DELAY) == pdTRUE) {
             if (block.missing > 0U) {
                 davar_gap(&gyro, block.missing);
             }
-            davar_push_all_q15(&gyro, block.count, BLOCK, &result, hear, NULL);
+            push_and_report(block.count, BLOCK);
         }
     }
 }

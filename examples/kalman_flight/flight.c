@@ -6,7 +6,6 @@
  * Prints rms error of attitude and consistency, a line for each phase and belief. */
 #include "attitude.h"
 
-#include <davar/axes.h>
 #include <davar/davar.h>
 #include <davar/fit.h>
 
@@ -40,8 +39,8 @@ static const struct {
 static const uint32_t taus[TAUS] = {1, 2, 4, 8};
 static davar_config_t config;
 static davar_plan_t plan;
-static davar_axes_t gyro;
-static uint64_t memory[3 * 65536 / 8];
+static davar_t gyro[3]; /* x, y, z */
+static uint64_t memory[3][65536 / 8];
 
 static struct {
     double square; /* of the error of attitude, deg^2, sum over flights and axes */
@@ -100,7 +99,10 @@ static void choose_law(const char *law)
 static void listen(double arw[3])
 {
     static davar_result_t result;
-    for (int axis; (axis = davar_axes_take(&gyro, &result)) >= 0;) {
+    for (int axis = 0; axis < 3; axis++) {
+        if (!davar_take(&gyro[axis], &result)) {
+            continue;
+        }
         const davar_coefficient_t *const white = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
         (void)davar_fit_white(&plan, config.rate_hz, &result);
         const double said = white->present ? white->value : result.tau[0].adev * 60.0 / sqrt(RATE_HZ);
@@ -125,9 +127,11 @@ static void fly(int steady)
     for (int k = 0; k < BELIEFS; k++) {
         attitude_start(&filter[k], begin, TRACKER_DEG * RADIAN, BIAS_DPS * RADIAN);
     }
-    if (davar_axes_init_q15(&gyro, &config, memory, sizeof memory) != DAVAR_OK) {
-        fprintf(stderr, "flight: davar refused its settings\n");
-        exit(2);
+    for (int i = 0; i < 3; i++) {
+        if (davar_init_q15(&gyro[i], &config, memory[i], sizeof memory[i]) != DAVAR_OK) {
+            fprintf(stderr, "flight: davar refused its settings\n");
+            exit(2);
+        }
     }
     for (int n = 0; n < SECONDS * RATE_HZ; n++) {
         const double now = arw_at(n / RATE_HZ, steady);
@@ -150,7 +154,9 @@ static void fly(int steady)
         quaternion_product(truth, step, next);
         memcpy(truth, next, sizeof truth);
 
-        davar_axes_push_q15(&gyro, count[0], count[1], count[2]);
+        for (int i = 0; i < 3; i++) {
+            davar_push_q15(&gyro[i], &count[i], 1);
+        }
         listen(arw[FED]);
         for (int k = 0; k < BELIEFS; k++) {
             double noise[3];

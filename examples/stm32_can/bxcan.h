@@ -2,7 +2,7 @@
 #ifndef BXCAN_H
 #define BXCAN_H
 
-#include "davar/codec.h"
+#include "davar/wire.h"
 
 /* Its registers, RM0090 32.9; those that sending does not need are left unnamed. */
 typedef volatile struct {

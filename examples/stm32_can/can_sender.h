@@ -2,7 +2,7 @@
 #ifndef CAN_SENDER_H
 #define CAN_SENDER_H
 
-#include "davar/codec.h"
+#include "davar/wire.h"
 
 /* How the controller takes a frame: bxcan_send or fdcan_send behind a cast of its own. False: no room now. */
 typedef bool (*can_send_t)(void *controller, const davar_frame_t *frame);

@@ -2,7 +2,7 @@
 #ifndef FDCAN_H
 #define FDCAN_H
 
-#include "davar/codec.h"
+#include "davar/wire.h"
 
 /* Its registers, RM0440 44.4; those that sending does not need are left unnamed. */
 typedef volatile struct {

@@ -4,8 +4,8 @@
 
 #include "common/sim_error.h"
 #include "davar_policy.h"
-#include "davar/codec.h"
 #include "davar/types.h"
+#include "davar/wire.h"
 
 #define OPTIONS_COLUMNS_MAX 256U
 

@@ -6,7 +6,7 @@
 #ifndef DAVAR_LINK_H
 #define DAVAR_LINK_H
 
-#include "davar/codec.h"
+#include "davar/wire.h"
 #include "davar_port.h"
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 /* davar for Linux - SLCAN text on a tty, or on a pty of our own. We play the adapter: slcand or python-can is the host. */
 #include "link.h"
 
-#include "davar/slcan.h"
+#include "davar_slcan.h"
 
 #include <ctype.h>
 #include <errno.h>

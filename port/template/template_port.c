@@ -16,7 +16,7 @@ static davar_port_read_t read_half(void *context, davar_port_block_t *block)
 }
 
 /* Here: put the result on the line, or into a queue, and return DAVAR_PORT_SEND_DONE. davar_encoder_begin and
- * davar_encoder_next (davar/codec.h) make CAN frames of it, davar_slcan_encode (davar/slcan.h) text for a UART. */
+ * davar_encoder_next (davar/wire.h) make CAN frames of it, davar_slcan_encode (port/wire/davar_slcan.h) text for a UART. */
 static davar_port_send_t send_result(void *context, size_t channel, const davar_result_t *result)
 {
     (void)context;

@@ -1,5 +1,5 @@
 /* davar tests - where asserts are off a push of another type than the init's, or behind the end of a record, is refused and harms
- * nothing; and a whole block with all its results in one call. Compiled with the library's sources and without asserts, whatever
+ * nothing; and a block gives each of its results. Compiled with the library's sources and without asserts, whatever
  * the build. */
 #include "davar/state.h"
 #include "stream_fixture.h"
@@ -11,7 +11,7 @@
 static int16_t narrow[SAMPLES];
 static int32_t wide[SAMPLES];
 static float rates[SAMPLES];
-static uint32_t heard;
+static uint32_t taken;
 static double last;
 
 static void make_samples(void)
@@ -21,14 +21,6 @@ static void make_samples(void)
         wide[i] = narrow[i];
         rates[i] = (float)narrow[i];
     }
-}
-
-static void hear(void *context, davar_result_t *found)
-{
-    TEST_ASSERT_EQUAL_PTR(&config, context);
-    TEST_ASSERT_EQUAL_PTR(&result, found);
-    heard++;
-    last = found->tau[0].adev;
 }
 
 static davar_status_t start(uint32_t type)
@@ -43,16 +35,21 @@ static davar_status_t start(uint32_t type)
     }
 }
 
-static size_t push(uint32_t type)
+static size_t push_until_result(uint32_t type, size_t from, size_t count)
 {
     switch (type) {
     case 0U:
-        return davar_push_until_result_q15(&davar, narrow, 1U);
+        return davar_push_until_result_q15(&davar, &narrow[from], count);
     case 1U:
-        return davar_push_until_result_q31(&davar, wide, 1U);
+        return davar_push_until_result_q31(&davar, &wide[from], count);
     default:
-        return davar_push_until_result_f32(&davar, rates, 1U);
+        return davar_push_until_result_f32(&davar, &rates[from], count);
     }
+}
+
+static size_t push(uint32_t type)
+{
+    return push_until_result(type, 0U, 1U);
 }
 
 static void push_block(uint32_t type)
@@ -70,18 +67,15 @@ static void push_block(uint32_t type)
     }
 }
 
+/* A whole block, and every result that it completes. */
 static void push_all(uint32_t type)
 {
-    switch (type) {
-    case 0U:
-        davar_push_all_q15(&davar, narrow, SAMPLES, &result, hear, &config);
-        break;
-    case 1U:
-        davar_push_all_q31(&davar, wide, SAMPLES, &result, hear, &config);
-        break;
-    default:
-        davar_push_all_f32(&davar, rates, SAMPLES, &result, hear, &config);
-        break;
+    for (size_t done = 0U; done < SAMPLES;) {
+        done += push_until_result(type, done, SAMPLES - done);
+        if (davar_take(&davar, &result)) {
+            taken++;
+            last = result.tau[0].adev;
+        }
     }
 }
 
@@ -103,7 +97,7 @@ static void test_a_push_of_another_type_is_refused_and_counted(void)
             TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
             const davar_t as_it_was = davar;
             memcpy(before, memory, sizeof before);
-            heard = 0U;
+            taken = 0U;
             if (other == type) {
                 TEST_ASSERT_EQUAL_size_t(1U, push(other));
                 continue;
@@ -111,7 +105,7 @@ static void test_a_push_of_another_type_is_refused_and_counted(void)
             TEST_ASSERT_EQUAL_size_t(1U, push(other));
             assert_only_counted(as_it_was, 1U);
             push_all(other);
-            TEST_ASSERT_EQUAL_UINT32(0U, heard);
+            TEST_ASSERT_EQUAL_UINT32(0U, taken);
             push_block(other);
             assert_only_counted(as_it_was, 1U + (2U * SAMPLES));
             TEST_ASSERT_EQUAL_MEMORY(before, memory, sizeof before);
@@ -183,18 +177,15 @@ static void test_a_block_gives_every_result(void)
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
         uint32_t wanted = 0U;
         for (uint32_t i = 0U; i < SAMPLES; i++) {
-            const size_t taken = (type == 0U)   ? davar_push_until_result_q15(&davar, &narrow[i], 1U)
-                                 : (type == 1U) ? davar_push_until_result_q31(&davar, &wide[i], 1U)
-                                                : davar_push_until_result_f32(&davar, &rates[i], 1U);
-            TEST_ASSERT_EQUAL_size_t(1U, taken);
+            TEST_ASSERT_EQUAL_size_t(1U, push_until_result(type, i, 1U));
             wanted += davar_take(&davar, &result) ? 1U : 0U;
         }
         const double adev = result.tau[0].adev;
         TEST_ASSERT_GREATER_THAN_UINT32(200U, wanted);
         TEST_ASSERT_EQUAL(DAVAR_OK, start(type));
-        heard = 0U;
+        taken = 0U;
         push_all(type);
-        TEST_ASSERT_EQUAL_UINT32(wanted, heard);
+        TEST_ASSERT_EQUAL_UINT32(wanted, taken);
         TEST_ASSERT_EQUAL_MEMORY(&adev, &last, sizeof adev);
         TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
     }
@@ -211,7 +202,7 @@ static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&other, &config, more, sizeof more));
         uint32_t completed = 0U;
-        uint32_t taken = 0U;
+        uint32_t found = 0U;
         for (uint32_t from = 0U; from < SAMPLES; from += block) {
             const uint32_t n = (block < (SAMPLES - from)) ? block : (SAMPLES - from);
             bool any = false;
@@ -227,9 +218,9 @@ static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
                 TEST_ASSERT_EQUAL_UINT64(single.epoch, result.epoch);
                 TEST_ASSERT_EQUAL_MEMORY(&single.tau[0].adev, &result.tau[0].adev, sizeof single.tau[0].adev);
             }
-            taken += any ? 1U : 0U;
+            found += any ? 1U : 0U;
         }
-        TEST_ASSERT_EQUAL_UINT32(completed - taken, davar_health(&davar).missed);
+        TEST_ASSERT_EQUAL_UINT32(completed - found, davar_health(&davar).missed);
         TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missing);
     }
 }

@@ -1,8 +1,8 @@
 /* Streams, fits, limits and frames, chosen so that a compiler that bends floating-point arithmetic changes a bit somewhere; prints a
  * sum over the bits. The program itself computes in integers. */
-#include "davar/codec.h"
 #include "davar/davar.h"
 #include "davar/monitor.h"
+#include "davar/wire.h"
 
 #include <stdio.h>
 #include <string.h>

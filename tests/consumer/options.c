@@ -20,9 +20,8 @@ static void add(double value)
     sum = (sum ^ (isnan(value) ? 1U : bits)) * UINT64_C(1099511628211);
 }
 
-static void hear(void *context, davar_result_t *result)
+static void add_result(const davar_config_t *config, davar_result_t *result)
 {
-    const davar_config_t *config = context;
     davar_fit(&plan, config->rate_hz, result);
     add((double)result->epoch);
     add((double)result->window_samples + result->kurtosis);
@@ -42,28 +41,48 @@ static int32_t count_at(int i)
     return (int32_t)(((x >> 16U) % 201U) + ((x >> 8U) % 101U)) - 150 + ((i / 700) % 2 != 0 ? (int32_t)(x >> 24U) : 0);
 }
 
+static int16_t narrow[SAMPLES];
+static int32_t wide[SAMPLES];
+static float rates[SAMPLES];
+
+static size_t push_until_result(char type, size_t from, size_t count)
+{
+    switch (type) {
+    case 'q':
+        return davar_push_until_result_q15(&davar, narrow + from, count);
+    case 'w':
+        return davar_push_until_result_q31(&davar, wide + from, count);
+    default:
+        return davar_push_until_result_f32(&davar, rates + from, count);
+    }
+}
+
+static void push_all(char type, size_t count, const davar_config_t *config)
+{
+    static davar_result_t result;
+    for (size_t done = 0; done < count;) {
+        done += push_until_result(type, done, count - done);
+        if (davar_take(&davar, &result)) {
+            add_result(config, &result);
+        }
+    }
+}
+
 static void push(char type, const davar_config_t *config)
 {
     static davar_result_t result;
-    static int16_t narrow[SAMPLES];
-    static int32_t wide[SAMPLES];
-    static float rates[SAMPLES];
     for (int i = 0; i < SAMPLES; i++) {
         wide[i] = count_at(i);
         narrow[i] = (int16_t)wide[i];
         rates[i] = 0.01F * (float)wide[i];
     }
     if (type == 'q') {
-        davar_push_all_q15(&davar, narrow, SAMPLES / 2, &result, hear, (void *)config);
+        push_all(type, SAMPLES / 2, config);
         davar_gap(&davar, 3);
-        davar_push_all_q15(&davar, narrow, SAMPLES, &result, hear, (void *)config);
-    } else if (type == 'w') {
-        davar_push_all_q31(&davar, wide, SAMPLES, &result, hear, (void *)config);
-    } else {
-        davar_push_all_f32(&davar, rates, SAMPLES, &result, hear, (void *)config);
     }
+    push_all(type, SAMPLES, config);
     while (davar_flush(&davar) && davar_take(&davar, &result)) {
-        hear((void *)config, &result);
+        add_result(config, &result);
     }
 }
 

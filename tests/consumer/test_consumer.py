@@ -44,7 +44,7 @@ class Consumer(unittest.TestCase):
 
     def test_add_subdirectory_in_a_project_that_builds_in_unity(self):
         build(HERE / "add_subdirectory", self.work / "user", f"-DDAVAR_SOURCE={ROOT}", "-DCMAKE_UNITY_BUILD=ON",
-              "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0")  # the whole library, but for the two pipelines, as one
+              "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0")  # each room, except the two pipelines, as one
         self.assert_works(self.work / "user/consumer")
         self.assertTrue(list(self.work.rglob("unity_0_c.c")))
 

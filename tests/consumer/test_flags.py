@@ -47,7 +47,7 @@ SAME = {
 # Machines that fuse by default, of which the instructions alone are looked at.
 CROSS = {"arm-none-eabi-gcc": ["-O2 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard", "-Os -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard"],
          "aarch64-linux-gnu-gcc": ["-O2"], "riscv64-linux-gnu-gcc": ["-O2"]}
-CARRY = {"axes.c", "push_all.c", "state.c", "common/absent.c"}  # they move floating-point numbers and compute with none
+CARRY = {"state/state.c", "number/absent.c"}  # they move floating-point numbers and compute with none
 
 
 def tearDownModule():

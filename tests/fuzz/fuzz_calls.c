@@ -1,9 +1,10 @@
 /* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save, restore, flush, reset. What reaches a
  * caller is a number in its range or absent, and every sample and every result is taken or counted. */
-#include "davar/codec.h"
 #include "davar/davar.h"
 #include "davar_policy.h"
 #include "davar/monitor.h"
+#include "davar/wire.h"
+#include "davar_decode.h"
 #include "fuzzing.h"
 #include "random.h"
 

@@ -1,6 +1,7 @@
 /* davar tests - frames and SLCAN text of any bytes: what is decoded is within the ranges that codec.h names, a wrong checksum or
  * length never is, and a frame survives its way through text. */
-#include "davar/slcan.h"
+#include "davar_decode.h"
+#include "davar_slcan.h"
 #include "fuzzing.h"
 
 #include <math.h>

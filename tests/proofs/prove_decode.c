@@ -1,7 +1,7 @@
 /* Statement: davar_decode, of any frame and any base, reads and writes inside its arguments, and nothing overflows; what it
  * decodes has indices that stay inside the tables of codec.h. All 64 data bytes, the length and the identifier are
  * arbitrary. No bound. */
-#include "davar/codec.h"
+#include "davar_decode.h"
 
 #include "proof.h"
 

@@ -1,6 +1,6 @@
 /* Statement: davar_slcan_decode, of any text of 0 to TEXT bytes, reads nothing behind it, and nothing overflows; what it
  * accepts has at most 8 bytes. Bound: TEXT; no text that is accepted is longer than 25. */
-#include "davar/slcan.h"
+#include "davar_slcan.h"
 
 #include "proof.h"
 

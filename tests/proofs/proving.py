@@ -12,18 +12,20 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+sys.path.insert(0, str(ROOT / "tools/support"))
+import amalgamate  # noqa: E402
+
+MANIFEST = [path.relative_to(ROOT).as_posix() for path in amalgamate.SOURCES]
 # The pipelines: what a stream needs.
-STREAM = ("config.c", "davar.c", "status.c", "common/absent.c", "change/rough.c", "change/stationarity.c", "window/gaps.c",
-          "track/dispersion.c", "track/glr.c", "track/likelihood.c", "track/scan.c", "track/start.c", "track/window.c",
-          "number/logarithm.c", "number/real.c", "pipeline/q15.c", "pipeline/q31.c")
-# sources: of lib/src, beside prove_NAME.c; unroll: the most turns of a loop that are followed one by one; more: options.
+STREAM = tuple(source for source in MANIFEST if not source.startswith(("lib/src/fit/", "lib/src/monitor/", "lib/src/state/", "lib/src/wire/")))
+# sources: beside prove_NAME.c; unroll: the most turns of a loop that are followed one by one; more: options.
 Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
 PROOFS = {
-    "decode": Proof(("wire/decode.c", "wire/encode.c"), more=("-eva-split-return-function", "davar_decode:0")),
-    "slcan": Proof(("wire/slcan.c",)),
-    "number": Proof(("number/real.c", "number/logarithm.c")),
+    "decode": Proof(("port/wire/decode.c", "lib/src/wire/encode.c"), more=("-eva-split-return-function", "davar_decode:0")),
+    "slcan": Proof(("port/wire/slcan.c",)),
+    "number": Proof(("lib/src/number/real.c", "lib/src/number/logarithm.c")),
     "slide": Proof((), 5000),
-    "restore": Proof((*STREAM, "state.c"), 1100, ("-eva-split-return-function", "init_wide:0")),
+    "restore": Proof((*STREAM, "lib/src/state/state.c"), 1100, ("-eva-split-return-function", "init_wide:0")),
     "push": Proof(STREAM, more=("-eva-split-return-function", "init_wide:0")),
 }
 OPTIONS = ("-c11", "-eva", "-main", "prove", "-machdep", "gcc_x86_64", "-warn-invalid-pointer", "-warn-special-float", "none",
@@ -50,9 +52,9 @@ def prove(name, bounds=(), root=ROOT):
     """Runs prove_NAME.c over the sources below `root`. Returns (alarms, Eva's output); RuntimeError: nothing was proved at all."""
     proof = PROOFS[name]
     # Eva knows no 128-bit integer: the compiler's is hidden, and davar takes its products by parts.
-    flags = " ".join(("-Ilib/include", "-Ilib/src", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds))
+    flags = " ".join(("-Ilib/include", "-Ilib/src", "-Iport/wire", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds))
     done = subprocess.run(["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll), f"-cpp-extra-args={flags}",
-                           str(HERE / f"prove_{name}.c"), *(f"lib/src/{source}" for source in proof.sources)],
+                           str(HERE / f"prove_{name}.c"), *proof.sources],
                           cwd=root, env={**os.environ, "PWD": str(root)}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     without = set(re.findall(r"Neither code nor specification for function (\w+)", done.stdout)) - WITHOUT_CODE
     alarms = alarms_of(done.stdout)

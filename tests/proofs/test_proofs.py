@@ -13,23 +13,23 @@ from proving import HERE, ROOT, listed, prove
 sys.path.insert(0, str(ROOT / "tools/support"))
 import remembered  # noqa: E402
 
-# proof, and which bounds: (file of lib/src, what stands there, the fault, bounds that are enough to find it)
+# proof, and which bounds: (file, what stands there, the fault, bounds that are enough to find it)
 EDGES = ("-DSTRIDE=4", "-DEDGES=1")
 PLANTS = {
-    "decode": [("wire/decode.c", "if (frame->length != message_length(message)) {", "if (frame->length > 80U) {", ()),
-               ("wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ())],
-    "slcan": [("wire/slcan.c", "if ((length != bare) && (length != bare + STAMP)) {", "if (length > bare + STAMP) {", ()),
-              ("wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ())],
-    "number": [("number/logarithm.c", "(mantissa >> 26U) & 31U", "(mantissa >> 26U) & 63U", ()),
-               ("number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ())],
-    "slide": [("window/slide.h", "*(head - span)", "*(head - span - 1U)", ("-DLARGEST=16U",)),
-              ("window/number_q15.h", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
-    "restore": [("state.c", "(left < sizeof part) ? left : sizeof part", "left", ("-DWIDE=0",)),
-                ("state.c", "& 15U]", "& 31U]", ("-DWIDE=0",))],
-    "push": [("window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", ("-DPUSHES=12U", "-DGAPS=2U")),
-             ("window/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
-    "push q31": [("window/number_q31.h", "typedef int64_t difference_t", "typedef int32_t difference_t", ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"))],
-    "push by edges": [("window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", (*EDGES, "-DPUSHES=12U", "-DGAPS=0U"))],
+    "decode": [("port/wire/decode.c", "if (frame->length != message_length(message)) {", "if (frame->length > 80U) {", ()),
+               ("port/wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ())],
+    "slcan": [("port/wire/slcan.c", "if ((length != bare) && (length != bare + STAMP)) {", "if (length > bare + STAMP) {", ()),
+              ("port/wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ())],
+    "number": [("lib/src/number/logarithm.c", "(mantissa >> 26U) & 31U", "(mantissa >> 26U) & 63U", ()),
+               ("lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ())],
+    "slide": [("lib/src/window/slide.h", "*(head - span)", "*(head - span - 1U)", ("-DLARGEST=16U",)),
+              ("lib/src/window/number_q15.h", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
+    "restore": [("lib/src/state/state.c", "(left < sizeof part) ? left : sizeof part", "left", ("-DWIDE=0",)),
+                ("lib/src/state/state.c", "& 15U]", "& 31U]", ("-DWIDE=0",))],
+    "push": [("lib/src/window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", ("-DPUSHES=12U", "-DGAPS=2U")),
+             ("lib/src/window/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
+    "push q31": [("lib/src/window/number_q31.h", "typedef int64_t difference_t", "typedef int32_t difference_t", ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"))],
+    "push by edges": [("lib/src/window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", (*EDGES, "-DPUSHES=12U", "-DGAPS=0U"))],
 }
 
 
@@ -44,7 +44,7 @@ class Proofs(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         version = subprocess.run(["frama-c", "-version"], text=True, stdout=subprocess.PIPE, check=True).stdout
-        files = [path for folder in (ROOT / "lib", HERE) for path in sorted(folder.rglob("*")) if path.suffix in (".c", ".h", ".py", ".txt")]
+        files = [path for folder in (ROOT / "lib", ROOT / "port/wire", HERE) for path in sorted(folder.rglob("*")) if path.suffix in (".c", ".h", ".py", ".txt")]
         cls.reads = [version, *files]
 
     def holds(self, which, *bounds):
@@ -60,8 +60,9 @@ class Proofs(unittest.TestCase):
 
     def alarms_of_plant(self, name, file, text, fault, bounds):
         with tempfile.TemporaryDirectory() as folder:
-            shutil.copytree(ROOT / "lib", f"{folder}/lib")
-            source = Path(folder, "lib/src", file)
+            for part in ("lib", "port/wire"):
+                shutil.copytree(ROOT / part, f"{folder}/{part}")
+            source = Path(folder, file)
             before = source.read_text()
             self.assertIn(text, before)
             source.write_text(before.replace(text, fault, 1))

@@ -1,9 +1,8 @@
 /* davar tests - the smallest program for each use of the library, for what it links. WHAT: 0 nothing, 1 Allan deviations,
  * 2 and the angle random walk by a plan of tools/davar-plan, 3 by a plan that it makes, 4 everything: five terms, gaps, flush, reset, the
  * saved state, the monitor and frames. */
-#include "davar/codec.h"
 #include "davar/davar.h"
-#include "davar/slcan.h"
+#include "davar/wire.h"
 
 #define TAUS 4U
 
@@ -55,11 +54,9 @@ static davar_misfit_t misfit;
 
 static void more(void)
 {
-    static char text[DAVAR_SLCAN_BYTES];
     static davar_model_tau_t model[TAUS];
     (void)davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_ADEV);
     (void)davar_monitor_init(&monitor, model, TAUS, DAVAR_MONITOR_MEMORY);
-    (void)davar_slcan_encode(&frame, text);
     davar_gap(&davar, 1U);
     (void)davar_flush(&davar);
     davar_reset(&davar);

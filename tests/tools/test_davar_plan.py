@@ -78,7 +78,7 @@ class Plan(unittest.TestCase):
         command = ["gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-ffp-contract=off", "-ffunction-sections",
                    "-fdata-sections", "-Wl,--gc-sections", f"-DTAUS={taus}", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src",
                    self.work / "program.c", self.work / "plan.c", *(ROOT / "lib/src/fit").glob("*.c"),
-                   *(ROOT / "lib/src/number").glob("*.c"), ROOT / "lib/src/common/absent.c", "-o", self.work / "program", "-lm"]
+                   *(ROOT / "lib/src/number").glob("*.c"), "-o", self.work / "program", "-lm"]
         done = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
         self.assertEqual(0, done.returncode, done.stdout)
         return self.work / "program"

@@ -1,7 +1,7 @@
 /* davar tests - frames: what tests/wire does not reach without Python, and the refusals. */
-#include "davar/codec.h"
 #include "davar/law.h"
-#include "davar/slcan.h"
+#include "davar_decode.h"
+#include "davar_slcan.h"
 #include "unity.h"
 
 #include <math.h>

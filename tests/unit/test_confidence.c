@@ -1,6 +1,6 @@
 /* davar tests - degrees of freedom against exact covariances, chi-square limits against published tables. */
-#include "davar/confidence.h"
-#include "fit/noise.h"
+#include "davar/fit.h"
+#include "fit/plan.h"
 #include "unity.h"
 
 #include <math.h>

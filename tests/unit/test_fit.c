@@ -1,5 +1,5 @@
 /* davar tests - the coefficient fit: exact models in, the same coefficients out; what a window cannot show stays absent. */
-#include "davar/confidence.h"
+#include "davar/fit.h"
 #include "fit_fixture.h"
 #include "random.h"
 

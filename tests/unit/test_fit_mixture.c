@@ -1,7 +1,6 @@
 /* davar tests - the general fit of a mix of noise terms: which terms it takes in, which out, and that it agrees with the short
  * cut for white noise. */
 #include "fit/mixture.h"
-#include "fit/noise.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
 

@@ -1,5 +1,4 @@
 /* davar tests - the plan of a fit: a memo that changes no result, whose standard errors are those of brute force. */
-#include "fit/noise.h"
 #include "fit/plan.h"
 #include "fit_fixture.h"
 

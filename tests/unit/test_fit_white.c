@@ -1,12 +1,10 @@
 /* davar tests - the short cut of the fit, which is integers, against (5.4) to (5.11) in doubles, over random lists, windows and data. */
-#include "davar/confidence.h"
+#include "davar/fit.h"
 #include "fit/plan.h"
 #include "fit/white.h"
 #include "fit_fixture.h"
 #include "random.h"
 
-#define TERMS 5
-#define WHITE 1
 #ifndef TRIALS /* an emulated board takes fewer */
 #define TRIALS 2000U
 #endif

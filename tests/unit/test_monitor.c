@@ -1,5 +1,5 @@
 /* davar tests - the monitor: its formula against erfc and known values, which taus are compared, refusals. */
-#include "davar/confidence.h"
+#include "davar/fit.h"
 #include "davar/monitor.h"
 #include "random.h"
 #include "unity.h"

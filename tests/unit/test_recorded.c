@@ -1,12 +1,12 @@
 /* davar tests - every bit as it was when it was recorded here, on every machine. That the values are right is for the other tests to
  * say; that none changes unnoticed, not even the last digit of a table, for this one. A change that is meant renews the number
  * that the failure prints, and stands in CHANGELOG.md. */
-#include "davar/codec.h"
 #include "davar/davar.h"
 #include "davar_policy.h"
 #include "davar/monitor.h"
-#include "fit/noise.h"
+#include "davar_decode.h"
 #include "detector/logarithm.h"
+#include "fit/plan.h"
 #include "number/real.h"
 #include "detector/glr.h"
 #include "detector/scan.h"

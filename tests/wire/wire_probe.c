@@ -3,9 +3,9 @@
  *   wire_probe run SEED RESULTS SESSION STRIDE CONTENT FIRST CHANNEL   one run of a sender, with its farewell
  *   wire_probe raw CHANNEL | rates CHANNEL           samples on standard input (index value): their frames
  *   wire_probe decode                                frames on standard input (candump notation): their values */
-#include "davar/codec.h"
 #include "davar/law.h"
-#include "davar/slcan.h"
+#include "davar_decode.h"
+#include "davar_slcan.h"
 #include "random.h"
 
 #include <stdio.h>

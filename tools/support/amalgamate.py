@@ -2,8 +2,9 @@
 
     python3 tools/support/amalgamate.py FOLDER     writes FOLDER/davar.h and FOLDER/davar.c
 
-The headers of the pipeline are compiled once a number type, each time with other types behind the same names. In one file each
-name gets the type behind it: tau_t becomes tau_t_q15 and tau_t_q31. Standard library only.
+lib/CMakeLists.txt is the manifest: it lists the sources. The .inc pages are compiled once per number type, each time with
+different types behind the same names. In one file each of those names gets its type as a suffix: tau_t becomes tau_t_q15 and
+tau_t_q31. Standard library only.
 """
 
 import re
@@ -12,9 +13,19 @@ from pathlib import Path
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
 TYPES = ("q15", "q31")
-TYPED = re.compile(r"\b(sample_t|difference_t|sum_t|powers_t|block_t|NUMBER)\b")  # who says one of these is compiled once a type
 INCLUDE = re.compile(r'^#include "(.+)"\n', re.MULTILINE)
 APART = re.compile(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)  # comments and strings
+MANIFEST = (LIB / "CMakeLists.txt").read_text()
+
+
+def listed(call):
+    """The paths that the calls of the manifest list which begin so."""
+    return [LIB / name for names in re.findall(rf"^{call}\b([^)]*)\)", MANIFEST, re.MULTILINE) for name in names.split()]
+
+
+SOURCES = listed(r"davar_room\(\s*\w+")
+STARTS = {number: [path for path in SOURCES if path.stem.endswith(number)] for number in TYPES}  # pipeline/q15.c, detector/glr_q15.c
+PER_TYPE = {*(LIB / "src").rglob("*.inc"), *STARTS["q15"], *STARTS["q31"]}
 
 
 def find(name):
@@ -56,7 +67,7 @@ def names(text):
 def typed(text, found, tags, number):
     """The text with the number type behind each of those names; members of structs keep theirs."""
     pattern = re.compile(rf"{APART.pattern}|(?<![.>])\b(?:{'|'.join(sorted(found))})\b"
-                         rf"|(?<=struct )(?:{'|'.join(sorted(tags))})\b", re.DOTALL)
+                         rf"|(?<=struct )(?:{'|'.join(sorted(tags)) or '$^'})\b", re.DOTALL)
     return pattern.sub(lambda match: match.group() if match.group()[0] in "/\"'" else f"{match.group()}_{number}", text)
 
 
@@ -79,20 +90,9 @@ def header(seen):
             f"#define DAVAR_ONE_H\n\n{text}#endif\n")
 
 
-def once_a_type(paths):
-    """Of these files those that are compiled once a type: they say so, or need one that does."""
-    found = {path for path in paths if TYPED.search(APART.sub(" ", path.read_text()))}
-    while True:
-        more = {path for path in paths - found if found.intersection(needed(path))}
-        if not more:
-            return found
-        found |= more
-
-
-def pipeline(number, seen):
-    """One pipeline, its names with the number type behind them. `seen` takes the files that both share."""
-    start = LIB / f"src/pipeline/{number}.c"
-    own = once_a_type(all_needed(start))
+def typed_once(start, number, seen):
+    """What one source compiles with its number type, whose name is put behind each name. `seen` takes the files that both share."""
+    own = PER_TYPE & all_needed(start)
     found, tags = (set().union(*each) for each in zip(*(names(path.read_text()) for path in own)))
     text = flat(start, seen, lambda path, text: typed(text, found, tags, number) if path in own else text)
     seen -= own
@@ -101,9 +101,9 @@ def pipeline(number, seen):
 
 def source(seen):
     """davar.c: the pipelines one after the other, then the rest."""
-    text = "".join(pipeline(number, seen) for number in TYPES)
-    seen |= {LIB / f"src/pipeline/{number}.c" for number in TYPES}
-    text += "".join(flat(path, seen) for path in sorted((LIB / "src").rglob("*.c")))
+    text = "".join(typed_once(start, number, seen) for number, starts in STARTS.items() for start in starts)
+    seen |= PER_TYPE
+    text += "".join(flat(path, seen) for path in SOURCES)
     return ('/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n#include "davar.h"\n\n'
             "#ifdef __GNUC__ /* not every type uses all that a header offers */\n"
             f'#pragma GCC diagnostic ignored "-Wunused-function"\n#endif\n\n{text}')

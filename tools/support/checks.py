@@ -162,7 +162,7 @@ def coverage():
         old.unlink()
     tally = ctest("coverage")
     report = LOGS / "coverage.json"
-    status, output = run(["gcovr", "--root", ".", "--filter", "lib/", "--exclude-unreachable-branches",
+    status, output = run(["gcovr", "--root", ".", "--filter", "lib/", "--filter", "port/wire/", "--exclude-unreachable-branches",
                           "--exclude-directories", ".*test_assert.*", "--json",
                           str(report), "build/coverage"], "gcovr.log")
     if status:
@@ -240,7 +240,7 @@ def clang_tidy(share, shares):
 def cppcheck():
     return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
                 "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
-                "-Ilib/include", "-Iport/include", "-Iport/node", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway", "python")
+                "-Ilib/include", "-Iport/include", "-Iport/node", "-Iport/wire", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway", "python")
 
 
 def shell():

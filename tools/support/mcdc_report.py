@@ -11,7 +11,7 @@ def decisions(report, root):
     found = {}
     for entry in json.loads(report)["data"][0]["files"]:
         name = Path(entry["filename"])
-        if not name.is_relative_to(root / "lib"):
+        if not (name.is_relative_to(root / "lib") or name.is_relative_to(root / "port/wire")):
             continue
         for record in entry.get("mcdc_records", []):
             key = (str(name.relative_to(root)), *record[:4])

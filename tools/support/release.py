@@ -103,7 +103,7 @@ def lay_out(name, folder, values):
     """Writes the layout of package `name` into `folder`, which must not exist."""
     for target, source in LAYOUTS[name].items():
         for name_here in tree():
-            if name_here == source or name_here.startswith(source + "/"):
+            if (name_here == source or name_here.startswith(source + "/")) and not name_here.endswith(".md"):  # the pages stay in the tree
                 copy(ROOT / name_here, folder / (target + name_here[len(source):]))
     if LAYOUTS[name]:
         copy(ROOT / "packaging/common/README.md", folder / "README.md")

@@ -105,11 +105,11 @@ static void stop(const char *why)
     }
 }
 
-static void print_result(void *, davar_result_t *result)
+static void print_result()
 {
-    davar_fit(&plan, config.rate_hz, result);
-    const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
-    Serial.print((unsigned long)result->window_samples);
+    davar_fit(&plan, config.rate_hz, &result);
+    const davar_coefficient_t *arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
+    Serial.print((unsigned long)result.window_samples);
     Serial.print(",");
     Serial.print(arw->value, 4);
     Serial.print(",");
@@ -157,5 +157,10 @@ void loop()
     for (uint16_t i = 0; i < waiting; i++) {
         counts[i] = read_word();
     }
-    davar_push_all_q15(&gyro_z, counts, waiting, &result, print_result, NULL);
+    for (size_t done = 0; done < waiting;) {
+        done += davar_push_until_result_q15(&gyro_z, counts + done, waiting - done);
+        if (davar_take(&gyro_z, &result)) {
+            print_result();
+        }
+    }
 }

@@ -31,9 +31,8 @@ static int16_t next_count(int sample)
     return (int16_t)lround(sigma * noise / LSB);
 }
 
-static void print_result(void *context, davar_result_t *result)
+static void print_result(davar_result_t *result)
 {
-    (void)context;
     davar_fit(&plan, config.rate_hz, result);
     const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     if ((result->epoch + 1) % RATE_HZ == 0 || result->alarm) {
@@ -71,7 +70,10 @@ int main(void)
     }
     for (int i = 0; i < SECONDS * RATE_HZ; i++) {
         const int16_t count = next_count(i);
-        davar_push_all_q15(&gyro, &count, 1, &result, print_result, NULL);
+        davar_push_q15(&gyro, &count, 1);
+        if (davar_take(&gyro, &result)) {
+            print_result(&result);
+        }
     }
     return 0;
 }

@@ -15,12 +15,10 @@
 #ifndef DAVAR_DAVAR_H
 #define DAVAR_DAVAR_H
 
-#include "davar/confidence.h"
 #include "davar/fit.h"
 #include "davar/instance.h"
 #include "davar/law.h"
 #include "davar/state.h"
-#include "davar/taus.h"
 #include "davar/types.h"
 #include "davar/version.h"
 
@@ -65,19 +63,6 @@ void davar_push_f32(davar_t *davar, const float *rates, size_t count);
 DAVAR_NODISCARD size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts, size_t count);
 DAVAR_NODISCARD size_t davar_push_until_result_q31(davar_t *davar, const int32_t *counts, size_t count);
 DAVAR_NODISCARD size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count);
-
-/* Pushes a whole block and calls on_result with each result it completes, in *result, taken and not yet fitted. The caller owns
- * result; the next one overwrites it. For the main loop: it pushes and takes. Cost: that of its pushes and takes. */
-typedef void (*davar_on_result_t)(void *context, davar_result_t *result);
-#define davar_push_all_q15 DAVAR_SIZED(davar_push_all_q15)
-#define davar_push_all_q31 DAVAR_SIZED(davar_push_all_q31)
-#define davar_push_all_f32 DAVAR_SIZED(davar_push_all_f32)
-void davar_push_all_q15(davar_t *davar, const int16_t *counts, size_t count, davar_result_t *result,
-                        davar_on_result_t on_result, void *context);
-void davar_push_all_q31(davar_t *davar, const int32_t *counts, size_t count, davar_result_t *result,
-                        davar_on_result_t on_result, void *context);
-void davar_push_all_f32(davar_t *davar, const float *rates, size_t count, davar_result_t *result,
-                        davar_on_result_t on_result, void *context);
 
 /* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
  * the gap are left out of every sum. It completes no result. Policy glr: up to three blocks of samples before it that were not

@@ -1,6 +1,16 @@
-/* davar - stage [5]: the five noise coefficients from ADEV(tau), with honest intervals.
- * Steps of their own behind davar_take, linked only where they are called: davar_fit_white for the angle random walk, davar_fit for
- * all five. Pure functions in integers, and in IEEE floating point with + - * / and sqrt only: the same bits on every target (5.14). */
+/** @file
+ * davar - fit: the noise coefficients of a window from its Allan deviations, with 95 % intervals.
+ *
+ * davar_fit_white estimates the angle random walk; davar_fit estimates all five terms. Both are
+ * optional steps after davar_take and are linked only if they are called. The header also lists the
+ * cluster sizes to configure, and the degrees of freedom and intervals that the fits use.
+ *
+ * Arithmetic: integers, and IEEE floating point with + - * / and sqrt only. Every target computes
+ * the same bits (DESIGN 5.14). No function allocates memory, blocks or reads a clock.
+ *
+ * Threads: the functions keep no state of their own. One plan serves one caller at a time.
+ *
+ * Cost: T cluster sizes. Instructions for each core: docs/COST.md. */
 #ifndef DAVAR_FIT_H
 #define DAVAR_FIT_H
 
@@ -10,22 +20,22 @@
 extern "C" {
 #endif
 
-/* What a fit needs and the Allan variances do not change: a memo, never a history. Fields are private. */
+/** Everything a fit needs that does not depend on the Allan deviations: a cache, not a history.
+ * The caller owns it. Fields are private. */
 typedef struct davar_plan {
-    uint8_t count;                                     /* usable cluster sizes it is made for (5.4) */
-    int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two that are the units of variance */
+    uint8_t count;                                     /* usable cluster sizes of the plan (5.4) */
+    int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
     float m[DAVAR_TAUS_MAX];
     float weight[DAVAR_TAUS_MAX];
-    float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
-    int32_t functional[DAVAR_COEFFICIENT_COUNT]
-                      [DAVAR_TAUS_MAX];                        /* amplitudes of white noise and of one term beside it */
-    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* ... and what they scatter */
-    float scale[DAVAR_COEFFICIENT_COUNT];                      /* units of functional, sigma and centre */
+    float freedom[DAVAR_TAUS_MAX];                               /* degrees of freedom per effective difference */
+    int32_t functional[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* white noise, and each term beside it */
+    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];   /* of those amplitudes */
+    float scale[DAVAR_COEFFICIENT_COUNT];                        /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;
     uint64_t misfit_limit;
-    uint32_t window; /* window length without gaps or mirror images that the rest is made for (5.5); 0: none */
+    uint32_t window; /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];
@@ -35,42 +45,84 @@ typedef struct davar_plan {
     uint32_t doubt[DAVAR_COEFFICIENT_COUNT];
     uint32_t white_low;
     float white_high;
-    double rate_hz; /* that the rest is made for; 0: none */
+    double rate_hz; /* sample rate that root fits; 0: none */
     double root[DAVAR_COEFFICIENT_COUNT];
 } davar_plan_t;
 
-/* Makes a plan for `count` (1..DAVAR_TAUS_MAX) strictly ascending cluster sizes. The plan belongs to the caller. O(count^2). */
+/** Prepares a plan for `count` cluster sizes m[] in samples, strictly ascending.
+ * count: 1 to DAVAR_TAUS_MAX (asserted). The plan keeps no pointer to m.
+ * Cost: O(T^2) in doubles, once. */
 #define davar_plan_init DAVAR_SIZED(davar_plan_init)
 void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t count);
 
-/* Fits white noise alone. Returns true if white noise explains the window, so that the angle random walk is present. Writes
- * result->noise, and in each case:
- *   DAVAR_NOISE_WHITE     the angle random walk with its interval, edf and limits of every tau, upper limits of the other terms
- *   DAVAR_NOISE_MIXED     the upper limit of the angle random walk that the shortest tau gives; all else is absent. Call davar_fit
- *   DAVAR_NOISE_COARSE    the upper limit of the angle random walk; every other coefficient is absent, and the interval of every tau is
- *                         0 to infinity
- *   DAVAR_NOISE_CONSTANT  every coefficient is absent; the interval of every tau is 0 to infinity
- *   DAVAR_NOISE_UNKNOWN   the window holds no difference; all is absent
- * Parameters as for davar_fit. Cost: O(T), a new window length O(T), a change in the number of usable taus O(T^2). */
+/** Fits white noise alone: the angle random walk with its interval.
+ *
+ * Reads from *result: tau[], up to the first entry without differences; window_samples;
+ * mirrored_samples; unit_per_count (0: rounding to counts is not removed). rate_hz: samples per
+ * second, above 0. The cluster sizes must be those of the plan.
+ * Writes result->noise, the coefficients, and edf, low and high of every tau. By result->noise:
+ *   WHITE     The angle random walk has a value and an interval, every tau has an interval, and
+ *             the other terms have upper limits.
+ *   MIXED     White noise does not explain the window. The angle random walk has the upper limit
+ *             that the shortest tau implies; everything else is absent. Call davar_fit.
+ *   COARSE    Rounding to counts hides the noise. The angle random walk has an upper limit, the
+ *             other terms are absent, and every tau has the interval 0 to infinity.
+ *   CONSTANT  Every difference is 0. All terms are absent; every tau has that same interval.
+ *   UNKNOWN   The window holds no difference. Everything is absent.
+ * @return True if white noise explains the window, so that the angle random walk is present.
+ * Cost: O(T); for a new window length O(T) more; if the number of usable taus changes, O(T^2).
+ * Formulas (5.3) to (5.5), (5.7), (5.9) to (5.11), (5.13) to (5.15). */
 #define davar_fit_white DAVAR_SIZED(davar_fit_white)
 bool davar_fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
-/* The same with a plan that tools/davar-plan wrote for all cluster sizes of the result, so that davar_plan_init and what it
- * needs are not linked. Where the window supports all of them it gives the same bits. A window that supports fewer (a short one, or
- * one with gaps) gets DAVAR_NOISE_UNKNOWN. */
+/** Does the same with a plan that tools/davar-plan wrote for all cluster sizes of the result.
+ * davar_plan_init and what it needs are then not linked. The results are those of davar_fit_white
+ * if the window supports every cluster size. If it supports fewer, because it is short or has gaps,
+ * the noise is UNKNOWN. Cost: O(T). */
 #define davar_fit_white_ready DAVAR_SIZED(davar_fit_white_ready)
 bool davar_fit_white_ready(davar_plan_t *plan, double rate_hz, davar_result_t *result);
 
-/* Fits A_-2 .. A_2 >= 0 to the Allan variances in result->tau (adev, m, differences of result->tau_count entries; the
- * entries from the first with differences == 0 on are left out), window length result->window_samples with
- * result->mirrored_samples in it, the size of a count result->unit_per_count (0: no rounding is taken off), at rate_hz (> 0) samples per second. Writes result->noise, result->coefficient[], and edf, low, high of
- * every tau entry from the noise mix that was found.
- * A pure function of result and rate_hz: the plan only saves the work that the last window shares with this one, so
- * one plan serves one caller at a time. The cluster sizes must be those of the plan.
- * Cost: white noise O(T), any other mix O(T^2) (at T = 8 about ten times as much, a hundred without a double FPU: docs/COST.md), a new window length O(T), a change in the number of usable taus O(T^2). About 2 kB of stack.
- * Formulas (5.3) to (5.11). */
+/** Fits the five terms of (1.2), none of them negative, with their 95 % intervals.
+ * Reads and writes the same fields as davar_fit_white, which it tries first: for white noise the
+ * results are equal. For any other mix result->noise is MIXED, a resolved term is present, and an
+ * unresolved term has an upper limit.
+ * Cost: white noise O(T). Any other mix O(T^2), which at T = 8 is ten times as much, and a hundred
+ * times without a double FPU. Stack: about 2 kB.
+ * Formulas (5.3) to (5.11), (5.13) to (5.15). */
 #define davar_fit DAVAR_SIZED(davar_fit)
 void davar_fit(davar_plan_t *plan, double rate_hz, davar_result_t *result);
+
+/** Computes the equivalent degrees of freedom of one Allan variance under one pure noise kind.
+ * The overlapping Allan variance at cluster size m >= 1 in a window of at least 2 m samples
+ * (asserted) without gaps. The rate ramp counts as rate random walk.
+ * @return At least 1. Within 2 % of the exact value for window >= 6 m (5 % for rate random walk at
+ *         m = 1), and never too large by more than that.
+ * Cost: O(1). Formula (5.1), after Greenhall and Riley 2003. */
+double davar_edf(davar_coefficient_kind_t noise, uint32_t m, uint32_t window);
+
+/** Computes degrees of freedom of result->tau[t] that hold for every noise.
+ * This is the smallest value of the pure noise kinds, reduced for gaps and mirrored samples; a
+ * mixture has no fewer (5.6). Use it for results without a fit. tau[t].differences > 0 (asserted).
+ * @return At least 1. Cost: O(1). */
+#define davar_edf_least DAVAR_SIZED(davar_edf_least)
+double davar_edf_least(const davar_result_t *result, uint8_t t);
+
+/** Computes the 95 % limits of a variance with edf degrees of freedom.
+ * The limits are factors: the interval is variance * *low to variance * *high. An edf below 1
+ * counts as 1. The relative error is below 1e-3 of the exact quantiles. Cost: O(1). Formula (5.2). */
+void davar_chi_square_interval(double edf, double *low, double *high);
+
+/** Writes the octaves 1, 2, 4 .. that a window of `window` samples supports by the 25 % rule,
+ * 9 m <= window; m = 1 always fits a window of 2 samples.
+ * @return How many it wrote to taus[], at most `capacity`. 0: window < 2.
+ * Cost: O(capacity). Formula (1.3), [FAST]. */
+uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t capacity);
+
+/** Writes a geometric series of distinct sizes from 1 to window / 9, rounded: the "relevant times"
+ * of [FAST] with its 25 % rule. `wanted` is the number of sizes before duplicates are removed.
+ * @return How many it wrote to taus[], at most `capacity`. 0: window < 2, or wanted is 0.
+ * Cost: O(capacity), and 100 steps of bisection. Formula (1.4). */
+uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity);
 
 #ifdef __cplusplus
 }

@@ -1,9 +1,13 @@
-/* davar - the whole state of an instance, through a brown-out and back.
+/** @file
+ * davar - state: saves a running instance and restores it after a loss of power.
  *
  *   storage:  | slot 0: header, payload | slot 1: header, payload |
  *
- * A save goes into the slot that does not hold the newest image, payload first, header last: wherever the power is cut,
- * the other slot still holds a whole image. Formats and checks: DESIGN 8. */
+ * A save overwrites the slot that does not hold the newest image: first the payload, then the
+ * header. If power fails during a save, the other slot still holds a complete image. Formats and
+ * checks: lib/src/state/DESIGN.md (section 8).
+ *
+ * Threads: stopped. No push, take, gap or flush of the instance may run at the same time. */
 #ifndef DAVAR_STATE_H
 #define DAVAR_STATE_H
 
@@ -13,28 +17,37 @@
 extern "C" {
 #endif
 
-/* Memory that outlives the power: flash behind an erase layer, FRAM, a file. Both functions move `bytes` bytes at `offset`
- * (0 .. 2 slot_bytes), return true when done, and belong to the caller. */
+/** Memory that keeps its content without power: flash with an erase layer, FRAM, or a file.
+ * Both functions move `bytes` bytes at `offset`, within 0 .. 2 slot_bytes, and return true on
+ * success. The structure and the functions belong to the caller. */
 typedef struct {
     bool (*read)(void *context, size_t offset, void *data, size_t bytes);
     bool (*write)(void *context, size_t offset, const void *data, size_t bytes);
     void *context;
-    size_t slot_bytes; /* at least davar_state_bytes(); for flash rounded up to whole pages */
+    size_t slot_bytes; /**< at least davar_state_bytes(); for flash, rounded up to whole pages */
 } davar_storage_t;
 
-/* Bytes of one slot for this instance: its memory and 200 more at most. */
+/** Returns the size of one slot for this instance, in bytes: its memory and at most 200 more.
+ * Cost: O(1). */
 size_t davar_state_bytes(const davar_t *davar);
 
-/* Saves. DAVAR_OK; DAVAR_ERR_STATE_STORAGE: a slot is too small, neither can be read, or writing failed (the older image
- * is still there). Needs push and take quiet. Cost: two passes over the older image's header, one over the state. */
+/** Saves the instance to the slot that does not hold the newest image.
+ * @return DAVAR_OK, or DAVAR_ERR_STATE_STORAGE: a slot is too small, neither slot can be read, or
+ *         writing failed. After an error the older image is still there.
+ * Cost: reads both slots once and writes the state once. */
 davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage);
 
-/* Puts the newest whole image into an instance that init has just started with the same number type, configuration and
- * size of memory; the stream then goes on bit for bit (say davar_gap for what was lost meanwhile). DAVAR_OK;
- * DAVAR_ERR_STATE_STORAGE: a slot is too small, neither can be read, or a whole image failed or differed when it was read
- * again; DAVAR_ERR_STATE_NONE: no whole image; DAVAR_ERR_STATE_FOREIGN: the only whole images are of another version,
- * number type, configuration or machine (another byte order included). On refusal the instance is as after init. What lands in the instance is checked
- * before it is used: against accidents, not against forgery. Needs push and take quiet. */
+/** Restores the newest complete image. The stream then continues with the same results, bit for
+ * bit; call davar_gap for the samples that were lost.
+ * The instance must have just been initialised with the same number type, configuration and size of
+ * memory. After an error it is as after init. The check detects accidents, not forgery.
+ * @return DAVAR_OK, or
+ *         DAVAR_ERR_STATE_STORAGE: a slot is too small, neither slot can be read, or a complete
+ *             image could not be read a second time or had changed;
+ *         DAVAR_ERR_STATE_NONE: there is no complete image;
+ *         DAVAR_ERR_STATE_FOREIGN: the only complete images have another version, number type,
+ *             configuration, pointer size or byte order.
+ * Cost: reads both slots once and the image a second time; O(T) to set up the memory. */
 davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage);
 
 #ifdef __cplusplus

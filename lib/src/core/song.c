@@ -319,33 +319,32 @@ static uint32_t longer(const davar_config_t *config, uint32_t length, bool filli
 }
 
 /* On a grid the window moves `stride` times as far in one step. O(1), no division. */
-static bool judge(davar_t *davar, const davar_central_t *moments, davar_song_rule_t rule)
+static bool song_judge(davar_t *davar, const davar_central_t *moments, davar_song_rule_t rule)
 {
     const davar_config_t *const config = davar->config;
     davar_window_t *const window = &davar->window;
     const bool unstable = (moments != NULL) && davar_song_unstable(config, rule, &moments[0], &moments[1]);
     window_keep_filling(window, config, unstable);
-    window->next_length =
-        unstable ? shorter(config, window->length) : longer(config, window->length, window->filling);
+    window->next_length = unstable ? shorter(config, window->length) : longer(config, window->length, window->filling);
     return unstable;
 }
 
 static bool judge_kurtosis(davar_t *davar, void *state, const davar_central_t *moments)
 {
     (void)state;
-    return judge(davar, moments, SONG_KURTOSIS);
+    return song_judge(davar, moments, SONG_KURTOSIS);
 }
 
 static bool judge_or(davar_t *davar, void *state, const davar_central_t *moments)
 {
     (void)state;
-    return judge(davar, moments, SONG_OR);
+    return song_judge(davar, moments, SONG_OR);
 }
 
 static bool judge_and(davar_t *davar, void *state, const davar_central_t *moments)
 {
     (void)state;
-    return judge(davar, moments, SONG_AND);
+    return song_judge(davar, moments, SONG_AND);
 }
 
 const davar_law_t davar_law_kurtosis = {.id = 1U, .wants_moments = true, .judge = judge_kurtosis};

@@ -1,8 +1,7 @@
 /* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8).
  * The constants were fitted offline to exact values; tests/unit/test_confidence.c holds tables that they must meet. */
-#include "davar/confidence.h"
+#include "davar/fit.h"
 
-#include "fit/noise.h"
 #include "fit/plan.h"
 
 DAVAR_APART static double at_least(double floor, double value)

@@ -2,9 +2,7 @@
  * show (fit/white.c); all else goes to fit/mixture.c. */
 #include "davar/fit.h"
 
-#include "davar/confidence.h"
 #include "fit/mixture.h"
-#include "fit/noise.h"
 #include "fit/plan.h"
 #include "fit/white.h"
 #include "number/real.h"

@@ -1,16 +1,47 @@
-/* davar - a mix of noise terms, its variances and its selection, DESIGN (5.6) to (5.10). Least squares with weights from the
- * model, not from the data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated;
- * the weights know that only as crowding (a full inverse is ill-conditioned), the variance of the outcome knows it in full. */
+/* davar - a mix of noise terms, its variances and its selection, DESIGN (5.6) to (5.10). Least squares takes its weights from the
+ * model, not from the data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated. The
+ * weights allow for that only as crowding, because a full inverse is ill-conditioned; the variance of the outcome allows for all of it. */
 #include "fit/mixture.h"
 
-#include "fit/least_squares.h"
-#include "fit/noise.h"
 #include "fit/plan.h"
 #include "number/real.h"
+
+/* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
+#define PIVOT_MIN 1e-10
 
 /* Rounds of reweighting: enough to compare models, and to settle to a small fraction of a standard error. */
 #define ROUNDS_TRIAL 2
 #define ROUNDS_FINAL 2
+
+/* Terms of a model: bit k for term k. */
+static unsigned term_bit(int term)
+{
+    return 1U << (unsigned)term;
+}
+
+static bool has_term(unsigned terms, int term)
+{
+    return (terms & term_bit(term)) != 0U;
+}
+
+typedef struct {
+    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
+} matrix_t;
+
+/* The normal equations of all five terms. */
+typedef struct {
+    int count;                                      /* of the Allan variances: no more terms can be told apart */
+    double moment[2 * DAVAR_COEFFICIENT_COUNT - 1]; /* sum of W m^(p - 4): X' W X holds only these, at row + column */
+    double right[DAVAR_COEFFICIENT_COUNT];          /* X' W avar, scaled */
+    double scale[DAVAR_COEFFICIENT_COUNT];          /* makes the diagonal of X' W X 1: a = scale * solution */
+} normal_t;
+
+/* Inverse over some of the terms: row i belongs to term[i], in ascending order. */
+typedef struct {
+    int size;
+    int term[DAVAR_COEFFICIENT_COUNT];
+    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
+} inverse_t;
 
 static double square(double x)
 {
@@ -43,7 +74,7 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_ad
     shapes(m, x);
     double inverse = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        if (davar_has_term(model->terms, k)) {
+        if (has_term(model->terms, k)) {
             inverse += model->a[k] * x[k] / davar_noise_edf((davar_coefficient_kind_t)k, m, all);
         }
     }
@@ -61,29 +92,163 @@ DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
     return avar_of(model, m) / x[term];
 }
 
-/* ---- least squares ---- */
+/* ---- least squares (5.6) ---- */
+
+/* One Allan variance; weight_per_m2: its weight over m^2. */
+static void normal_add(normal_t *normal, double m, double avar, double weight_per_m2)
+{
+    double power = weight_per_m2 / (m * m);
+    double product = weight_per_m2 * avar;
+    normal->count++;
+    for (int k = 0; k < TERMS; k++) {
+        normal->right[k] += product;
+        product *= m;
+    }
+    for (int p = 0; p < 2 * TERMS - 1; p++) {
+        normal->moment[p] += power;
+        power *= m;
+    }
+}
 
 /* trust: 1 takes the weights from the model; less mixes in the data, for a model that may still be far off. */
-static void normal_equations(const davar_mixture_t *model, double trust, davar_normal_t *normal)
+static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
-    *normal = (davar_normal_t){0};
+    *normal = (normal_t){0};
     for (int t = 0; t < model->count; t++) {
         const davar_adev_t *tau = &model->data->tau[t];
         const double m = (double)tau->m;
         const double avar = tau->adev * tau->adev;
         const double expected = trust * avar_of(model, m) + (1.0 - trust) * avar;
-        davar_normal_add(normal, m, avar, (double)model->weight[t] / square(expected * m));
+        normal_add(normal, m, avar, (double)model->weight[t] / square(expected * m));
     }
-    davar_normal_scale(normal);
+    for (int k = 0; k < TERMS; k++) {
+        normal->scale[k] = 1.0 / davar_root(normal->moment[k + k]);
+        normal->right[k] *= normal->scale[k];
+    }
+}
+
+/* Rows and columns of X' W X for the terms in `terms`, in ascending order. */
+static void select_terms(const normal_t *normal, unsigned terms, inverse_t *some)
+{
+    some->size = 0;
+    for (int k = 0; k < TERMS; k++) {
+        if (has_term(terms, k)) {
+            some->term[some->size++] = k;
+        }
+    }
+    for (int i = 0; i < some->size; i++) {
+        const int k = some->term[i];
+        for (int j = 0; j <= i; j++) {
+            const int l = some->term[j];
+            some->at[i][j] = normal->moment[k + l] * normal->scale[k] * normal->scale[l];
+            some->at[j][i] = some->at[i][j];
+        }
+    }
+}
+
+static void eliminate(inverse_t *a, int pivot)
+{
+    const double inverse = 1.0 / a->at[pivot][pivot];
+    a->at[pivot][pivot] = 1.0;
+    for (int j = 0; j < a->size; j++) {
+        a->at[pivot][j] *= inverse;
+    }
+    for (int i = 0; i < a->size; i++) {
+        if (i != pivot) {
+            const double multiple = a->at[i][pivot];
+            a->at[i][pivot] = 0.0;
+            for (int j = 0; j < a->size; j++) {
+                a->at[i][j] -= multiple * a->at[pivot][j];
+            }
+        }
+    }
+}
+
+/* Inverse of the rows and columns of `terms`, by Gauss-Jordan: a positive definite matrix needs no exchange of rows. False: the
+ * cluster sizes cannot tell these terms apart. */
+DAVAR_RARE static bool invert(const normal_t *normal, unsigned terms, inverse_t *inverse)
+{
+    select_terms(normal, terms, inverse);
+    if (inverse->size > normal->count) {
+        return false;
+    }
+    for (int i = 0; i < inverse->size; i++) {
+        if (!(inverse->at[i][i] > PIVOT_MIN)) {
+            return false;
+        }
+        eliminate(inverse, i);
+    }
+    return true;
+}
+
+/* a of row i of the inverse. */
+DAVAR_RARE static double solution(const normal_t *normal, const inverse_t *inverse, int i)
+{
+    double sum = 0.0;
+    for (int j = 0; j < inverse->size; j++) {
+        sum += inverse->at[i][j] * normal->right[inverse->term[j]];
+    }
+    return sum * normal->scale[inverse->term[i]];
+}
+
+/* Its variance. `scatter` is X' W C W X, where C is the covariance of the Allan variances, scaled as the normal equations. INFINITY:
+ * the terms are so alike that an approximate C cannot tell their variance. */
+DAVAR_RARE static double solution_variance(const normal_t *normal, const inverse_t *inverse, const matrix_t *scatter,
+                                           int i)
+{
+    const double scale = normal->scale[inverse->term[i]];
+    double sum = 0.0;
+    for (int j = 0; j < inverse->size; j++) {
+        double row = 0.0;
+        for (int l = 0; l < inverse->size; l++) {
+            row += scatter->at[inverse->term[j]][inverse->term[l]] * inverse->at[i][l];
+        }
+        sum += inverse->at[i][j] * row;
+    }
+    return (sum > 0.0) ? (sum * (scale * scale)) : (double)INFINITY;
+}
+
+/* Stores the solution; returns its most negative term, -1 if there is none. */
+static int solve(const normal_t *normal, const inverse_t *inverse, double a[])
+{
+    int worst = -1;
+    double lowest = 0.0;
+    for (int k = 0; k < TERMS; k++) {
+        a[k] = 0.0;
+    }
+    for (int i = 0; i < inverse->size; i++) {
+        const int k = inverse->term[i];
+        a[k] = solution(normal, inverse, i);
+        if (a[k] < lowest * normal->scale[k]) {
+            worst = k;
+            lowest = a[k] / normal->scale[k];
+        }
+    }
+    return worst;
+}
+
+/* Least squares over `terms`, without those that come out negative. Returns the terms that are left, with a[k] of each and 0 for the
+ * others. 0: the cluster sizes cannot tell them apart, and a[] is not to be used. One term alone is positive, so the loop ends. */
+DAVAR_RARE static unsigned solve_non_negative(const normal_t *normal, unsigned terms, double a[])
+{
+    inverse_t inverse;
+    while (invert(normal, terms, &inverse)) {
+        const int worst = solve(normal, &inverse, a);
+        if (worst < 0) {
+            return terms;
+        }
+        terms &= ~term_bit(worst);
+    }
+    return 0U;
 }
 
 /* Iteratively reweighted least squares. trust: see normal_equations, for the first round. */
 static bool converge(davar_mixture_t *model, unsigned terms, double trust, int rounds)
 {
-    davar_normal_t normal;
+    normal_t normal;
     for (int round = 0; round < rounds; round++) {
         normal_equations(model, (round == 0) ? trust : 1.0, &normal);
-        const unsigned left = davar_solve_non_negative(&normal, terms, model->a);
+        const unsigned left = solve_non_negative(&normal, terms, model->a);
         if (left == 0U) {
             return false;
         }
@@ -102,14 +267,14 @@ static double covariance(const davar_mixture_t *model, double m_short, double m_
     shapes(davar_root(m_short * m_long), x);
     double sum = 0.0;
     for (int k = 0; k < TERMS; k++) {
-        if (davar_has_term(model->terms, k)) {
+        if (has_term(model->terms, k)) {
             sum += model->a[k] * x[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
         }
     }
     return sum;
 }
 
-static void add_symmetric(davar_matrix_t *h, const double x[], const double y[])
+static void add_symmetric(matrix_t *h, const double x[], const double y[])
 {
     for (int k = 0; k < TERMS; k++) {
         for (int l = 0; l < TERMS; l++) {
@@ -141,11 +306,11 @@ static void covariance_row(const davar_mixture_t *model, int j, const double fac
 
 /* X' W C W X, the middle of the sandwich, scaled as the normal equations. Returns the misfit: twice the log-likelihood
  * that the data lose against a perfect model. */
-static double scatter(const davar_mixture_t *model, const davar_normal_t *normal, davar_matrix_t *h)
+static double scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
 {
     double factor[DAVAR_TAUS_MAX];
     double misfit = 0.0;
-    *h = (davar_matrix_t){0};
+    *h = (matrix_t){0};
     for (int j = 0; j < model->count; j++) {
         const davar_adev_t *tau = &model->data->tau[j];
         const double avar = avar_of(model, (double)tau->m);
@@ -169,7 +334,7 @@ static int term_count(unsigned terms)
 {
     int count = 0;
     for (int k = 0; k < TERMS; k++) {
-        count += davar_has_term(terms, k) ? 1 : 0;
+        count += has_term(terms, k) ? 1 : 0;
     }
     return count;
 }
@@ -195,14 +360,13 @@ DAVAR_APART static double lower_limit(double a, double variance)
 }
 
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
-static void doubt(davar_mixture_t *model, const davar_normal_t *normal, const davar_inverse_t *inverse,
-                  const davar_matrix_t *h)
+static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse, const matrix_t *h)
 {
     for (int i = 0; i < inverse->size; i++) {
         const int k = inverse->term[i];
-        if (davar_has_term(model->terms, k)) {
-            const double a = davar_solution(normal, inverse, i);
-            const double variance = davar_solution_variance(normal, inverse, h, i) * model->grow;
+        if (has_term(model->terms, k)) {
+            const double a = solution(normal, inverse, i);
+            const double variance = solution_variance(normal, inverse, h, i) * model->grow;
             const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
             lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
         }
@@ -211,28 +375,28 @@ static void doubt(davar_mixture_t *model, const davar_normal_t *normal, const da
 
 /* The model's noise gives weights and scatter, so for an absent term this is a test of the model without it (a score
  * test). */
-static void judge_absent(davar_mixture_t *model, const davar_normal_t *normal, const davar_matrix_t *h, int term)
+static void judge_absent(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term)
 {
-    davar_inverse_t inverse;
+    inverse_t inverse;
     model->beside[term] = 0.0;
     model->variance[term] = (double)INFINITY;
-    if (davar_invert(normal, model->terms | davar_term_bit(term), &inverse)) {
-        const int i = term_count(model->terms & (davar_term_bit(term) - 1U));
-        model->beside[term] = davar_solution(normal, &inverse, i);
-        model->variance[term] = davar_solution_variance(normal, &inverse, h, i) * model->grow;
+    if (invert(normal, model->terms | term_bit(term), &inverse)) {
+        const int i = term_count(model->terms & (term_bit(term) - 1U));
+        model->beside[term] = solution(normal, &inverse, i);
+        model->variance[term] = solution_variance(normal, &inverse, h, i) * model->grow;
         if (model->beside[term] > DAVAR_FIT_DOUBT * davar_root(model->variance[term])) {
             doubt(model, normal, &inverse, h);
         }
     }
 }
 
-static void judge_present(davar_mixture_t *model, const davar_normal_t *normal, const davar_matrix_t *h)
+static void judge_present(davar_mixture_t *model, const normal_t *normal, const matrix_t *h)
 {
-    davar_inverse_t inverse;
-    (void)davar_invert(normal, model->terms, &inverse); /* as it was in the fit */
+    inverse_t inverse;
+    (void)invert(normal, model->terms, &inverse); /* as it was in the fit */
     for (int i = 0; i < inverse.size; i++) {
         const int k = inverse.term[i];
-        model->variance[k] = davar_solution_variance(normal, &inverse, h, i) * model->grow;
+        model->variance[k] = solution_variance(normal, &inverse, h, i) * model->grow;
         model->least[k] = lower_limit(model->a[k], model->variance[k]);
     }
 }
@@ -240,13 +404,13 @@ static void judge_present(davar_mixture_t *model, const davar_normal_t *normal, 
 /* Fills beside, variance, least and grow. */
 static void judge(davar_mixture_t *model)
 {
-    davar_normal_t normal;
-    davar_matrix_t h;
+    normal_t normal;
+    matrix_t h;
     normal_equations(model, 1.0, &normal);
     model->grow = inflation(model, scatter(model, &normal, &h));
     judge_present(model, &normal, &h);
     for (int k = 0; k < TERMS; k++) {
-        if (!davar_has_term(model->terms, k)) {
+        if (!has_term(model->terms, k)) {
             judge_absent(model, &normal, &h, k);
         }
     }
@@ -257,7 +421,7 @@ static void judge(davar_mixture_t *model)
 /* In standard errors. A misfit is no excuse: terms are tested against the noise as modelled. */
 static double significance(const davar_mixture_t *model, int term)
 {
-    const double a = davar_has_term(model->terms, term) ? model->a[term] : model->beside[term];
+    const double a = has_term(model->terms, term) ? model->a[term] : model->beside[term];
     return a / davar_root(model->variance[term] / model->grow);
 }
 
@@ -265,9 +429,7 @@ static unsigned missing_terms(const davar_mixture_t *model)
 {
     unsigned found = 0U;
     for (int k = 0; k < TERMS; k++) {
-        found |= (!davar_has_term(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD))
-                     ? davar_term_bit(k)
-                     : 0U;
+        found |= (!has_term(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD)) ? term_bit(k) : 0U;
     }
     return found;
 }
@@ -298,7 +460,7 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     double least = (double)INFINITY;
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = before;
-        if (davar_has_term(suspects, k) && converge(&trial, before.terms | davar_term_bit(k), 0.5, ROUNDS_TRIAL)) {
+        if (has_term(suspects, k) && converge(&trial, before.terms | term_bit(k), 0.5, ROUNDS_TRIAL)) {
             const double left = unexplained(&trial);
             if (left < least) {
                 least = left;
@@ -314,7 +476,7 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
 static void reconsider(davar_mixture_t *model, int term)
 {
     davar_mixture_t trial = *model;
-    (void)converge(&trial, model->terms & ~davar_term_bit(term), 0.5,
+    (void)converge(&trial, model->terms & ~term_bit(term), 0.5,
                    ROUNDS_TRIAL); /* fewer terms are easier to tell apart */
     settle(&trial);
     if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
@@ -331,7 +493,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
     }
     settle(model);
     for (int k = 0; k < TERMS; k++) {
-        if (davar_has_term(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
+        if (has_term(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
             reconsider(model, k);
         }
     }
@@ -340,7 +502,7 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
 
 DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects)
 {
-    model->terms = davar_term_bit(WHITE);
+    model->terms = term_bit(WHITE);
     model->a[WHITE] = white;
     if (!grow(model, suspects)) {
         settle(model);

@@ -3,10 +3,9 @@
  * constant y = N^2; shares are amplitudes over that. */
 #include "fit/white.h"
 
-#include "core/absent.h"
-#include "fit/noise.h"
+#include "fit/aligned.h"
 #include "fit/plan.h"
-#include "number/aligned.h"
+#include "number/absent.h"
 
 _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 

@@ -1,6 +1,6 @@
 /* davar - result to frames. One table row per message, in the order on the wire. */
-#include "davar/codec.h"
 #include "davar/law.h"
+#include "davar/wire.h"
 
 #include "wire/frame_layout.h"
 

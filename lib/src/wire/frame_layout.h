@@ -2,7 +2,7 @@
 #ifndef DAVAR_FRAME_LAYOUT_H
 #define DAVAR_FRAME_LAYOUT_H
 
-#include "davar/codec.h"
+#include "davar/wire.h"
 #include "number/strict.h"
 
 typedef struct {

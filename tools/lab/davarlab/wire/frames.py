@@ -16,7 +16,7 @@ from .raw import Samples, written
 DBC_PATH = places.shared("tools/davar.dbc")
 BASE, STEP = 0x5D0, 16
 CRC_POLYNOMIAL = 0x1D
-LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/codec.h
+LEAST, MOST = 1e-30, 1e30  # magnitude of a float but 0, as in davar/wire.h
 REACH = 4  # results of a channel that are joined at a time: one that is not complete when so many have begun after it is dropped
 HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
 

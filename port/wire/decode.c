@@ -1,5 +1,5 @@
 /* davar - frames to values: the mirror of encode.c, for gateways and other devices. */
-#include "davar/codec.h"
+#include "davar_decode.h"
 
 #include "wire/frame_layout.h"
 

@@ -1,7 +1,7 @@
 /* davar - a result against the error model's table, DESIGN (9.1) to (9.5). */
 #include "davar/monitor.h"
 
-#include "davar/confidence.h"
+#include "davar/fit.h"
 #include "number/real.h"
 
 #define RATIO_LIMIT 1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */

@@ -1,5 +1,5 @@
 /* davar - SLCAN text. */
-#include "davar/slcan.h"
+#include "davar_slcan.h"
 
 #define HEAD 5U /* t5D08 */
 #define STAMP 4U

@@ -1,5 +1,5 @@
 /* davar - cluster sizes: octaves and the log-spaced series, both with the 25 % rule 9 m <= window. */
-#include "davar/taus.h"
+#include "davar/fit.h"
 
 #include "number/machine.h"
 #include "number/strict.h"

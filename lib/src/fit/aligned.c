@@ -1,4 +1,4 @@
-#include "number/aligned.h"
+#include "fit/aligned.h"
 
 #define SPARE 4
 

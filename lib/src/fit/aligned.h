@@ -1,6 +1,6 @@
 /* davar - positive numbers brought to one exponent, so that sums with fixed-point factors are sums of integers (5.14). */
-#ifndef DAVAR_SRC_ALIGNED_H
-#define DAVAR_SRC_ALIGNED_H
+#ifndef DAVAR_FIT_ALIGNED_H
+#define DAVAR_FIT_ALIGNED_H
 
 #include "number/scaled.h"
 

@@ -1,5 +1,5 @@
 /* davar - the parts of a result that are not there. */
-#include "core/absent.h"
+#include "number/absent.h"
 
 #include <math.h>
 
