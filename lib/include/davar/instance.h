@@ -21,8 +21,7 @@ typedef struct {
     uint32_t wait;        /* samples until the next epoch is complete */
     uint32_t end;         /* samples of the record, once finished */
     uint32_t skip;        /* samples to leave out until the grid of epochs after a restart */
-    bool filling;         /* trailing: the window still is what has arrived */
-    bool at_start;        /* centred: the trailing edge still is in the mirrored start */
+    uint8_t phase;        /* how far it is from the start: a window_phase_t of the core */
     bool finished;        /* flush was called: positions from `end` on are mirrored */
 } davar_window_t;
 

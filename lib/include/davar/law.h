@@ -43,7 +43,7 @@ struct davar_law {
     /* Places the window of the epoch that is due: sets window.next_length and returns the samples between its end and the newest
      * sample. Sets *early when no result may be reported yet. Null: the length that judge chose, the lag of the mode (4.2). */
     uint32_t (*place)(struct davar *davar, void *state, bool *early);
-    /* After an epoch: returns the flag `unstable` and sets window.next_length and window.filling. `moments`: of the whole window
+    /* After an epoch: returns the flag `unstable` and sets window.next_length. `moments`: of the whole window
      * and of its first part, in this order; null unless wants_moments and the window has at least window_min samples. */
     bool (*judge)(struct davar *davar, void *state, const struct davar_central *moments);
     /* For davar_take: read copies under the sequence lock (repeated when a push interrupts it); report computes from the copies. */

@@ -141,8 +141,8 @@ DAVAR_RARE bool davar_flush(davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
     const bool kept = !has_grid(config) || config->mirrored_end;
-    const davar_window_t *const window = &davar->window; /* `received` wraps long after `at_start` has become false */
-    const bool begun = window->finished || !window->at_start || (window->received >= (config->window_max / 2U));
+    const davar_window_t *const window = &davar->window; /* `received` wraps long after the start */
+    const bool begun = window->finished || !at_start(window) || (window->received >= (config->window_max / 2U));
     if (has_queue(config)) {
         return config->law->flush(davar, davar->law_state);
     }

@@ -72,7 +72,7 @@ void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_
 DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
 {
     const uint32_t boundary = window->received;
-    if ((boundary == 0U) && (at_start(window) || window->filling)) {
+    if ((boundary == 0U) && (window->phase <= (uint8_t)WINDOW_FILLING)) {
         return true;
     }
     if ((gaps->count > 0U) && (gaps->position[gaps->count - 1U] == boundary)) {

@@ -28,9 +28,9 @@ extern const davar_number_t davar_number_q31;
     void davar_##type##_start(davar_t *davar, void *memory);                                                           \
     void davar_##type##_gap(davar_t *davar);                                                                           \
     bool davar_##type##_flush(davar_t *davar);                                                                         \
-    void davar_##type##_resume(davar_t *davar); /* its memory has been read back: set the pointers again */              \
+    void davar_##type##_resume(davar_t *davar); /* its memory has been read back: set the pointers again */            \
     /* For a law with a queue. */                                                                                      \
-    bool davar_##type##_boundary(davar_t *davar); /* a gap that is not counted; false: no room for it, ignored */       \
+    bool davar_##type##_boundary(davar_t *davar); /* a gap that is not counted; false: no room for it, ignored */      \
     bool davar_##type##_epoch(davar_t *davar);    /* an epoch without a sample; true: it completed a result */
 
 NUMBER_PIPELINE(q15)

@@ -79,13 +79,7 @@ static inline bool is_float(const davar_t *davar)
     return DAVAR_Q31 && davar->is_float;
 }
 
-/* The trailing edge still is in the mirrored start. */
-static inline bool at_start(const davar_window_t *window)
-{
-    return DAVAR_CENTRED && window->at_start;
-}
-
-/* The leading edge runs into the mirrored end. */
+/* The recording has ended, and the leading edge runs into its mirror image. Not a phase: a short recording ends at its start. */
 static inline bool is_finished(const davar_window_t *window)
 {
     return DAVAR_CENTRED && window->finished;
@@ -98,12 +92,6 @@ static inline bool is_finished(const davar_window_t *window)
 static inline uint32_t window_lag(const davar_config_t *config, uint32_t length)
 {
     return is_centred(config) ? ((config->window_max - length) >> 1U) : 0U;
-}
-
-/* Trailing windows grow until they are full, or until a law shrinks one. */
-static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config, bool unstable)
-{
-    window->filling = window->filling && !unstable && (window->length < config->window_max);
 }
 
 /* One past the leading edge. */
@@ -140,6 +128,86 @@ static inline void window_glide(davar_window_t *window)
 static inline uint64_t window_now(const davar_window_t *window)
 {
     return window->origin + window->received;
+}
+
+/* --- phases ------------------------------------------------------------------------------------------------------ */
+
+/* How far a window is from the start of the stream (DESIGN 2.12):
+ *
+ *   SKIPPING --+--> WARMING ---> MIRRORED --+--> SETTLING ---> RUNNING
+ *              |                   ^        |
+ *              +-------------------+        |
+ *              +--> FILLING ----------------+
+ */
+typedef enum {
+    WINDOW_SKIPPING, /* after a restart: samples before the next boundary of the grid of epochs are dropped */
+    WINDOW_WARMING,  /* centred, by edges: the window grows on both sides of the first sample (2.6) */
+    WINDOW_MIRRORED, /* centred: the trailing edge is in the mirror image of the start */
+    WINDOW_FILLING,  /* trailing: the window is what has arrived */
+    WINDOW_SETTLING, /* the window has left the start; the longest span has not */
+    WINDOW_RUNNING,  /* nothing of the start is left */
+    WINDOW_PHASES
+} window_phase_t;
+
+/* May a window pass from one phase to the other? */
+static inline bool window_may_pass(window_phase_t from, window_phase_t to)
+{
+    static const uint8_t next[WINDOW_PHASES] = {
+        [WINDOW_SKIPPING] = (1U << WINDOW_WARMING) | (1U << WINDOW_MIRRORED) | (1U << WINDOW_FILLING),
+        [WINDOW_WARMING] = 1U << WINDOW_MIRRORED,
+        [WINDOW_MIRRORED] = 1U << WINDOW_SETTLING,
+        [WINDOW_FILLING] = 1U << WINDOW_SETTLING,
+        [WINDOW_SETTLING] = 1U << WINDOW_RUNNING,
+        [WINDOW_RUNNING] = 0U,
+    };
+    return ((next[from] >> (unsigned)to) & 1U) != 0U;
+}
+
+/* The only writer but for the start of a stream. */
+static inline void window_enter(davar_window_t *window, window_phase_t phase)
+{
+    DAVAR_ASSERT(window_may_pass((window_phase_t)window->phase, phase));
+    window->phase = (uint8_t)phase;
+}
+
+/* The first phase of a stream, or after a restart. */
+static inline window_phase_t window_first_phase(const davar_config_t *config)
+{
+    if (!is_centred(config)) {
+        return WINDOW_FILLING;
+    }
+    return has_grid(config) ? WINDOW_MIRRORED : WINDOW_WARMING;
+}
+
+/* The trailing edge is before the first sample, in its mirror image. */
+static inline bool at_start(const davar_window_t *window)
+{
+    return DAVAR_CENTRED && (window->phase <= (uint8_t)WINDOW_MIRRORED);
+}
+
+/* Spans may reach before the first sample. */
+static inline bool is_starting(const davar_window_t *window)
+{
+    return window->phase < (uint8_t)WINDOW_RUNNING;
+}
+
+/* Centred, by edges: the first window still grows on both sides (2.6). */
+static inline bool is_warming(const davar_window_t *window)
+{
+    return DAVAR_CENTRED && (window->phase == (uint8_t)WINDOW_WARMING);
+}
+
+static inline bool is_filling(const davar_window_t *window)
+{
+    return window->phase == (uint8_t)WINDOW_FILLING;
+}
+
+/* Trailing windows fill until they are full, or until a law shrinks one. */
+static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config, bool unstable)
+{
+    if (is_filling(window) && (unstable || (window->length >= config->window_max))) {
+        window_enter(window, WINDOW_SETTLING);
+    }
 }
 
 /* --- gaps: boundaries that no difference may span, and their mirror images ---------------------------------------- */
