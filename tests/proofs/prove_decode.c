@@ -1,5 +1,5 @@
 /* Statement: davar_decode, of any frame and any base, reads and writes inside its arguments, and nothing overflows; what it
- * decodes has indices that stay inside the tables of codec.h. All 64 data bytes, the length and the identifier are
+ * decodes has indices that stay inside the tables of davar_decode.h. All 64 data bytes, the length and the identifier are
  * arbitrary. No bound. */
 #include "davar_decode.h"
 

@@ -45,10 +45,10 @@ def symbols(target, path):
 
 def sources(target, where):
     """Symbol -> source file of lib/ that it comes from."""
-    src = where / "davar/lib/CMakeFiles/davar.dir/src"
-    lines = tool(target, "nm", "-A", "--defined-only", *sorted(src.rglob("*.obj"))).splitlines()
+    rooms = where / "davar/lib/CMakeFiles"
+    lines = tool(target, "nm", "-A", "--defined-only", *sorted(rooms.glob("davar_*.dir/src/**/*.obj"))).splitlines()
     places = {line.split()[-1]: line.split(":", 1)[0] for line in lines if line.split()[-2] in "tTrRwW"}
-    return {name: str(Path(path).relative_to(src))[:-4] for name, path in places.items()}
+    return {name: Path(*Path(path).relative_to(rooms).parts[2:]).as_posix()[:-4] for name, path in places.items()}
 
 
 def compiled(target, where, flags, files):

@@ -1,40 +1,46 @@
-/* davar - what a build may choose, one name each. All is there unless it is left out, with -DDAVAR_GRID=0 for example, for the
- * library and for whatever includes it. What is left out takes no flash and is refused by init (DAVAR_ERR_BUILD). */
+/** @file
+ * davar - options of a build.
+ *
+ * Every feature is on by default. -DDAVAR_GRID=0 removes one; define it for the library and for every
+ * source that includes a header of davar. A removed feature takes no flash, and init rejects a
+ * configuration that needs it (DAVAR_ERR_BUILD). The other results keep their bits. */
 #ifndef DAVAR_OPTIONS_H
 #define DAVAR_OPTIONS_H
 
-/* Most cluster sizes one instance can carry, 1 to 32. Sizes davar_result_t and davar_plan_t. */
+/** Largest number of cluster sizes of an instance, 1 to 32. It sizes davar_result_t and davar_plan_t;
+ * a library and a user with different values do not link. */
 #ifndef DAVAR_TAUS_MAX
 #define DAVAR_TAUS_MAX 32
 #endif
 
-/* int16 counts. */
+/** Number type _q15: int16 counts. */
 #ifndef DAVAR_Q15
 #define DAVAR_Q15 1
 #endif
 
-/* int32 counts, and floats. */
+/** Number types _q31 and _f32: int32 counts and floats. */
 #ifndef DAVAR_Q31
 #define DAVAR_Q31 1
 #endif
 
-/* Engine grid, for a stride above 1. */
+/** Engine grid. Without it a stride above 1 needs DAVAR_ENGINE_EDGES. */
 #ifndef DAVAR_GRID
 #define DAVAR_GRID 1
 #endif
 
-/* Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment above 0). */
+/** Windows whose length a law decides (davar/law.h); kurtosis and contribution (segment above 0). */
 #ifndef DAVAR_LAWS
 #define DAVAR_LAWS 1
 #endif
 
-/* Centred windows with mirrored ends, and davar_flush. */
+/** Centred windows with mirrored ends, and davar_flush. */
 #ifndef DAVAR_CENTRED
 #define DAVAR_CENTRED 1
 #endif
 
-/* Caller bugs. Yours may log or reset; ((void)0) leaves them out. Where there is an operating system, assert; on a bare machine
- * a trap, for the C library's assert brings stdio and malloc with it. */
+/** Checks for bugs of the caller. The default is assert on an operating system and a trap on a bare
+ * machine, where the C library's assert would link stdio and malloc. NDEBUG removes them. Your own
+ * definition may log or reset. */
 #ifndef DAVAR_ASSERT
 #if defined(NDEBUG)
 #define DAVAR_ASSERT(condition) ((void)0)
@@ -46,7 +52,7 @@
 #endif
 #endif
 
-/* A return value that the caller must use. */
+/** Marks a return value that the caller must use. */
 #ifndef DAVAR_NODISCARD
 #if defined(__GNUC__)
 #define DAVAR_NODISCARD __attribute__((warn_unused_result))

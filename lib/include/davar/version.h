@@ -1,4 +1,5 @@
-/* davar - version: the one place where it is written. CMake reads this file. */
+/** @file
+ * davar - version. The number is written here only; CMake reads this file. */
 #ifndef DAVAR_VERSION_H
 #define DAVAR_VERSION_H
 
@@ -6,7 +7,7 @@
 #define DAVAR_VERSION_MINOR 1
 #define DAVAR_VERSION_PATCH 0
 
-/* As one number to compare with, 10000 a major version and 100 a minor one. */
+/** The version as one number for comparisons: 10000 major + 100 minor + patch. */
 #define DAVAR_VERSION ((10000 * DAVAR_VERSION_MAJOR) + (100 * DAVAR_VERSION_MINOR) + DAVAR_VERSION_PATCH)
 
 #endif

@@ -1,4 +1,5 @@
-#include "fit/aligned.h"
+/* davar - positive numbers brought to one exponent, DESIGN (5.14). */
+#include "fit/plan.h"
 
 #define SPARE 4
 

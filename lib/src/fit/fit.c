@@ -7,13 +7,6 @@
 #include "fit/white.h"
 #include "number/real.h"
 
-/* From squares, a lower limit among them, to the coefficient. */
-static void write_present(davar_coefficient_t *coefficient, double square, double low_square, double high)
-{
-    const double value = davar_root(square);
-    *coefficient = (davar_coefficient_t){true, value, davar_root(low_square), value * high};
-}
-
 static void write_absent(davar_coefficient_t *coefficient, double bound)
 {
     *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, bound};
@@ -52,7 +45,11 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
             double low;
             double high;
             davar_chi_square_interval(2.0 * a * a / model->variance[k], &low, &high);
-            write_present(&result->coefficient[k], a * unit[k], model->least[k] * unit[k], davar_root(high));
+            const double value = davar_root(a * unit[k]);
+            result->coefficient[k] = (davar_coefficient_t){.present = true,
+                                                           .value = value,
+                                                           .low = davar_root(model->least[k] * unit[k]),
+                                                           .high = value * davar_root(high)};
         } else {
             const double sigma = davar_root(model->variance[k]);
             const double square = bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));

@@ -3,7 +3,6 @@
  * differences). Cluster sizes and rate are planned in doubles, once; the window in integers, as the short cut that uses it (5.14). */
 #include "fit/plan.h"
 
-#include "fit/aligned.h"
 #include "number/real.h"
 
 /* --- the cluster sizes (5.3) (5.4) ---------------------------------------------------------------------------------------- */
@@ -32,12 +31,6 @@ static double shape(const davar_plan_t *plan, int term, int t)
     }
 }
 
-/* The power of two above a positive number. */
-static double power_above(double value)
-{
-    return davar_double_of_bits(((davar_bits_of_double(value) >> 52U) + 1U) << 52U);
-}
-
 static int32_t rounded(double value)
 {
     return (int32_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
@@ -51,7 +44,7 @@ static double scale_of(const double values[], int count)
         const double size = (values[t] < 0.0) ? -values[t] : values[t];
         largest = (size > largest) ? size : largest;
     }
-    return (largest > 0.0) ? power_above(largest) : 1.0;
+    return (largest > 0.0) ? davar_double_of_bits(((davar_bits_of_double(largest) >> 52U) + 1U) << 52U) : 1.0;
 }
 
 /* As fixed point of 29 bits, in units of scale. */

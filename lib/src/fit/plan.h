@@ -1,4 +1,4 @@
-/* davar - the plan of a fit beyond davar_plan_init(). Private to stage [5]. */
+/* davar - what the files of the fit share: degrees of freedom, numbers with one exponent, the plan. Private to the fit. */
 #ifndef DAVAR_FIT_PLAN_H
 #define DAVAR_FIT_PLAN_H
 
@@ -8,6 +8,8 @@
 /* Terms of a model, and the one that is always there. */
 #define TERMS ((int)DAVAR_COEFFICIENT_COUNT)
 #define WHITE ((int)DAVAR_ANGLE_RANDOM_WALK)
+
+/* --- what each noise kind does to the overlapping Allan variance (confidence.c) --- */
 
 /* Equivalent degrees of freedom of `differences` overlapping differences at cluster size m, never below 1 (5.1). */
 double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences);
@@ -29,6 +31,17 @@ uint32_t davar_chi_square_low(uint32_t s);
 
 /* 95 % limits of a variance with edf degrees of freedom, edf >= 1, as factors (5.2). */
 void davar_chi_square(scaled_t edf, scaled_t *low, scaled_t *high);
+
+/* --- positive numbers with one exponent (aligned.c, 5.14): sums with fixed-point factors are sums of integers --- */
+
+/* Brings the numbers to one exponent, which is returned; their mantissas have 28 bits at most, so that 32 products with factors of 29
+ * bits fit 62. What is smaller than the largest loses what lies below its last bit. */
+int32_t davar_align(scaled_t value[], int count);
+
+/* Sum of factor[t] * value[t], in units of 2^exponent; 0 where it is negative. */
+uint64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int count);
+
+/* --- the plan (plan.c) --- */
 
 /* 1.0 in the fixed point of the plan: of a functional, of a share of white noise and its sigma, of the root of edf, and of a
  * misfit. */

@@ -3,7 +3,6 @@
  * constant y = N^2; shares are amplitudes over that. */
 #include "fit/white.h"
 
-#include "fit/aligned.h"
 #include "fit/plan.h"
 #include "number/absent.h"
 
