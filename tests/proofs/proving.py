@@ -23,10 +23,10 @@ Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
 PROOFS = {
     "decode": Proof(("port/wire/decode.c", "lib/src/wire/encode.c"), more=("-eva-split-return-function", "davar_decode:0")),
     "slcan": Proof(("port/wire/slcan.c",)),
-    "number": Proof(("lib/src/number/real.c", "lib/src/number/logarithm.c")),
+    "number": Proof(("lib/src/number/real.c", "lib/src/detector/logarithm.c")),
     "slide": Proof((), 5000),
-    "restore": Proof((*STREAM, "lib/src/state/state.c"), 1100, ("-eva-split-return-function", "init_wide:0")),
-    "push": Proof(STREAM, more=("-eva-split-return-function", "init_wide:0")),
+    "restore": Proof((*STREAM, "lib/src/state/state.c"), 1100, ("-eva-split-return-function", "davar_init_wide:0")),
+    "push": Proof(STREAM, more=("-eva-split-return-function", "davar_init_wide:0")),
 }
 OPTIONS = ("-c11", "-eva", "-main", "prove", "-machdep", "gcc_x86_64", "-warn-invalid-pointer", "-warn-special-float", "none",
            "-eva-slevel", "50", "-eva-split-return", "auto", "-eva-msg-key=-final-states,-initial-state", "-kernel-warn-key",

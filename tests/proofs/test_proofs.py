@@ -20,16 +20,16 @@ PLANTS = {
                ("port/wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ())],
     "slcan": [("port/wire/slcan.c", "if ((length != bare) && (length != bare + STAMP)) {", "if (length > bare + STAMP) {", ()),
               ("port/wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ())],
-    "number": [("lib/src/number/logarithm.c", "(mantissa >> 26U) & 31U", "(mantissa >> 26U) & 63U", ()),
+    "number": [("lib/src/detector/logarithm.c", "(mantissa >> 26U) & 31U", "(mantissa >> 26U) & 63U", ()),
                ("lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ())],
-    "slide": [("lib/src/window/slide.h", "*(head - span)", "*(head - span - 1U)", ("-DLARGEST=16U",)),
-              ("lib/src/window/number_q15.h", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
+    "slide": [("lib/src/pipeline/slide.inc", "*(head - span)", "*(head - span - 1U)", ("-DLARGEST=16U",)),
+              ("lib/src/pipeline/type_q15.inc", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
     "restore": [("lib/src/state/state.c", "(left < sizeof part) ? left : sizeof part", "left", ("-DWIDE=0",)),
                 ("lib/src/state/state.c", "& 15U]", "& 31U]", ("-DWIDE=0",))],
-    "push": [("lib/src/window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", ("-DPUSHES=12U", "-DGAPS=2U")),
-             ("lib/src/window/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
-    "push q31": [("lib/src/window/number_q31.h", "typedef int64_t difference_t", "typedef int32_t difference_t", ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"))],
-    "push by edges": [("lib/src/window/ring.h", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", (*EDGES, "-DPUSHES=12U", "-DGAPS=0U"))],
+    "push": [("lib/src/pipeline/allan.inc", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", ("-DPUSHES=12U", "-DGAPS=2U")),
+             ("lib/src/core/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
+    "push q31": [("lib/src/pipeline/type_q31.inc", "typedef int64_t difference_t", "typedef int32_t difference_t", ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"))],
+    "push by edges": [("lib/src/pipeline/allan.inc", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", (*EDGES, "-DPUSHES=12U", "-DGAPS=0U"))],
 }
 
 
