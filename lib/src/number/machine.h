@@ -13,8 +13,8 @@
 #define DAVAR_APART
 #endif
 
-/* Merged into its caller even where the compiler finds it too long, unless it is told to save space: it runs once per sample. */
-#if defined(__GNUC__) && !defined(__OPTIMIZE_SIZE__)
+/* Merged into its caller even where the compiler finds it too long, if it optimises for speed: it runs once per sample. */
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define DAVAR_MERGED inline __attribute__((always_inline))
 #else
 #define DAVAR_MERGED inline
