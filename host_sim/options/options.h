@@ -3,9 +3,9 @@
 #define OPTIONS_H
 
 #include "common/sim_error.h"
-#include "davar_policy.h"
 #include "davar/types.h"
 #include "davar/wire.h"
+#include "davar_policy.h"
 
 #define OPTIONS_COLUMNS_MAX 256U
 

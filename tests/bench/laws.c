@@ -27,12 +27,9 @@ typedef struct {
 } law_t;
 
 static const law_t laws[] = {
-    {"A-DAVAR", &davar_law_or, 600U, 400U},
-    {"kurtosis", &davar_law_kurtosis, 600U, 400U},
-    {"fixed 200", NULL, 200U, 200U},
-    {"fixed 600", NULL, 600U, 600U},
-    {"fixed 1200", NULL, 1200U, 1200U},
-    {"fixed 6000", NULL, 6000U, 6000U},
+    {"A-DAVAR", &davar_law_or, 600U, 400U},  {"kurtosis", &davar_law_kurtosis, 600U, 400U},
+    {"fixed 200", NULL, 200U, 200U},         {"fixed 600", NULL, 600U, 600U},
+    {"fixed 1200", NULL, 1200U, 1200U},      {"fixed 6000", NULL, 6000U, 6000U},
     {"glr", &davar_law_glr_q15, 6000U, 20U},
 };
 #define LAWS (sizeof laws / sizeof laws[0])

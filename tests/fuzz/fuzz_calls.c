@@ -1,10 +1,10 @@
 /* davar tests - chains of public calls: push, gap, take, any fit, monitor, encode, decode, save, restore, flush, reset. What reaches a
  * caller is a number in its range or absent, and every sample and every result is taken or counted. */
 #include "davar/davar.h"
-#include "davar_policy.h"
 #include "davar/monitor.h"
 #include "davar/wire.h"
 #include "davar_decode.h"
+#include "davar_policy.h"
 #include "fuzzing.h"
 #include "random.h"
 
@@ -207,7 +207,8 @@ static void push_whole(davar_t *davar, const block_t *block, size_t count)
  * glr less than the samples that may wait. */
 static void check_epoch(void)
 {
-    const uint64_t late = ((config.law != NULL) && (config.law->push != NULL)) ? ((config.shock_blocks + 3U) * config.block) : 0U;
+    const uint64_t late =
+        ((config.law != NULL) && (config.law->push != NULL)) ? ((config.shock_blocks + 3U) * config.block) : 0U;
     REQUIRE((config.mode == DAVAR_MODE_CENTRED) ||
             ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
 }

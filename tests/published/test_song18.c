@@ -127,8 +127,7 @@ static void measure(unsigned c, unsigned seed)
 {
     const column_t *const column = &columns[c];
     const double half = (double)column->window_max / 2.0;
-    const bool fixed =
-        (column->law == NULL); /* the window's edges meet the steps there by construction */
+    const bool fixed = (column->law == NULL); /* the window's edges meet the steps there by construction */
     const double ideal[4] = {3000.0 - half, 3000.0 + half, 4000.0 - half, 4000.0 + half};
     const double found[4] = {shrinks_from(2750U, 3100U), grows_from(3100U, 3700U), shrinks_from(3700U, 4100U),
                              grows_from(4100U, 5900U)};

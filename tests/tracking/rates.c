@@ -6,8 +6,8 @@
  *   davar-track-rates delay RATIO TRIALS PER_HOUR [BLOCK [SEED]]     the noise's sigma is RATIO times as large after two minutes
  */
 #include "davar/davar.h"
-#include "random.h"
 #include "detector/glr.h"
+#include "random.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* davar tests - the detector of changes against its law, computed anew at every block from the raw samples. */
-#include "detector/scan.h"
 #include "detector/glr.h"
+#include "detector/scan.h"
 
 #include "glr_fixture.h"
 

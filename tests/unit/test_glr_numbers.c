@@ -1,7 +1,7 @@
 /* davar tests - the numbers of the detector of changes: logarithm, gain, levels, dispersion, thresholds and constants against their formulas,
  * and the counts of its state. */
-#include "detector/scan.h"
 #include "detector/glr.h"
+#include "detector/scan.h"
 
 #include "glr_fixture.h"
 

@@ -2,15 +2,15 @@
  * say; that none changes unnoticed, not even the last digit of a table, for this one. A change that is meant renews the number
  * that the failure prints, and stands in CHANGELOG.md. */
 #include "davar/davar.h"
-#include "davar_policy.h"
 #include "davar/monitor.h"
 #include "davar_decode.h"
-#include "detector/logarithm.h"
-#include "fit/plan.h"
-#include "number/real.h"
+#include "davar_policy.h"
 #include "detector/glr.h"
+#include "detector/logarithm.h"
 #include "detector/scan.h"
 #include "detector/spread.h"
+#include "fit/plan.h"
+#include "number/real.h"
 
 #include "random.h"
 #include "unity.h"

@@ -110,7 +110,8 @@ static void test_each_rule_reads_its_own_flags(void)
     };
     for (unsigned i = 0U; i < 3U; i++) {
         TEST_ASSERT_EQUAL(expected[i].kurtosis_only, davar_song_unstable(&config, expected[i].rule, &peaked, &peaked));
-        TEST_ASSERT_EQUAL(expected[i].contribution_only, davar_song_unstable(&config, expected[i].rule, &flat, &peaked));
+        TEST_ASSERT_EQUAL(expected[i].contribution_only,
+                          davar_song_unstable(&config, expected[i].rule, &flat, &peaked));
         TEST_ASSERT_EQUAL(expected[i].both, davar_song_unstable(&config, expected[i].rule, &peaked, &flat));
     }
 }

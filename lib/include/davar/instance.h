@@ -62,8 +62,8 @@ typedef struct davar {
  *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 128, 8, 4) / 8];
  * Per sample of the window and of the longest span 2 bytes (q15) or 4 (q31, f32) (DESIGN 6). */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
-#define DAVAR_STAGES_BYTES_Q15 ((size_t)112U + (4U * sizeof(void *)))
-#define DAVAR_STAGES_BYTES_Q31 ((size_t)184U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q15 ((size_t)104U + (4U * sizeof(void *)))
+#define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
 #define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                                                \
     (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                                                 \
      DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))

@@ -15,9 +15,9 @@ struct davar_central;
 
 /* Why a law's state starts over. */
 typedef enum {
-    DAVAR_LAW_INIT,    /* init or reset: the state is all zeros */
+    DAVAR_LAW_INIT, /* init or reset: the state is all zeros */
     DAVAR_LAW_RESTART, /* more gaps than the window can store: positions count from 0 again, the window's are still the old ones */
-    DAVAR_LAW_RESUME   /* a saved state has been read back: set every pointer again, keep the rest */
+    DAVAR_LAW_RESUME /* a saved state has been read back: set every pointer again, keep the rest */
 } davar_law_start_t;
 
 /* Where the windows of a law can begin and end, in samples. */

@@ -113,8 +113,7 @@ static davar_status_t check_motion(const davar_config_t *config)
         return DAVAR_ERR_STEP;
     }
     if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
-        (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) &&
-         ((config->stride > 1U) || is_about(config)))) {
+        (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) && ((config->stride > 1U) || is_about(config)))) {
         return DAVAR_ERR_ENGINE;
     }
     const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;

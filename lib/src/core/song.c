@@ -325,7 +325,8 @@ static bool song_judge(davar_t *davar, const davar_central_t *moments, davar_son
     davar_window_t *const window = &davar->window;
     const bool unstable = (moments != NULL) && davar_song_unstable(config, rule, &moments[0], &moments[1]);
     window_keep_filling(window, config, unstable);
-    window->next_length = unstable ? shorter(config, window->length) : longer(config, window->length, is_filling(window));
+    window->next_length =
+        unstable ? shorter(config, window->length) : longer(config, window->length, is_filling(window));
     return unstable;
 }
 

@@ -446,8 +446,8 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
                         (config->window_max <= (GLR_LONGEST * config->block)) && fits_between_blocks(config);
     const bool clusters =
         (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
-    const bool about = !is_about(config) ||
-                       (blocks && ((config->window_max / 2U) >= (half_in_blocks(config->block) * config->block)));
+    const bool about =
+        !is_about(config) || (blocks && ((config->window_max / 2U) >= (half_in_blocks(config->block) * config->block)));
     return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 

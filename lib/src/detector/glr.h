@@ -40,10 +40,10 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define GLR_LONGEST 768U /* blocks of a window: 3 * 2^8 */
 #define GLR_BLOCK_MIN 5U /* samples of a block */
 #define GLR_BLOCK_MAX 64U
-#define GLR_RECENT 64U               /* blocks that are remembered one by one */
-#define GLR_CUTS 5U                  /* remembered, the oldest of them a bound */
-#define GLR_CLUSTER_MAX 512U         /* samples of a cluster of the second channel */
-#define GLR_HALF_MAX 30U             /* blocks of half a centred window: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
+#define GLR_RECENT 64U       /* blocks that are remembered one by one */
+#define GLR_CUTS 5U          /* remembered, the oldest of them a bound */
+#define GLR_CLUSTER_MAX 512U /* samples of a cluster of the second channel */
+#define GLR_HALF_MAX 30U     /* blocks of half a centred window: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {

@@ -1,8 +1,8 @@
 /* davar - the windows that follow from the cuts, trailing and centred. */
 #include "detector/glr.h"
 
-#include "number/real.h"
 #include "detector/scan.h"
+#include "number/real.h"
 
 #define NEAR_LIMIT (4U << GAIN_DIGITS) /* G / f up to which a stretch is of one variance, as long as it is short */
 #define FAR_LIMIT (3U << (GAIN_DIGITS - 1U))

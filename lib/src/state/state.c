@@ -2,8 +2,8 @@
  * it out anew, which overwrites every pointer. */
 #include "davar/state.h"
 
-#include "number/machine.h"
 #include "core/instance.h"
+#include "number/machine.h"
 
 #include "davar/davar.h"
 #include "davar/version.h"
