@@ -396,13 +396,14 @@ FUZZ = {"stream": (600, 400), "tracked": (1500, 160), "calls": (20_000, 400), "s
 def fuzz(name):
     """One target: its corpus, then a bounded number of runs from a seed. A failure leaves its input in build/log."""
     runs, longest = FUZZ[name]
-    target, corpus = program(f"tests/fuzz/fuzz_{name}", "fuzz"), ROOT / f"tests/fuzz/corpus/{name}"
+    target, corpus = program(f"tests/fuzz/fuzz_{name}", "fuzz"), BUILD / f"fuzz/corpus/{name}"
+    tool(sys.executable, "-B", "tests/fuzz/corpus.py", "unpack", name, log=f"fuzz-{name}-corpus.log").must()
     found = BUILD / f"fuzz/found-{name}"  # what the fuzzer keeps goes here, not into the tree
     shutil.rmtree(found, ignore_errors=True)
     found.mkdir()
     crash = LOGS / f"fuzz-{name}-"
     status, output = run([target, "-seed=1", f"-runs={runs}", f"-max_len={longest}", f"-artifact_prefix={crash}", str(found),
-                          *([str(corpus)] if corpus.is_dir() else [])], f"fuzz-{name}.log")
+                          str(corpus)], f"fuzz-{name}.log")
     done = re.search(r"^Done (\d+) runs", output, re.MULTILINE)
     return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
 
