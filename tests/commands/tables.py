@@ -8,6 +8,7 @@ NETWORK = "fetches from the network"
 # The exact text: why not.
 NOT_RUN = {
     "tools/test": TESTS_ITSELF,
+    "tools/test --all": TESTS_ITSELF,
     "tools/test --only fuzz": TESTS_ITSELF,
     "tools/test --only hypothesis": TESTS_ITSELF,
     "DAVAR_HYPOTHESIS=20 nice tools/test --only hypothesis": TESTS_ITSELF,
@@ -67,7 +68,7 @@ RUN_BY = {
     "tools/davar-node --source value:/sys/bus/iio/devices/iio:device0/in_anglvel_z_raw --rate 100 --lsb 0.0076 --edges gpiochip0:17 "
     "--alarm gpiochip0:27 --channel 1 --out can:vcan0": "tests/kernel/test_readme.py",
     "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 --pace 100 --out slcan:/dev/ttyUSB0": "tests/kernel/test_readme.py",
-    "python -m build": "tools/support/checks.py",
+    "python -m build": "tools/support/python_suites.py",
     "pio pkg pack": "tests/packages/test_platformio.py",
     "pio run": "tests/packages/test_platformio.py",
     "compote component pack": "tests/packages/test_esp_idf.py",
