@@ -60,7 +60,8 @@ def set_up(words, log):
 
 
 def simulator(preset):
-    return [sys.executable], {"DAVAR_SIM": program("host_sim/davar-sim", preset)}
+    return [sys.executable], {"DAVAR_SIM": program("host_sim/davar-sim", preset),
+                              "DAVAR_SETTINGS_PROBE": program("tests/settings_probe", preset)}
 
 
 def wire_python():

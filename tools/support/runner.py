@@ -7,7 +7,7 @@ import subprocess
 import threading
 import time
 import traceback
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed, wait
 from functools import partial
 from pathlib import Path
 
@@ -15,6 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
 LOGS = BUILD / "log"
 JOBS = str(os.cpu_count() or 2)
+SLOTS = threading.Semaphore(int(JOBS) + 2)  # two more than cores: some jobs wait for a browser or the clock of a device
+STOPPED = threading.Event()  # set by Ctrl-C: no further job starts
 
 
 class Tally:
@@ -62,7 +64,8 @@ def tool(*command, log=None):
 
 
 def once(work):
-    """`work`, done once for each argument. A second caller waits for the first and gets its result or its failure."""
+    """`work`, done once for each argument. A second caller waits for the first and gets its result or its failure. While it waits,
+    another job runs in its place."""
     done, lock = {}, threading.Lock()
 
     def result(*key):
@@ -74,6 +77,12 @@ def once(work):
                 future.set_result(work(*key))
             except BaseException as why:
                 future.set_exception(why)
+        elif not future.done():
+            SLOTS.release()
+            try:
+                wait([future])
+            finally:
+                SLOTS.acquire()
         return future.result()
 
     return result
@@ -106,12 +115,15 @@ def named(part, job):
 
 def attempt(job):
     """(tally, seconds) of one job; a job that breaks is one failure."""
-    start = time.monotonic()
-    try:
-        tally = job()
-    except Exception as why:
-        tally = Tally(failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()])
-    return tally, time.monotonic() - start
+    with SLOTS:
+        if STOPPED.is_set():
+            return Tally(), 0.0
+        start = time.monotonic()
+        try:
+            tally = job()
+        except Exception as why:
+            tally = Tally(failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()])
+        return tally, time.monotonic() - start
 
 
 def show(name, results):
@@ -126,13 +138,12 @@ def show(name, results):
 
 
 def run_parts(parts, times=None):
-    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done. Two more jobs
-    run at once than there are cores, because some wait for a lock, a browser or the clock of a device."""
+    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done."""
     total, taken = Tally(), {}
     jobs = [(times.expected(named(part, job)) if times else 0, part, number)
             for part, them in parts.items() for number, job in enumerate(them)]
     futures = {part: [None] * len(them) for part, them in parts.items()}
-    with ThreadPoolExecutor(int(JOBS) + 2) as pool:
+    with ThreadPoolExecutor(max(len(jobs), 1)) as pool:  # SLOTS limits how many run
         for _, part, number in sorted(jobs, key=lambda job: -job[0]):
             futures[part][number] = pool.submit(attempt, parts[part][number])
         try:
@@ -142,7 +153,7 @@ def run_parts(parts, times=None):
                     taken |= {named(part, job): round(spent, 1) for job, (_, spent) in zip(parts[part], results)}
                     total.add(show(part, results))
         except BaseException:
-            pool.shutdown(cancel_futures=True)
+            STOPPED.set()
             raise
     if times:
         times.store(taken)
