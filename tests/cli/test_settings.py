@@ -5,11 +5,10 @@ import os
 import random
 import subprocess
 import unittest
-from pathlib import Path
 
 from sim_case import SimCase
 
-PROBE = Path(os.environ.get("DAVAR_SIM", "davar-sim")).resolve().parents[1] / "tests/settings_probe"
+PROBE = os.environ.get("DAVAR_SETTINGS_PROBE", "settings_probe")
 POLICIES = ("fixed", "kurtosis", "or", "and", "glr")
 TRIALS = 400
 BY_CODE = {"--policy": POLICIES, "--mode": ("centred", "trailing"), "--engine": ("grid", "edges")}

@@ -8,6 +8,7 @@ NETWORK = "fetches from the network"
 # The exact text: why not.
 NOT_RUN = {
     "tools/test": TESTS_ITSELF,
+    "tools/test --all": TESTS_ITSELF,
     "tools/test --only fuzz": TESTS_ITSELF,
     "tools/test --only hypothesis": TESTS_ITSELF,
     "DAVAR_HYPOTHESIS=20 nice tools/test --only hypothesis": TESTS_ITSELF,
@@ -29,6 +30,8 @@ NOT_RUN = {
     "tools/davar-mutants --sample 210": HOURS,
     "tools/davar-mutants --all": HOURS,
     "python3 -B tests/proofs/proving.py push -DPUSHES=24U": "takes many minutes; tests/proofs runs it with narrower bounds",
+    "build/fuzz/tests/fuzz/fuzz_stream build/log/fuzz-stream-crash-SHA1": "needs an input that shows a fault",
+    "tests/fuzz/corpus.py add stream build/log/fuzz-stream-crash-SHA1": "needs an input that shows a fault",
     "kernel=$(tools/support/uml/kernel.sh build/cache/uml)": "builds a Linux kernel; tests/kernel uses it",
     'tools/support/uml/run -T -t 5400 "$kernel" env DAVAR_DAY_HZ=1 DAVAR_SIM=$PWD/build/release/host_sim/davar-sim '
     "DAVAR_NODE=$PWD/build/release/gateway/davar-node build/venv-wire/bin/python -B tests/kernel/test_day.py": "takes an hour; tests/kernel runs a shorter day",
@@ -65,7 +68,7 @@ RUN_BY = {
     "tools/davar-node --source value:/sys/bus/iio/devices/iio:device0/in_anglvel_z_raw --rate 100 --lsb 0.0076 --edges gpiochip0:17 "
     "--alarm gpiochip0:27 --channel 1 --out can:vcan0": "tests/kernel/test_readme.py",
     "tools/davar-sim data/demo_disturbance.csv.gz --lsb 0.001 --stride 100 --pace 100 --out slcan:/dev/ttyUSB0": "tests/kernel/test_readme.py",
-    "python -m build": "tools/support/checks.py",
+    "python -m build": "tools/support/python_suites.py",
     "pio pkg pack": "tests/packages/test_platformio.py",
     "pio run": "tests/packages/test_platformio.py",
     "compote component pack": "tests/packages/test_esp_idf.py",
@@ -74,7 +77,7 @@ RUN_BY = {
 # Programs that go on until they are stopped: what they print when they are ready, and how they are stopped.
 UNTIL_STOPPED = {
     "tools/davarlab open": (r"http://127\.0\.0\.1:\d+/\?token=", "SIGINT"),
-    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found tests/fuzz/corpus/stream": (r"INITED", "SIGINT"),
+    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": (r"INITED", "SIGINT"),
 }
 
 # A word that a reader replaces: by what here. A placeholder that is a file's name is a file here (test_commands.py, furnish).
@@ -86,7 +89,7 @@ REPLACED = {
 
 # Exit statuses other than 0 that are an answer.
 STATUS = {
-    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found tests/fuzz/corpus/stream": 72,  # libFuzzer's, when it is interrupted
+    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": 72,  # libFuzzer's, when it is interrupted
 }
 
 # What a page says in words that must be done before.

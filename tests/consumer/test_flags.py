@@ -14,9 +14,9 @@ from compiling import LAUNCHER, run
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/support"))
-import remembered  # noqa: E402
+import result_cache  # noqa: E402
 
-PASSED = remembered.Passed(ROOT / "build/cache/flags")  # a row is known until the library, the program or the compiler changes
+PASSED = result_cache.ResultCache(ROOT / "build/cache/flags")  # a row is known until the library, the program or the compiler changes
 FUSED = re.compile(r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])")  # one instruction for a product and a sum
 
 # What a refusal says.
@@ -51,7 +51,7 @@ CARRY = {"state/state.c", "number/absent.c"}  # they move floating-point numbers
 
 
 def tearDownModule():
-    print(f"remembered: {PASSED.known}")
+    print(f"cached: {PASSED.hits}")
 
 
 @functools.cache
@@ -77,7 +77,7 @@ def compiled(compiler, flags, folder):
 def key_of(compiler):
     """All that the bits depend on, but the flags."""
     version = run(compiler, "--version") + Path("/proc/cpuinfo").read_text().split("flags")[1].split("\n")[0]
-    return remembered.content_key(version, (library() / "davar.c").read_text(), (ROOT / "tests/consumer/flags.c").read_text(), Path(__file__).read_text())
+    return result_cache.content_key(version, (library() / "davar.c").read_text(), (ROOT / "tests/consumer/flags.c").read_text(), Path(__file__).read_text())
 
 
 def is_fused(path, objdump="objdump"):
@@ -107,7 +107,7 @@ class Flags(unittest.TestCase):
 
     def test_any_other_flag_leaves_every_bit(self):
         def is_same(compiler, flags):
-            return PASSED.check(remembered.content_key(expected, key_of(compiler), flags), lambda: bits(compiler, flags) == expected), True
+            return PASSED.check(result_cache.content_key(expected, key_of(compiler), flags), lambda: bits(compiler, flags) == expected), True
 
         def bits(compiler, flags):
             folder = Path(parent) / f"{compiler} {flags}".replace("/", "_")

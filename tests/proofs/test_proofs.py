@@ -11,7 +11,7 @@ from pathlib import Path
 from proving import HERE, ROOT, listed, prove
 
 sys.path.insert(0, str(ROOT / "tools/support"))
-import remembered  # noqa: E402
+import result_cache  # noqa: E402
 
 # proof, and which bounds: (file, what stands there, the fault, bounds that are enough to find it)
 EDGES = ("-DSTRIDE=4", "-DEDGES=1")
@@ -33,11 +33,11 @@ PLANTS = {
 }
 
 
-PASSED = remembered.Passed(ROOT / "build/cache/proofs")
+PASSED = result_cache.ResultCache(ROOT / "build/cache/proofs")
 
 
 def tearDownModule():
-    print(f"remembered: {PASSED.known}")
+    print(f"cached: {PASSED.hits}")
 
 
 class Proofs(unittest.TestCase):
@@ -48,7 +48,7 @@ class Proofs(unittest.TestCase):
         cls.reads = [version, *files]
 
     def holds(self, which, *bounds):
-        PASSED.check(remembered.content_key(which, *bounds, *self.reads), lambda: self.prove(which, *bounds))
+        PASSED.check(result_cache.content_key(which, *bounds, *self.reads), lambda: self.prove(which, *bounds))
 
     def prove(self, which, *bounds):
         name = which.split()[0]

@@ -9,7 +9,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#ifndef SEEDS
 #define SEEDS 200U
+#endif
 #define SAMPLES 6000U
 
 enum { NODE_BEGIN_3000, NODE_END_3000, NODE_BEGIN_4000, NODE_END_4000, NODE_ARW_QUIET, NODE_ARW_LOUD, FIGURES };

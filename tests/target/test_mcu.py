@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/support"))
-import remembered
+import result_cache
 import targets
 
 SAMPLES = 100_000
@@ -27,11 +27,11 @@ RANDOM_JOBS = 5
 EVERY_SAMPLE = (*TAUS, "--lsb", "0.01")
 
 
-PASSED = remembered.Passed(ROOT / "build/cache/emulated")
+PASSED = result_cache.ResultCache(ROOT / "build/cache/emulated")
 
 
 def tearDownModule():
-    print(f"remembered: {PASSED.known}")
+    print(f"cached: {PASSED.hits}")
 
 
 def write_recording(path, samples):
@@ -90,7 +90,7 @@ class Mcu(unittest.TestCase):
             self.assertTrue(expected[1] == actual[1], f"{target}: other bytes than davar-sim's")
             self.assertEqual(expected[2], actual[2], f"{target}: another weather than davar-sim's")
             return True
-        PASSED.check(remembered.content_key(*self.between(target), recording.read_bytes(), *options, *expected), passes)
+        PASSED.check(result_cache.content_key(*self.between(target), recording.read_bytes(), *options, *expected), passes)
 
     @classmethod
     @functools.cache

@@ -6,7 +6,7 @@ import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
-import remembered
+import result_cache
 import targets
 
 BEYOND_16_KB = {"wrap", "glr", "glr_numbers", "glr_events", "recorded", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "float", "gaps", "init",
@@ -14,11 +14,11 @@ BEYOND_16_KB = {"wrap", "glr", "glr_numbers", "glr_events", "recorded", "fit", "
 SUITES = {"arena", "arithmetic", "slide", "real", "rough", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
 
 
-PASSED = remembered.Passed(targets.ROOT / "build/cache/emulated")
+PASSED = result_cache.ResultCache(targets.ROOT / "build/cache/emulated")
 
 
 def tearDownModule():
-    print(f"remembered: {PASSED.known}")
+    print(f"cached: {PASSED.hits}")
 
 
 def built(target, kind):
@@ -41,7 +41,7 @@ class Suites(unittest.TestCase):
             self.assertEqual(0, status, output)
             self.assertRegex(output, re.compile(r"^\d+ Tests 0 Failures 0 Ignored", re.MULTILINE))
             return True
-        PASSED.check(remembered.content_key(*targets.identity(target, image)), passes)
+        PASSED.check(result_cache.content_key(*targets.identity(target, image)), passes)
 
     def test_cortex_m3_in_plain_c(self):
         """Where there are hand-written instructions, their twins in C as well. Images without any are those of test_cortex_m3,

@@ -97,7 +97,7 @@ build() {
 
 make_python_environment() {
     rm -rf "$1"
-    python3 -m venv "$1" && "$1/bin/pip" install --disable-pip-version-check --no-deps -r "$2" &&
+    python3 -m venv "$1" && "$1/bin/pip" install --disable-pip-version-check --no-compile --no-deps -r "$2" &&
         cp "$2" "$1/requirements.txt"
 }
 

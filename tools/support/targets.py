@@ -85,7 +85,7 @@ def emulator_version(target):
 
 
 def identity(target, image):
-    """All that the answer of an image without input depends on: its bytes and who runs them (remembered.content_key)."""
+    """All that the answer of an image without input depends on: its bytes and who runs them (result_cache.content_key)."""
     return [emulator_version(target), *command(target, "image"), Path(image)]
 
 

@@ -1,0 +1,58 @@
+"""Runs the linters: clang-format, clang-tidy, cppcheck and shellcheck. Standard library only."""
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import result_cache
+from c_suites import build, sources
+from runner import BUILD, JOBS, ROOT, Broken, Tally, once, tool
+
+
+def clang_format():
+    return tool("clang-format", "--dry-run", "-Werror", *sources(".c", ".h", ".inc"))
+
+
+@once
+def tidy_entries():
+    """(version of clang-tidy, {source: its entry of compile_commands.json})."""
+    build("debug")
+    if not shutil.which("clang-tidy"):
+        raise Broken("clang-tidy is not installed")
+    version = subprocess.run(["clang-tidy", "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
+    commands = json.loads((BUILD / "debug/compile_commands.json").read_text())
+    return version, {os.path.relpath(entry["file"], ROOT): entry for entry in commands}
+
+
+def clang_tidy(share, shares):
+    """Checks each source whose content, headers, settings or command line have changed since it last passed."""
+    version, entries = tidy_entries()
+    cache, tally = result_cache.ResultCache(BUILD / "cache/tidy"), Tally()
+    for source in sorted(set(entries).intersection(sources(".c")))[share::shares]:
+        entry, result = entries[source], Tally(passed=1)
+
+        def check():
+            result.passed = 0
+            result.add(tool("clang-tidy", "--quiet", "-p", "build/debug", source, log=f"tidy-{source.replace('/', '-')}.log"))
+            return not result.failed
+
+        settings = sorted(path for folder in Path(ROOT, source).parents if folder.is_relative_to(ROOT)
+                          for path in folder.glob(".clang-tidy"))
+        cache.check(result_cache.content_key(version, entry["command"], *settings, *result_cache.compiled_from(entry)), check)
+        tally.add(result)
+    tally.cached = cache.hits
+    return tally
+
+
+def cppcheck():
+    return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
+                "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
+                "-Ilib/include", "-Iport/include", "-Iport/node", "-Iport/wire", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway", "python")
+
+
+def shell():
+    scripts = [str(path.relative_to(ROOT)) for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
+               if path.is_file() and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))]
+    return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))

@@ -1,0 +1,160 @@
+"""Runs the jobs of tools/test side by side, counts their results and prints each part in one piece. Standard library only."""
+
+import json
+import os
+import shutil
+import subprocess
+import threading
+import time
+import traceback
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed, wait
+from functools import partial
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BUILD = ROOT / "build"
+LOGS = BUILD / "log"
+JOBS = str(os.cpu_count() or 2)
+SLOTS = threading.Semaphore(int(JOBS) + 2)  # two more than cores: some jobs wait for a browser or the clock of a device
+STOPPED = threading.Event()  # set by Ctrl-C: no further job starts
+
+
+class Tally:
+    """Counts of one part; `lines` are for a person to read (failures, names of skipped tests)."""
+
+    def __init__(self, passed=0, failed=0, skipped=0, lines=()):
+        self.passed, self.failed, self.skipped, self.lines = passed, failed, skipped, list(lines)
+        self.cached = 0  # how many results came from a ResultCache
+
+    def add(self, other):
+        self.passed += other.passed
+        self.failed += other.failed
+        self.skipped += other.skipped
+        self.lines += other.lines
+        self.cached += other.cached
+
+    def must(self):
+        """Raises Broken if anything failed."""
+        if self.failed:
+            raise Broken("\n".join(self.lines))
+
+    def __str__(self):
+        counts = f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
+        return counts + (f", {self.cached} cached" if self.cached else "")
+
+
+class Broken(Exception):
+    """A job cannot run: a build fails or a tool is missing."""
+
+
+def run(command, log, env=None):
+    """Runs a command with its output in build/log; returns (exit status, output)."""
+    done = subprocess.run(command, cwd=ROOT, env=env, text=True, errors="replace",
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    (LOGS / log).write_text(done.stdout)
+    return done.returncode, done.stdout
+
+
+def tool(*command, log=None):
+    """Runs an outside tool as one test, which passes if the tool succeeds."""
+    if not shutil.which(command[0]):
+        raise Broken(f"{command[0]} is not installed")
+    status, output = run(list(command), log or f"{Path(command[0]).name}.log")
+    return Tally(failed=1, lines=[output]) if status else Tally(passed=1)
+
+
+def once(work):
+    """`work`, done once for each argument. A second caller waits for the first and gets its result or its failure. While it waits,
+    another job runs in its place."""
+    done, lock = {}, threading.Lock()
+
+    def result(*key):
+        with lock:
+            first = key not in done
+            future = done.setdefault(key, Future())
+        if first:
+            try:
+                future.set_result(work(*key))
+            except BaseException as why:
+                future.set_exception(why)
+        elif not future.done():
+            SLOTS.release()
+            try:
+                wait([future])
+            finally:
+                SLOTS.acquire()
+        return future.result()
+
+    return result
+
+
+class JobTimes:
+    """How long each job took the last time. For a new job: the entry of `typical` for its name, or else for its part."""
+
+    def __init__(self, path, typical):
+        self.path, self.typical = Path(path), typical
+        try:
+            self.measured = {str(name): float(value) for name, value in json.loads(self.path.read_text()).items()}
+        except (OSError, ValueError, AttributeError, TypeError):  # no such file, or a damaged one
+            self.measured = {}
+
+    def expected(self, name):
+        return self.measured.get(name, self.typical.get(name, self.typical.get(name.split()[0], 0.0)))
+
+    def store(self, taken):
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.path.write_text(json.dumps(self.measured | taken, indent=0, sort_keys=True))
+
+
+def named(part, job):
+    """The name of a job in build/log/seconds.json."""
+    values = [*job.args, *job.keywords.values()] if isinstance(job, partial) else []
+    words = [str(word) for word in values if isinstance(word, (str, int))]
+    return " ".join(word for word in dict.fromkeys([part, *words]) if word != "1/1")[:200]
+
+
+def attempt(job):
+    """(tally, seconds) of one job; a job that breaks is one failure."""
+    with SLOTS:
+        if STOPPED.is_set():
+            return Tally(), 0.0
+        start = time.monotonic()
+        try:
+            tally = job()
+        except Exception as why:
+            tally = Tally(failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()])
+        return tally, time.monotonic() - start
+
+
+def show(name, results):
+    """Prints one part: a line with its counts and the seconds of all its jobs, then what a person must read. Returns its tally."""
+    tally = Tally()
+    for one, _ in results:
+        tally.add(one)
+    print(f"{name:<13} {tally}  ({sum(seconds for _, seconds in results):.0f} s)", flush=True)
+    for line in dict.fromkeys(tally.lines):  # a broken build is reported once, not by every job that needs it
+        print("    " + line.rstrip().replace("\n", "\n    "), flush=True)
+    return tally
+
+
+def run_parts(parts, times=None):
+    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done."""
+    total, taken = Tally(), {}
+    jobs = [(times.expected(named(part, job)) if times else 0, part, number)
+            for part, them in parts.items() for number, job in enumerate(them)]
+    futures = {part: [None] * len(them) for part, them in parts.items()}
+    with ThreadPoolExecutor(max(len(jobs), 1)) as pool:  # SLOTS limits how many run
+        for _, part, number in sorted(jobs, key=lambda job: -job[0]):
+            futures[part][number] = pool.submit(attempt, parts[part][number])
+        try:
+            for _ in as_completed(future for them in futures.values() for future in them):
+                for part in [part for part, them in futures.items() if all(job.done() for job in them)]:
+                    results = [job.result() for job in futures.pop(part)]
+                    taken |= {named(part, job): round(spent, 1) for job, (_, spent) in zip(parts[part], results)}
+                    total.add(show(part, results))
+        except BaseException:
+            STOPPED.set()
+            raise
+    if times:
+        times.store(taken)
+    return total
