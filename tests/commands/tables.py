@@ -8,6 +8,7 @@ NETWORK = "fetches from the network"
 # The exact text: why not.
 NOT_RUN = {
     "tools/test": TESTS_ITSELF,
+    "tools/test --all": TESTS_ITSELF,
     "tools/test --only fuzz": TESTS_ITSELF,
     "tools/test --only hypothesis": TESTS_ITSELF,
     "DAVAR_HYPOTHESIS=20 nice tools/test --only hypothesis": TESTS_ITSELF,
