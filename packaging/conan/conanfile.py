@@ -1,6 +1,7 @@
 """davar for Conan 2, from a clone or an unpacked archive: conan create packaging/conan."""
 
 import re
+import tomllib
 from pathlib import Path
 
 from conan import ConanFile
@@ -13,13 +14,23 @@ CHOICES = ("q15", "q31", "grid", "laws", "centred")  # davar/options.h
 class Davar(ConanFile):
     name = "davar"
     description = "Dynamic Allan variance on the device"
-    license = "MIT"
     topics = ("allan-variance", "gyroscope", "imu", "embedded")
     package_type = "static-library"
     settings = "os", "arch", "compiler", "build_type"
     languages = "C"
     options = {"taus_max": list(range(1, 33)), **dict.fromkeys(CHOICES, [True, False])}
     default_options = {"taus_max": 32, **dict.fromkeys(CHOICES, True)}
+
+    def init(self):
+        """The project table of pyproject.toml, which export puts beside the recipe in the cache."""
+        here = Path(self.recipe_folder)
+        table = here / "pyproject.toml"
+        text = (table if table.is_file() else here / "../../pyproject.toml").read_text(encoding="utf-8")
+        project = tomllib.loads(text)["project"]
+        self.license, self.homepage, self.author = project["license"], project["urls"]["Homepage"], project["authors"][0]["name"]
+
+    def export(self):
+        copy(self, "pyproject.toml", str(Path(self.recipe_folder, "../..")), self.export_folder)
 
     def set_version(self):
         header = Path(self.recipe_folder, "../../lib/include/davar/version.h").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The commands of docs/FIRMWARE.md for an installation, as they are typed, for this machine and for microcontrollers, two of them in every build type; and a program that
+"""The commands of docs/PACKAGES.md for an installation, as they are typed, for this machine and for microcontrollers, two of them in every build type; and a program that
 uses what was installed."""
 
 import re
@@ -9,7 +9,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-TYPED = re.search(r"^    (cmake -S davar .*)$", (ROOT / "docs/FIRMWARE.md").read_text(encoding="utf-8"), re.MULTILINE)[1]
+TYPED = re.search(r"^    (cmake -S davar .*)$", (ROOT / "docs/PACKAGES.md").read_text(encoding="utf-8"), re.MULTILINE)[1]
 ARM = ROOT / "port/bare_metal/targets/cortex_m.cmake"
 BARE = ("-DCMAKE_EXE_LINKER_FLAGS=--specs=nosys.specs", "-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY")
 CORES = {"host": (), **{core: (f"-DCMAKE_TOOLCHAIN_FILE={ARM}", f"-DDAVAR_TARGET={core}") for core in ("cortex-m0", "cortex-m4f", "cortex-m7")}}

@@ -55,10 +55,11 @@ class Options(unittest.TestCase):
                 subprocess.run(["gcc", *FLAGS, f"-DDAVAR_TAUS_MAX={taus}", source, "-o", source.with_suffix("")], check=True)
                 sizes[taus] = tuple(map(int, subprocess.run([source.with_suffix("")], text=True, stdout=subprocess.PIPE, check=True).stdout.split()))
         for taus, (result, plan) in sizes.items():
-            self.assertIn(f"{result} and {plan}", readme)
+            self.assertRegex(costs, rf"(?m)^\| {taus}( \(default\))? \| {result} \| {plan} \|$")
             self.assertEqual((result, plan), (40 * taus + 256, 72 * taus + 208))
-        self.assertIn("40 bytes a tau and 256", costs)
-        self.assertIn("72 bytes a tau and 208", costs)
+        self.assertIn("256 bytes plus 40 bytes per tau", costs)
+        self.assertIn("208 bytes\nplus 72 bytes per tau", costs)
+        self.assertIn(f"({sum(sizes[8])} bytes with `-DDAVAR_TAUS_MAX=8`)", readme)
 
     def test_a_wrong_combination_does_not_compile(self):
         for options, why in ((("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"), (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),

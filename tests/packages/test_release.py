@@ -62,10 +62,10 @@ class Release(PackageCase):
         header.write_text(text, encoding="utf-8")
         command = [sys.executable, tree / "tools/support/release.py", "--no-deb", "--out", out]
         said = run(*command, status=2)
-        self.assertIn("CHANGELOG.md: no section '## 9.8.7'", said)
+        self.assertIn("CHANGELOG.md: no section '## [9.8.7] - YYYY-MM-DD'", said)
         self.assertFalse(out.exists())
         changes = tree / "CHANGELOG.md"
-        changes.write_text(changes.read_text(encoding="utf-8") + "\n## 9.8.7 (2026-12-01)\n", encoding="utf-8")
+        changes.write_text(changes.read_text(encoding="utf-8") + "\n## [9.8.7] - 2026-12-01\n", encoding="utf-8")
         run(*command)
         self.assertEqual({"9.8.7"}, set(versions(out).values()))
 
@@ -92,10 +92,11 @@ class Release(PackageCase):
     def test_what_is_refused(self):
         for seconds in ("soon", "-1", "1"):
             self.assertIn("SOURCE_DATE_EPOCH: ", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work / "new", status=2, SOURCE_DATE_EPOCH=seconds))
-        self.assertIn("it is there already", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2))
-        release.check_changes("# Changes\n\n## 1.2.3\n", "1.2.3", False)
-        release.check_changes("# Changes\n\n## Unreleased (1.2)\n", "1.2.3", True)
-        for changes, draft in (("## Unreleased (1.2)\n", False), ("## 1.2.30\n", False), ("## 1.2\n", True), ("## Unreleased (1.3)\n", True)):
+        self.assertIn("exists already", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2))
+        release.check_changes("# Changelog\n\n## [Unreleased]\n\n## [1.2.3] - 2026-12-01\n", "1.2.3", False)
+        release.check_changes("# Changelog\n\n## [Unreleased]\n\n## [1.2.2] - 2026-12-01\n", "1.2.3", True)
+        for changes, draft in (("## [Unreleased]\n", False), ("## [1.2.30] - 2026-12-01\n", False), ("## [1.2] - 2026-12-01\n", True),
+                               ("## [1.2.3]\n", False), ("## [1x2.3] - 2026-12-01\n", False), ("## Unreleased\n", True)):
             with self.assertRaises(release.Refused):
                 release.check_changes(changes, "1.2.3", draft)
         with self.assertRaisesRegex(release.Refused, "@NOBODY@"):

@@ -6,11 +6,11 @@ Works on the text of the tree alone: nothing is built.
 import re
 import statistics
 import subprocess
+import tomllib
 import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-README = ROOT / "README.md"
 FUNCTION_LINES_MAX = 60
 VERSION_HEADER = "lib/include/davar/version.h"
 # Where an included name is looked for, after the includer's own folder.
@@ -318,15 +318,23 @@ class Tree(unittest.TestCase):
         self.assertEqual(len(numbers), 3)
         version = re.compile(r"(?<![\d.])" + r"\.".join(numbers) + r"(?![\d.])|#define DAVAR_VERSION_\w+ \d")
         wrong = [f"{name}:{number}: {line.strip()}" for name in listed()
-                 if name != VERSION_HEADER and not Path(name).name.startswith("requirements")
+                 if name not in (VERSION_HEADER, "CHANGELOG.md") and not Path(name).name.startswith("requirements")
                  for number, line in enumerate(text_of(name).splitlines(), 1) if version.search(line)]
         self.assertEqual(wrong, [])
 
+    def test_address_maintainer_and_licence_of_all_packages_stand_in_one_file(self):
+        table = tomllib.loads(text_of("pyproject.toml"))["project"]
+        author = table["authors"][0]
+        values = [table["urls"]["Homepage"], author["name"], author["email"], table["license"]]
+        wrong = [f"{name}: {value}" for name in listed() if name.startswith("packaging/")
+                 for value in values if re.search(rf"\b{re.escape(value)}\b", text_of(name))]
+        self.assertEqual([], wrong, "write @HOMEPAGE@, @AUTHOR@, @MAINTAINER@ or @LICENSE@")
+
     def test_every_path_that_the_pages_name_exists(self):
-        for page in (README, *(ROOT / "docs").glob("*.md"), ROOT / "lib/DESIGN.md", *(ROOT / "lib/src").rglob("*.md"),
-                     ROOT / "host_sim/DESIGN.md"):
-            with self.subTest(page=page.name):
-                self.check_paths(page)
+        for name in listed():
+            if name.endswith(".md") and not name.startswith("packaging/"):
+                with self.subTest(page=name):
+                    self.check_paths(ROOT / name)
 
     def check_paths(self, page):
         text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
@@ -334,8 +342,17 @@ class Tree(unittest.TestCase):
         codes = (code.split()[0] for code in re.findall(r"`([^`\n]+)`", text) if code.strip())
         paths = [code for code in codes if "/" in code and code.split("/")[0] in folders]
         wrong = [path for path in paths if not list(ROOT.glob(path.strip("/")))]
-        links = [link for link in re.findall(r"\]\(([^)#\s]+)", text) if not re.match(r"\w+:", link)]
-        self.assertEqual(wrong + [link for link in links if not (page.parent / link).exists()], [])
+        links = [link for link in re.findall(r"\]\(([^)\s]+)", text) if not re.match(r"\w+:", link)]
+        self.assertEqual(wrong + [link for link in links if not self.leads_somewhere(page, link)], [])
+
+    def leads_somewhere(self, page, link):
+        """True if the file of a link exists and, where the link names one, its heading."""
+        path, _, heading = link.partition("#")
+        target = page.parent / path if path else page
+        if not heading:
+            return target.exists()
+        titles = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE) if target.is_file() else []
+        return heading in {re.sub(r"[^\w\- ]", "", title).lower().replace(" ", "-") for title in titles}
 
 
 if __name__ == "__main__":

@@ -41,8 +41,9 @@ class Cost(unittest.TestCase):
             self.assertEqual(set(), names["adev"])
 
     def test_readme_and_docs_show_the_recorded_tables(self):
-        for page, _, columns in target_cost.TABLES:
-            self.assertIn(target_cost.table(self.recorded, columns), page.read_text(encoding="utf-8"))
+        for table in target_cost.TABLES:
+            with self.subTest(table=table.name):
+                self.assertIn(target_cost.enclosed(table, self.recorded), table.page.read_text(encoding="utf-8"))
 
     def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):
         for target in targets.BARE:

@@ -1,4 +1,4 @@
-"""Adding a board as docs/PORTING.md says, step by step, in a copy of the tree: nothing else must be touched."""
+"""Adding a board as CONTRIBUTING.md says, step by step, in a copy of the tree: nothing else must be touched."""
 
 import re
 import shutil
@@ -14,7 +14,7 @@ TABLE = "port/bare_metal/boards.json"
 
 def steps():
     """The blocks of the section, in order: (language, text)."""
-    section = (ROOT / "docs/PORTING.md").read_text(encoding="utf-8").split("## Add a board")[1].split("\n## ")[0]
+    section = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Add a board")[1].split("\n## ")[0]
     return [(language, textwrap.dedent(text)) for language, text in re.findall(r"^ *```(\w+)\n(.*?)^ *```$", section, re.DOTALL | re.MULTILINE)]
 
 

@@ -114,7 +114,7 @@ def show_all(figures, python, targets):
     show(figures)
     if python:
         show_python(python)
-    print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.table(targets, target_cost.COLUMNS))
+    print("\nOn emulated microcontrollers (instructions, bytes)\n" + target_cost.printed(targets))
 
 
 def measure():

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tarfile
 import time
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -32,7 +33,7 @@ LAYOUTS = {
 
 
 class Refused(Exception):
-    """What a person must mend before there can be a release."""
+    """The tree is not ready for a release; the text states what to fix."""
 
 
 def version():
@@ -41,12 +42,19 @@ def version():
     return ".".join(re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
 
 
+def project():
+    """Address, maintainer and licence of every package, from the project table of pyproject.toml, by their names in the manifests."""
+    table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    author = table["authors"][0]
+    return {"HOMEPAGE": table["urls"]["Homepage"], "LICENSE": table["license"], "AUTHOR": author["name"],
+            "MAINTAINER": f"{author['name']} <{author['email']}>"}
+
+
 def check_changes(changes, number, draft):
-    """CHANGELOG.md must have a section of this version; a draft may still call it unreleased, by its major and minor number."""
-    titles = re.findall(r"^## (.*)$", changes, re.MULTILINE)
-    wanted = [number] + ([f"Unreleased ({number.rsplit('.', 1)[0]})"] if draft else [])
-    if not any(title == one or title.startswith(one + " ") for title in titles for one in wanted):
-        raise Refused(f"CHANGELOG.md: no section '## {number}'" + (f" and no '## {wanted[1]}'" if draft else " (--draft: 'Unreleased' will do)"))
+    """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for a draft, [Unreleased] is enough."""
+    wanted = [rf"\[{re.escape(number)}\] - \d{{4}}-\d\d-\d\d"] + ([r"\[Unreleased\]"] if draft else [])
+    if not any(re.search(rf"^## {title}$", changes, re.MULTILINE) for title in wanted):
+        raise Refused(f"CHANGELOG.md: no section '## [{number}] - YYYY-MM-DD'" + (" and no '## [Unreleased]'" if draft else " (with --draft, '## [Unreleased]' is enough)"))
 
 
 def git(*words):
@@ -84,7 +92,7 @@ def fill(text, values):
         text = text.replace(f"@{name}@", value)
     left = re.search(r"@[A-Z0-9_]+@", text)
     if left:
-        raise Refused(f"a manifest asks for {left[0]}, which nobody fills")
+        raise Refused(f"unknown name {left[0]} in a manifest")
     return text
 
 
@@ -168,7 +176,7 @@ def make(out, number, debian):
     seconds, layout = moment(), out / "layout"
     source = out / f"davar-{number}.tar.gz"
     write_tar(source, [(f"davar-{number}/{name}", ROOT / name) for name in tree()], seconds)
-    values = {"VERSION": number, "DATE": time.strftime("%Y-%m-%d", time.gmtime(seconds)), "FILES": file_list()}
+    values = {**project(), "VERSION": number, "DATE": time.strftime("%Y-%m-%d", time.gmtime(seconds)), "FILES": file_list()}
     for name in LAYOUTS:
         if (ROOT / "packaging" / name).is_dir():
             lay_out(name, layout / name, values)
@@ -200,9 +208,9 @@ def make(out, number, debian):
 
 def main():
     parser = argparse.ArgumentParser(prog="tools/release", description="Makes every package of davar, with the version number of "
-                                     "davar/version.h, and SHA256SUMS. Exit status 2: something must be mended first.")
+                                     "davar/version.h, and SHA256SUMS. Exit status 2: the tree is not ready for a release.")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="new folder for them (default: build/release-VERSION, replaced)")
-    parser.add_argument("--draft", action="store_true", help="CHANGELOG.md may still say Unreleased")
+    parser.add_argument("--draft", action="store_true", help="accept a CHANGELOG.md that has only an Unreleased section")
     parser.add_argument("--no-deb", action="store_true", help="without the Debian packages, which must be compiled")
     options = parser.parse_args()
     number = version()
@@ -210,7 +218,7 @@ def main():
     try:
         check_changes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), number, options.draft)
         if options.out and out.exists():
-            raise Refused(f"--out {out}: it is there already")
+            raise Refused(f"--out {out}: exists already; choose a new folder")
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
         try:

@@ -1,6 +1,8 @@
 """What davar costs on each emulated bare board: instructions, flash, RAM, stack; and what its code is made of.
 
-    python3 tools/support/target_cost.py [--write]     measures all bare boards; --write renews docs/cost.json and the README
+    python3 tools/support/target_cost.py            measures all bare boards and prints the tables
+    python3 tools/support/target_cost.py --write    also updates docs/cost.json and the tables of the pages
+    python3 tools/support/target_cost.py --pages    updates the tables of the pages from docs/cost.json, without measuring
 
 Called by tools/davar-bench. Standard library only.
 """
@@ -13,14 +15,13 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import targets
 
 RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
-MARKS = ("<!-- cost table: made by tools/davar-bench --targets --write -->", "<!-- end of the cost table -->")
 COSTS = targets.ROOT / "docs/COST.md"
-ENGINE_MARKS = ("<!-- table of the engines: made likewise -->", "<!-- end of the table of the engines -->")
 LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_LAWS=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=4")
 LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "adev_arw_planned": (3, LEAN),
           "everything": (4, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
@@ -199,62 +200,112 @@ def offences(target, image, roots, gaps=()):
     return found
 
 
-# --- the table ---------------------------------------------------------------------------------------------------------
-
-SHORT = (
-    ("flash: ADEV", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("planned there", "linked_adev_arw_planned_bytes"), ("everything", "linked_everything_bytes"),
-    ("RAM", "ram_bytes"), ("every sample", "every_sample_instructions_per_sample"), ("`or`", "adaptive_white_instructions_per_sample"),
-    ("example", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"))
-COLUMNS = (
-    ("every sample", "every_sample_instructions_per_sample"), ("per tau", "every_sample_instructions_per_sample_per_tau"),
-    ("adaptive", "default_instructions_per_sample"), ("grid push", "grid_push_instructions_per_sample"),
-    ("with take and fit", "pipeline_grid_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample"),
-    ("worst fixed push", "fixed_worst_push_instructions"), ("worst push", "worst_push_instructions"),
-    ("worst grid push", "grid_worst_push_instructions"), ("take and fit", "grid_take_instructions_per_result"),
-    ("ADEV alone", "grid_take_adev_instructions_per_result"), ("ADEV alone, adaptive", "take_white_mean_instructions"),
-    ("worst take and fit", "worst_take_instructions"), ("block of 64, per tau", "block64_instructions_per_sample_per_tau"),
-    ("glr adds", "glr_instructions_per_sample"), ("glr of 25 adds", "glr_of_25_instructions_per_sample"),
-    ("worst glr push", "glr_worst_push_instructions"), ("RAM glr", "ram_glr_bytes"),
-    ("flash push", "flash_push_bytes"), ("flash fit", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"),
-    ("RAM", "ram_bytes"), ("RAM grid", "ram_grid_bytes"), ("stack push", "stack_bytes"),
-    ("stack take and fit", "stack_take_bytes"))
+# --- the tables of the pages -------------------------------------------------------------------------------------------
 
 
-ENGINES = tuple((f"{name} of {stride}{what}", f"{name}{stride}_{key}") for stride in (10, 60) for name in ("grid", "edges") for what, key in (
-    ("", "instructions_per_sample"), (", in blocks", "blocks_instructions_per_sample"), (", worst push", "worst_push_instructions"),
-    (", RAM", "ram_bytes")))
-TABLES = ((README, MARKS, SHORT), (COSTS, MARKS, COLUMNS), (COSTS, ENGINE_MARKS, ENGINES))
+class Table(NamedTuple):
+    """One question of a page: a row for each core, a column for each (title, figure)."""
+
+    page: Path
+    name: str  # in the marks that enclose it on the page
+    columns: tuple
+    cores: tuple = ()  # all if empty
+
+    def text(self, figures):
+        rows = [(core, *(f"{figures[core][key]:.0f}" for _, key in self.columns)) for core in self.cores or figures]
+        return markdown(("core", *(title for title, _ in self.columns)), rows)
 
 
-def table(figures, columns):
-    rows = ["| target | " + " | ".join(title for title, _ in columns) + " |", "|---" * (len(columns) + 1) + "|"]
-    for target, values in figures.items():
-        cells = [f"{values[key]:.0f}" for _, key in columns]
-        rows.append(f"| {target} | " + " | ".join(cells) + " |")
-    return "\n".join(rows)
+class Engines(NamedTuple):
+    """Strides and engines, on one core: a row for each pair."""
+
+    page: Path
+    name: str
+    core: str
+    columns = (("one at a time", "instructions_per_sample"), ("in blocks of the stride", "blocks_instructions_per_sample"),
+               ("worst push", "worst_push_instructions"), ("RAM (bytes)", "ram_bytes"))
+
+    def text(self, figures):
+        values = figures[self.core]
+        rows = [(stride, engine, *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in self.columns))
+                for stride in (10, 60) for engine in ("grid", "edges")]
+        return markdown(("stride", "engine", *(title for title, _ in self.columns)), rows)
 
 
-def write(figures):
-    RECORD.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    for page, marks, columns in TABLES:
-        before, rest = page.read_text(encoding="utf-8").split(marks[0])
-        after = rest.split(marks[1])[1]
-        page.write_text(f"{before}{marks[0]}\n{table(figures, columns)}\n{marks[1]}{after}", encoding="utf-8")
+TABLES = (
+    Table(README, "summary", (
+        ("flash (bytes)", "linked_adev_arw_bytes"), ("RAM (bytes)", "ram_bytes"), ("instructions per sample", "every_sample_instructions_per_sample"),
+        ("the example", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample")),
+        ("cortex-m0", "cortex-m4f", "cortex-m7", "rv32imac")),
+    Table(COSTS, "flash", (
+        ("ADEV", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("planned on the device", "linked_adev_arw_planned_bytes"),
+        ("everything", "linked_everything_bytes"))),
+    Table(COSTS, "flash by part", (
+        ("push and take", "flash_push_bytes"), ("fit", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"))),
+    Table(COSTS, "RAM and stack", (
+        ("fixed", "ram_bytes"), ("grid of 60", "ram_grid_bytes"), ("`glr`", "ram_glr_bytes"),
+        ("stack of push", "stack_bytes"), ("stack of take and fit", "stack_take_bytes"))),
+    Table(COSTS, "every sample", (
+        ("fixed", "every_sample_instructions_per_sample"), ("fixed, per tau", "every_sample_instructions_per_sample_per_tau"),
+        ("`or`, white noise", "adaptive_white_instructions_per_sample"), ("`or`, steps and gaps", "default_instructions_per_sample"),
+        ("64-tap FIR", "fir64_q15_instructions_per_sample"))),
+    Table(COSTS, "every block", (
+        ("push, stride 60", "grid_push_instructions_per_sample"), ("and white fit", "grid_arw_instructions_per_sample"),
+        ("and full fit", "pipeline_grid_instructions_per_sample"), ("fixed, blocks of 64, per tau", "block64_instructions_per_sample_per_tau"))),
+    Table(COSTS, "glr", (
+        ("blocks of 10", "glr_instructions_per_sample"), ("blocks of 25", "glr_of_25_instructions_per_sample"))),
+    Table(COSTS, "worst push", (
+        ("fixed", "fixed_worst_push_instructions"), ("`or`", "worst_push_instructions"), ("`or`, grid of 60", "grid_worst_push_instructions"),
+        ("`glr`", "glr_worst_push_instructions"))),
+    Table(COSTS, "take and fit", (
+        ("take, grid", "grid_take_adev_instructions_per_result"), ("take, `or` at every sample", "take_white_mean_instructions"),
+        ("take and fit, white noise", "grid_take_instructions_per_result"), ("take and fit, worst", "worst_take_instructions"))),
+    Engines(COSTS, "engines", "cortex-m4f"),
+)
+
+
+def markdown(titles, rows):
+    lines = ["| " + " | ".join(map(str, row)) + " |" for row in (titles, *rows)]
+    return "\n".join([lines[0], "|---" * len(titles) + "|", *lines[1:]])
+
+
+def enclosed(table, figures):
+    """The table between its marks, as it stands on its page."""
+    return f"<!-- {table.name}: made by tools/davar-bench -->\n{table.text(figures)}\n<!-- end of {table.name} -->"
+
+
+def render(figures):
+    """Writes every table into its page."""
+    for table in TABLES:
+        new = enclosed(table, figures)
+        first, *_, last = new.splitlines()
+        before, rest = table.page.read_text(encoding="utf-8").split(first)
+        table.page.write_text(before + new + rest.split(last)[1], encoding="utf-8")
+
+
+def printed(figures):
+    """Every table with its name, for a terminal."""
+    return "\n\n".join(f"{table.name}\n{table.text(figures)}" for table in TABLES)
 
 
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--pages", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    if options.pages:
+        render(json.loads(RECORD.read_text(encoding="utf-8")))
+        return 0
     try:
         figures = measure_all()
     except (targets.TargetError, OSError, subprocess.SubprocessError) as why:
         print(f"davar-bench: {why}", file=sys.stderr)
         return 2
     if options.write:
-        write(figures)
-    print(json.dumps(figures, indent=1) if options.json else "\n\n".join(table(figures, columns) for _, _, columns in TABLES))
+        RECORD.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+        render(figures)
+    print(json.dumps(figures, indent=1) if options.json else printed(figures))
     return 0
 
 

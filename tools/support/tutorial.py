@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-HEADING = "## Which effect is missing"
+HEADING = "## Tutorial in five commands"
 
 
 def section():
