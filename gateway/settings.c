@@ -76,12 +76,12 @@ static const entry_t TABLE[] = {
     {"alarm-on", REAL, AT(alarm_on_s)},
     {"alarm-off", REAL, AT(alarm_off_s)},
     {"policy", POLICY, AT(config.law)},
-    {"false-alarms-per-hour", REAL, AT(config.false_alarms_per_hour)},
-    {"cut-interval", REAL, AT(config.cut_interval_s)},
-    {"long-cluster", WHOLE, AT(config.long_cluster)},
-    {"window-max", WHOLE, AT(config.window_max)},
-    {"window-min", WHOLE, AT(config.window_min)},
-    {"segment", WHOLE, AT(config.segment)},
+    {"false-alarms-per-hour", REAL, AT(config.glr.false_alarms_per_hour)},
+    {"cut-interval", REAL, AT(config.glr.cut_interval_s)},
+    {"long-cluster", WHOLE, AT(config.glr.long_cluster)},
+    {"window-max", WHOLE, AT(config.window.longest)},
+    {"window-min", WHOLE, AT(config.window.shortest)},
+    {"segment", WHOLE, AT(config.moments.segment)},
     {"stride", WHOLE, AT(config.stride)},
     {"channel", WHOLE, AT(channel)},
     {"baud", WHOLE, AT(baud)},
@@ -202,17 +202,17 @@ static void fill_window(davar_config_t *config)
 {
     const bool tracks = (config->law == &davar_law_glr_q31);
     const davar_config_t *usual = &davar_default_config;
-    if (config->window_max == NOT_GIVEN) {
-        config->window_max = tracks ? (600U * config->block) : usual->window_max;
+    if (config->window.longest == NOT_GIVEN) {
+        config->window.longest = tracks ? (600U * config->glr.block) : usual->window.longest;
     }
-    if (config->window_min == NOT_GIVEN) {
-        config->window_min = tracks ? (2U * config->block) : usual->window_min;
+    if (config->window.shortest == NOT_GIVEN) {
+        config->window.shortest = tracks ? (2U * config->glr.block) : usual->window.shortest;
     }
     if (config->stride == NOT_GIVEN) {
-        config->stride = (config->window_max < 100U) ? config->window_max : 100U;
+        config->stride = (config->window.longest < 100U) ? config->window.longest : 100U;
     }
-    if (config->segment == NOT_GIVEN) {
-        config->segment = tracks ? 0U : usual->segment;
+    if (config->moments.segment == NOT_GIVEN) {
+        config->moments.segment = tracks ? 0U : usual->moments.segment;
     }
 }
 
@@ -270,19 +270,19 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
                                   .alarm_off_s = 1.0,
                                   .content = DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
                                   .config = davar_default_config};
-    settings->config.mode = DAVAR_MODE_TRAILING;
-    settings->config.grow = 1U;
+    settings->config.window.mode = DAVAR_MODE_TRAILING;
+    settings->config.window.grow = 1U;
     settings->config.stride = NOT_GIVEN;
-    settings->config.window_max = NOT_GIVEN;
-    settings->config.window_min = NOT_GIVEN;
-    settings->config.segment = NOT_GIVEN;
+    settings->config.window.longest = NOT_GIVEN;
+    settings->config.window.shortest = NOT_GIVEN;
+    settings->config.moments.segment = NOT_GIVEN;
     const bool read = walk(settings, argc, argv, why, size);
     fill_window(&settings->config);
     if (!read || (!settings->help && !check(settings, why, size))) {
         return false;
     }
     settings->config.taus = settings->taus;
-    settings->config.tau_count = davar_taus_octave(settings->config.window_max, settings->taus, DAVAR_TAUS_MAX);
+    settings->config.tau_count = davar_taus_octave(settings->config.window.longest, settings->taus, DAVAR_TAUS_MAX);
     const davar_status_t status = davar_memory_size_q31(&settings->config) > 0U ? DAVAR_OK : DAVAR_ERR_NULL;
     if (settings->help || (status == DAVAR_OK)) {
         return true;

@@ -30,11 +30,10 @@ davar_status_t accelerometer_start(void)
     config = davar_default_config;
     config.rate_hz = RATE_HZ;
     config.unit_per_count = MPS2_PER_COUNT;
-    config.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.window_max = WINDOW;
-    config.window_min = WINDOW;
-    config.segment = 0;
+    config.window.longest = WINDOW;
+    config.window.shortest = WINDOW;
+    config.moments.segment = 0;
     config.stride = STRIDE;
     config.taus = taus;
     config.tau_count = TAUS;

@@ -40,9 +40,8 @@ davar_status_t brown_out_start(bool *is_restored)
     config = davar_default_config;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.05;
-    config.mode = DAVAR_MODE_TRAILING;
-    config.grow = 1;
-    config.window_max = WINDOW;
+    config.window.grow = 1;
+    config.window.longest = WINDOW;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_status_t status = davar_init_q15(&gyro, &config, memory, sizeof memory);

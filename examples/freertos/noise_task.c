@@ -93,8 +93,7 @@ davar_status_t noise_start(void)
     config = davar_default_config;
     config.rate_hz = 200.0;
     config.unit_per_count = 0.05;
-    config.mode = DAVAR_MODE_TRAILING;
-    config.grow = 1;
+    config.window.grow = 1;
     config.stride = 100;
     config.taus = taus;
     config.tau_count = TAUS;

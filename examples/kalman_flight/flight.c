@@ -78,17 +78,16 @@ static void choose_law(const char *law)
     config = davar_default_config;
     config.rate_hz = RATE_HZ;
     config.unit_per_count = LSB_DPS;
-    config.mode = DAVAR_MODE_TRAILING;
     config.stride = 10;
     config.taus = taus;
     config.tau_count = TAUS;
-    config.grow = 1;
+    config.window.grow = 1;
     if (strcmp(law, "glr") == 0) {
         config.law = &davar_law_glr_q15;
-        config.window_max = 3000;
-        config.window_min = 20;
-        config.segment = 0;
-        config.shrink = 64;
+        config.window.longest = 3000;
+        config.window.shortest = 20;
+        config.moments.segment = 0;
+        config.window.shrink = 64;
     } else {
         config.law = (strcmp(law, "or") == 0) ? &davar_law_or : NULL;
     }

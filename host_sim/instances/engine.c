@@ -53,8 +53,8 @@ static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
     engine->channels = calloc(engine->count, sizeof *engine->channels);
     engine->memory = calloc(engine->count, words * sizeof *engine->memory);
     if ((engine->instances == NULL) || (engine->channels == NULL) || (engine->memory == NULL)) {
-        return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels", engine->config.window_max,
-                        engine->count);
+        return sim_fail(error, "--window-max: out of memory for %u samples, %zu channels",
+                        engine->config.window.longest, engine->count);
     }
     return true;
 }

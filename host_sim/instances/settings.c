@@ -22,12 +22,12 @@ static void set_window(davar_config_t *config, const options_t *options)
 {
     if (options->window_max.given) {
         const uint32_t longest = options->window_max.value;
-        config->window_max = longest;
-        config->window_min = (uint32_t)((uint64_t)longest * 2U / 3U) & ~UINT32_C(1);
-        config->segment = at_least_1(longest / 6U);
+        config->window.longest = longest;
+        config->window.shortest = (uint32_t)((uint64_t)longest * 2U / 3U) & ~UINT32_C(1);
+        config->moments.segment = at_least_1(longest / 6U);
     }
-    config->window_min = either(&options->window_min, config->window_min);
-    config->segment = either(&options->segment, config->segment);
+    config->window.shortest = either(&options->window_min, config->window.shortest);
+    config->moments.segment = either(&options->segment, config->moments.segment);
 }
 
 /* glr: 600 blocks, the shortest two, no moments. */
@@ -36,28 +36,28 @@ static void set_tracking(davar_config_t *config, const options_t *options)
     if (options->policy != DAVAR_POLICY_GLR) {
         return;
     }
-    config->block = either(&options->block, config->block);
-    config->shock_blocks = either(&options->shock_blocks, config->shock_blocks);
-    config->long_cluster = either(&options->long_cluster, config->long_cluster);
+    config->glr.block = either(&options->block, config->glr.block);
+    config->glr.shock_blocks = either(&options->shock_blocks, config->glr.shock_blocks);
+    config->glr.long_cluster = either(&options->long_cluster, config->glr.long_cluster);
     if (options->false_alarms_per_hour > 0.0) {
-        config->false_alarms_per_hour = options->false_alarms_per_hour;
+        config->glr.false_alarms_per_hour = options->false_alarms_per_hour;
     }
     if (options->cut_interval_s > 0.0) {
-        config->cut_interval_s = options->cut_interval_s;
+        config->glr.cut_interval_s = options->cut_interval_s;
     }
-    config->mode = options->mode_given ? options->mode : DAVAR_MODE_TRAILING;
-    config->window_max = either(&options->window_max, GLR_BLOCKS * config->block);
-    config->window_min = either(&options->window_min, 2U * config->block);
-    config->segment = either(&options->segment, 0U);
-    config->grow = either(&options->grow, 1U);
+    config->window.mode = options->mode_given ? options->mode : DAVAR_MODE_TRAILING;
+    config->window.longest = either(&options->window_max, GLR_BLOCKS * config->glr.block);
+    config->window.shortest = either(&options->window_min, 2U * config->glr.block);
+    config->moments.segment = either(&options->segment, 0U);
+    config->window.grow = either(&options->grow, 1U);
 }
 
 /* A trailing window cannot grow faster than the samples come. */
 static void set_steps(davar_config_t *config, const options_t *options)
 {
     const bool trailing = (options->mode == DAVAR_MODE_TRAILING);
-    config->grow = either(&options->grow, trailing ? 1U : config->grow);
-    config->shrink = either(&options->shrink, config->shrink);
+    config->window.grow = either(&options->grow, trailing ? 1U : config->window.grow);
+    config->window.shrink = either(&options->shrink, config->window.shrink);
     config->stride = either(&options->stride, config->stride);
     config->engine = options->engine;
 }
@@ -65,12 +65,12 @@ static void set_steps(davar_config_t *config, const options_t *options)
 static void set_bounds(davar_config_t *config, const options_t *options)
 {
     if (options->kurtosis.given) {
-        config->kurtosis_low = options->kurtosis.low;
-        config->kurtosis_high = options->kurtosis.high;
+        config->moments.kurtosis_low = options->kurtosis.low;
+        config->moments.kurtosis_high = options->kurtosis.high;
     }
     if (options->contribution.given) {
-        config->contribution_low = options->contribution.low;
-        config->contribution_high = options->contribution.high;
+        config->moments.contribution_low = options->contribution.low;
+        config->moments.contribution_high = options->contribution.high;
     }
 }
 
@@ -87,11 +87,11 @@ static void set_taus(settings_t *settings, const options_t *options)
         break;
     case TAUS_GEOMETRIC:
         config->tau_count =
-            davar_taus_geometric(config->window_max, (uint8_t)options->taus_wanted, settings->taus, DAVAR_TAUS_MAX);
+            davar_taus_geometric(config->window.longest, (uint8_t)options->taus_wanted, settings->taus, DAVAR_TAUS_MAX);
         break;
     case TAUS_OCTAVE:
     default:
-        config->tau_count = davar_taus_octave(config->window_max, settings->taus, DAVAR_TAUS_MAX);
+        config->tau_count = davar_taus_octave(config->window.longest, settings->taus, DAVAR_TAUS_MAX);
         break;
     }
 }
@@ -103,7 +103,7 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     config->rate_hz = (options->rate_hz > 0.0) ? options->rate_hz : 1.0;
     config->unit_per_count = (options->lsb > 0.0) ? options->lsb : 1.0;
     config->full_scale = (options->full_scale > 0.0) ? options->full_scale : 1.0;
-    config->mode = options->mode;
+    config->window.mode = options->mode;
     config->law = davar_policy_law(options->policy, true);
     set_window(config, options);
     set_steps(config, options);
@@ -111,8 +111,9 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     set_tracking(config, options);
     set_taus(settings, options);
     /* A grid remembers the gaps of the newest window and of the next: one gap in front of each sample at most. */
-    config->gaps_max = (config->window_max < (UINT16_MAX / 2U)) ? (uint16_t)(2U * config->window_max) : UINT16_MAX;
-    config->mirrored_end = (config->mode == DAVAR_MODE_CENTRED);
+    config->window.gaps_max =
+        (config->window.longest < (UINT16_MAX / 2U)) ? (uint16_t)(2U * config->window.longest) : UINT16_MAX;
+    config->window.mirrored_end = (config->window.mode == DAVAR_MODE_CENTRED);
     return settings_check(settings, options, error);
 }
 
@@ -182,9 +183,9 @@ bool settings_fail(davar_status_t status, const options_t *options, sim_error_t 
 uint64_t settings_samples_needed(const davar_config_t *config)
 {
     const uint64_t stride = config->stride;
-    if ((config->mode == DAVAR_MODE_TRAILING) || ((config->law != NULL) && (config->law->push != NULL))) {
-        return (config->window_min + stride - 1U) / stride * stride;
+    if ((config->window.mode == DAVAR_MODE_TRAILING) || ((config->law != NULL) && (config->law->push != NULL))) {
+        return (config->window.shortest + stride - 1U) / stride * stride;
     }
-    const uint64_t half = config->window_max / 2U;
+    const uint64_t half = config->window.longest / 2U;
     return (half > stride) ? half : stride;
 }

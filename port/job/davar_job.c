@@ -1,9 +1,9 @@
-/* davar - jobs and results as words. Encoding and decoding list the fields in the same order, one a word. */
+/* davar - jobs and results as words, one field each. */
 #include "davar_job.h"
 
 #include <string.h>
 
-#define MAGIC UINT64_C(0x32424F4A52564144) /* "DAVRJOB2" */
+#define MAGIC UINT64_C(0x33424F4A52564144) /* "DAVRJOB3" */
 #define HEALTH UINT64_MAX                  /* in the place of a channel */
 
 static uint64_t bits_of(double value)
@@ -20,37 +20,33 @@ static double double_of(uint64_t bits)
     return value;
 }
 
+/* A field of the configuration as a word, and back. */
+#define WORD_OF_F64(value) bits_of(value)
+#define WORD_OF_U32(value) (uint64_t)(value)
+#define WORD_OF_U16(value) (uint64_t)(value)
+#define WORD_OF_U8(value) (uint64_t)(value)
+#define WORD_OF_MODE(value) (uint64_t)(value)
+#define WORD_OF_ENGINE(value) (uint64_t)(value)
+#define WORD_OF_BOOL(value) ((value) ? 1U : 0U)
+#define OF_WORD_F64(word) double_of(word)
+#define OF_WORD_U32(word) (uint32_t)(word)
+#define OF_WORD_U16(word) (uint16_t)(word)
+#define OF_WORD_U8(word) (uint8_t)(word)
+#define OF_WORD_MODE(word) (davar_mode_t)(word)
+#define OF_WORD_ENGINE(word) (davar_engine_t)(word)
+#define OF_WORD_BOOL(word) ((word) != 0U)
+
 void davar_job_encode(const davar_config_t *config, davar_port_number_t number, uint32_t channels,
                       uint64_t words[DAVAR_JOB_WORDS])
 {
-    const uint64_t fields[DAVAR_JOB_SETTINGS] = {MAGIC,
-                                                 (uint64_t)number,
-                                                 channels,
-                                                 bits_of(config->rate_hz),
-                                                 bits_of(config->unit_per_count),
-                                                 bits_of(config->full_scale),
-                                                 config->sample_bits,
-                                                 (uint64_t)config->mode,
-                                                 (uint64_t)davar_law_id(config),
-                                                 config->window_max,
-                                                 config->window_min,
-                                                 config->segment,
-                                                 bits_of(config->kurtosis_low),
-                                                 bits_of(config->kurtosis_high),
-                                                 bits_of(config->contribution_low),
-                                                 bits_of(config->contribution_high),
-                                                 config->grow,
-                                                 config->shrink,
-                                                 config->stride,
-                                                 config->gaps_max,
-                                                 config->mirrored_end ? 1U : 0U,
-                                                 config->tau_count,
-                                                 (uint64_t)config->engine,
-                                                 bits_of(config->false_alarms_per_hour),
-                                                 bits_of(config->cut_interval_s),
-                                                 config->block,
-                                                 config->shock_blocks,
-                                                 config->long_cluster};
+    const uint64_t fields[DAVAR_JOB_SETTINGS] = {
+        MAGIC,
+        (uint64_t)number,
+        channels,
+        davar_law_id(config),
+#define FIELD(member, kind, low, high, usual, status, option, unit, help) WORD_OF_##kind(config->member),
+#include "davar/config_fields.inc"
+    };
     memcpy(words, fields, sizeof fields);
     for (uint32_t t = 0U; t < DAVAR_JOB_TAUS; t++) {
         words[DAVAR_JOB_SETTINGS + t] = (t < config->tau_count) ? config->taus[t] : 0U;
@@ -59,39 +55,20 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
 
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
 {
-    if ((words[0] != MAGIC) || (words[21] > DAVAR_TAUS_MAX)) {
-        return false;
-    }
+    const uint64_t *word = &words[4];
+    davar_config_t *const config = &job->config;
     job->number = (davar_port_number_t)words[1];
     job->channels = (uint32_t)words[2];
-    const davar_config_t config = {.rate_hz = double_of(words[3]),
-                                   .unit_per_count = double_of(words[4]),
-                                   .full_scale = double_of(words[5]),
-                                   .sample_bits = (uint8_t)words[6],
-                                   .mode = (davar_mode_t)words[7],
-                                   .law = davar_policy_law((davar_policy_t)words[8], job->number != DAVAR_PORT_Q15),
-                                   .window_max = (uint32_t)words[9],
-                                   .window_min = (uint32_t)words[10],
-                                   .segment = (uint32_t)words[11],
-                                   .kurtosis_low = double_of(words[12]),
-                                   .kurtosis_high = double_of(words[13]),
-                                   .contribution_low = double_of(words[14]),
-                                   .contribution_high = double_of(words[15]),
-                                   .grow = (uint32_t)words[16],
-                                   .shrink = (uint32_t)words[17],
-                                   .stride = (uint32_t)words[18],
-                                   .engine = (davar_engine_t)words[22],
-                                   .false_alarms_per_hour = double_of(words[23]),
-                                   .cut_interval_s = double_of(words[24]),
-                                   .block = (uint32_t)words[25],
-                                   .shock_blocks = (uint32_t)words[26],
-                                   .long_cluster = (uint32_t)words[27],
-                                   .gaps_max = (uint16_t)words[19],
-                                   .mirrored_end = words[20] != 0U,
-                                   .tau_count = (uint8_t)words[21],
-                                   .taus = job->taus};
-    job->config = config;
-    for (uint32_t t = 0U; t < job->config.tau_count; t++) {
+    config->law = davar_policy_law((davar_policy_t)words[3], job->number != DAVAR_PORT_Q15);
+    config->taus = job->taus;
+#define FIELD(member, kind, low, high, usual, status, option, unit, help)                                              \
+    config->member = OF_WORD_##kind(*word);                                                                            \
+    word++;
+#include "davar/config_fields.inc"
+    if ((words[0] != MAGIC) || (config->tau_count > DAVAR_TAUS_MAX)) {
+        return false;
+    }
+    for (uint32_t t = 0U; t < config->tau_count; t++) {
         job->taus[t] = (uint32_t)words[DAVAR_JOB_SETTINGS + t];
     }
     return true;

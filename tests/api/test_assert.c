@@ -24,6 +24,7 @@ static void aborted(int signal_number)
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = 1.0;
     config.full_scale = 1.0;

@@ -21,6 +21,7 @@ static davar_result_t result;
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
     config.full_scale = 2000.0;
@@ -49,10 +50,10 @@ static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
 {
     static double sample[SAMPLES];
     davar_t davar;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.window_max = 200U;
-    config.window_min = 200U;
+    config.window.longest = 200U;
+    config.window.shortest = 200U;
     const double bound = config.full_scale / 536870912.0 / sqrt(2.0);
     random_t random = random_seeded(7U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
@@ -199,11 +200,11 @@ static void test_rounding_at_the_door(void)
     static const double scales[] = {1e-20, 1e-11, 0.3, 1.0, 4.0, 2000.0, 1e20};
     static const double expected[] = {0.0, 1.0, 1.0, 2.0};
     static const double quanta[] = {0.4, 0.5, 1.4, 1.5};
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.window_max = 4U;
-    config.window_min = 4U;
-    config.segment = 0U;
+    config.window.longest = 4U;
+    config.window.shortest = 4U;
+    config.moments.segment = 0U;
     config.tau_count = 1U;
     for (unsigned s = 0U; s < (sizeof scales / sizeof scales[0]); s++) {
         int exponent;
@@ -262,12 +263,12 @@ static void test_samples_that_come_together_are_as_samples_one_by_one(void)
     uint32_t results = 0U;
     for (unsigned trial = 0U; trial < 40U; trial++) {
         davar_t davar[2];
-        config.mode = ((trial & 1U) == 0U) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
+        config.window.mode = ((trial & 1U) == 0U) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
         config.stride = strides[(trial / 2U) % 4U];
-        config.window_max = 400U;
-        config.window_min = 200U;
-        config.segment = 100U;
-        config.gaps_max = 2U;
+        config.window.longest = 400U;
+        config.window.shortest = 200U;
+        config.moments.segment = 100U;
+        config.window.gaps_max = 2U;
         for (unsigned i = 0U; i < 2U; i++) {
             TEST_ASSERT_EQUAL_INT(DAVAR_OK, davar_init_f32(&davar[i], &config, memory[i], sizeof memory[i]));
         }

@@ -6,9 +6,9 @@
 
 static void test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples(void)
 {
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.gaps_max = 2U;
+    config.window.gaps_max = 2U;
     config.stride = 7U;
     start_q15();
     (void)feed(0U, 60U);
@@ -32,7 +32,7 @@ static void test_too_many_gaps_restart_the_window_and_keep_the_count_of_samples(
 
 static void test_a_restart_in_centred_mode_continues_the_epochs(void)
 {
-    config.gaps_max = 0U;
+    config.window.gaps_max = 0U;
     start_q15();
     (void)feed(0U, 100U);
     davar_gap(&davar, 1U);
@@ -45,10 +45,10 @@ static void test_a_restart_in_centred_mode_continues_the_epochs(void)
 
 static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
 {
-    config.gaps_max = 0U;
+    config.window.gaps_max = 0U;
     config.stride = 7U;
     for (uint32_t before = 1U; before < 160U; before++) {
-        config.mode = ((before % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        config.window.mode = ((before % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         start_q15();
         (void)feed(0U, before / 2U + 1U);
         davar_gap(&davar, 1U);
@@ -64,7 +64,7 @@ static void test_a_restart_at_any_moment_keeps_the_grid_of_epochs(void)
 
 static void test_a_restart_loses_a_waiting_result_and_counts_it(void)
 {
-    config.gaps_max = 0U;
+    config.window.gaps_max = 0U;
     start_q15();
     for (uint32_t i = 0U; i < 20U; i++) {
         const int16_t sample = ripple(i);
@@ -190,8 +190,8 @@ static void test_gaps_are_mirrored_at_both_ends_of_the_record(void)
 {
     uint32_t results = 0U;
     config.law = NULL;
-    config.gaps_max = 8U;
-    config.mirrored_end = true;
+    config.window.gaps_max = 8U;
+    config.window.mirrored_end = true;
     start_q15();
     for (uint32_t i = 0U; i < (uint32_t)RECORD; i++) {
         for (uint32_t k = 0U; k < GAPS; k++) {

@@ -45,27 +45,27 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     }
     config.sample_bits = 17U, refused(DAVAR_ERR_SAMPLE_BITS);
     config.sample_bits = 1U, refused(DAVAR_ERR_SAMPLE_BITS);
-    config.mode = (davar_mode_t)7, refused(DAVAR_ERR_MODE);
-    config.law = &davar_law_glr_q31, config.segment = 0U, refused(DAVAR_ERR_LAW);
-    config.window_max = 2U, refused(DAVAR_ERR_WINDOW_MAX);
-    config.window_max = 41U, refused(DAVAR_ERR_WINDOW_ODD);
-    config.window_max = 65538U, refused(DAVAR_ERR_WINDOW_MAX);
-    config.window_min = 0U, refused(DAVAR_ERR_WINDOW_MIN);
-    config.window_min = 21U, refused(DAVAR_ERR_WINDOW_ODD);
-    config.window_min = 42U, refused(DAVAR_ERR_WINDOW_MIN);
-    config.segment = 0U, refused(DAVAR_ERR_SEGMENT);
-    config.segment = 20U, refused(DAVAR_ERR_SEGMENT);
-    config.kurtosis_low = -1.0, refused(DAVAR_ERR_KURTOSIS);
-    config.kurtosis_low = 4.0, refused(DAVAR_ERR_KURTOSIS);
-    config.kurtosis_high = (double)NAN, refused(DAVAR_ERR_KURTOSIS);
-    config.contribution_low = 1.0, refused(DAVAR_ERR_CONTRIBUTION);
-    config.contribution_high = (double)INFINITY, refused(DAVAR_ERR_CONTRIBUTION);
-    config.grow = 4U, refused(DAVAR_ERR_STEP);
-    config.shrink = 1U, refused(DAVAR_ERR_STEP);
-    config.mode = DAVAR_MODE_TRAILING, config.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
+    config.window.mode = (davar_mode_t)7, refused(DAVAR_ERR_MODE);
+    config.law = &davar_law_glr_q31, config.moments.segment = 0U, refused(DAVAR_ERR_LAW);
+    config.window.longest = 2U, refused(DAVAR_ERR_WINDOW_MAX);
+    config.window.longest = 41U, refused(DAVAR_ERR_WINDOW_ODD);
+    config.window.longest = 65538U, refused(DAVAR_ERR_WINDOW_MAX);
+    config.window.shortest = 0U, refused(DAVAR_ERR_WINDOW_MIN);
+    config.window.shortest = 21U, refused(DAVAR_ERR_WINDOW_ODD);
+    config.window.shortest = 42U, refused(DAVAR_ERR_WINDOW_MIN);
+    config.moments.segment = 0U, refused(DAVAR_ERR_SEGMENT);
+    config.moments.segment = 20U, refused(DAVAR_ERR_SEGMENT);
+    config.moments.kurtosis_low = -1.0, refused(DAVAR_ERR_KURTOSIS);
+    config.moments.kurtosis_low = 4.0, refused(DAVAR_ERR_KURTOSIS);
+    config.moments.kurtosis_high = (double)NAN, refused(DAVAR_ERR_KURTOSIS);
+    config.moments.contribution_low = 1.0, refused(DAVAR_ERR_CONTRIBUTION);
+    config.moments.contribution_high = (double)INFINITY, refused(DAVAR_ERR_CONTRIBUTION);
+    config.window.grow = 4U, refused(DAVAR_ERR_STEP);
+    config.window.shrink = 1U, refused(DAVAR_ERR_STEP);
+    config.window.mode = DAVAR_MODE_TRAILING, config.window.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
     config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
-    config.stride = config.window_max + 1U, refused(DAVAR_ERR_STRIDE_LONG);
+    config.stride = config.window.longest + 1U, refused(DAVAR_ERR_STRIDE_LONG);
     config.engine = (davar_engine_t)(DAVAR_ENGINE_EDGES + 1), refused(DAVAR_ERR_ENGINE);
     config.tau_count = 0U, refused(DAVAR_ERR_TAU_COUNT);
     config.tau_count = DAVAR_TAUS_MAX + 1U, refused(DAVAR_ERR_TAU_COUNT);
@@ -100,20 +100,21 @@ static void test_each_range_ends_where_it_says(void)
         config.unit_per_count = far[i], accepted();
         config.unit_per_count = nextafter(far[i], beyond), refused(DAVAR_ERR_SCALE);
     }
-    config.kurtosis_high = 1e300, accepted();
-    config.kurtosis_high = 1.001e300, refused(DAVAR_ERR_KURTOSIS);
-    config.contribution_high = 1e300, accepted();
-    config.contribution_high = 1.001e300, refused(DAVAR_ERR_CONTRIBUTION);
+    config.moments.kurtosis_high = 1e300, accepted();
+    config.moments.kurtosis_high = 1.001e300, refused(DAVAR_ERR_KURTOSIS);
+    config.moments.contribution_high = 1e300, accepted();
+    config.moments.contribution_high = 1.001e300, refused(DAVAR_ERR_CONTRIBUTION);
     config.sample_bits = 2U, accepted();
     config.sample_bits = 16U, accepted();
-    config.window_min = config.window_max, accepted();
-    config.segment = config.window_min - 1U, accepted();
-    config.segment = config.window_min, refused(DAVAR_ERR_SEGMENT);
-    config.kurtosis_low = config.kurtosis_high, accepted();
-    config.kurtosis_low = nextafter(config.kurtosis_high, 1e30), refused(DAVAR_ERR_KURTOSIS);
-    config.contribution_low = config.contribution_high, accepted();
-    config.contribution_low = nextafter(config.contribution_high, 1e30), refused(DAVAR_ERR_CONTRIBUTION);
-    config.stride = config.window_max, accepted();
+    config.window.shortest = config.window.longest, accepted();
+    config.moments.segment = config.window.shortest - 1U, accepted();
+    config.moments.segment = config.window.shortest, refused(DAVAR_ERR_SEGMENT);
+    config.moments.kurtosis_low = config.moments.kurtosis_high, accepted();
+    config.moments.kurtosis_low = nextafter(config.moments.kurtosis_high, 1e30), refused(DAVAR_ERR_KURTOSIS);
+    config.moments.contribution_low = config.moments.contribution_high, accepted();
+    config.moments.contribution_low = nextafter(config.moments.contribution_high, 1e30),
+    refused(DAVAR_ERR_CONTRIBUTION);
+    config.stride = config.window.longest, accepted();
 }
 
 static void test_bad_pointers_and_memory_are_refused(void)
@@ -132,8 +133,8 @@ static void test_bad_pointers_and_memory_are_refused(void)
 static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(void)
 {
     static const uint32_t wide[2] = {1U, 7000U};
-    config.window_max = 65536U;
-    config.window_min = 65536U;
+    config.window.longest = 65536U;
+    config.window.shortest = 65536U;
     config.taus = wide;
     config.tau_count = 2U;
     TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q15(&config));
@@ -154,7 +155,7 @@ static void test_memory_never_shrinks_as_windows_grow(void)
     config.tau_count = 32U;
     config.stride = 2U;
     size_t before = 0U;
-    for (config.window_max = 65536U; config.window_max <= 16777216U; config.window_max += 32768U) {
+    for (config.window.longest = 65536U; config.window.longest <= 16777216U; config.window.longest += 32768U) {
         const size_t bytes = davar_memory_size_q31(&config);
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(before, bytes);
         before = bytes;
@@ -176,9 +177,9 @@ static void test_the_memory_macros_hold_what_init_asks_for(void)
 {
     for (uint32_t window = 20U; window <= 600U; window += 2U) {
         for (uint16_t gaps = 0U; gaps < 9U; gaps++) {
-            config.window_max = window;
-            config.window_min = 20U;
-            config.gaps_max = gaps;
+            config.window.longest = window;
+            config.window.shortest = 20U;
+            config.window.gaps_max = gaps;
             TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q15(window, 1U << (TAUS - 1U), TAUS, gaps),
                                              davar_memory_size_q15(&config));
             TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q31(window, 1U << (TAUS - 1U), TAUS, gaps),
@@ -199,12 +200,12 @@ static void test_the_memory_macros_hold_a_stride_by_edges(void)
 {
     const uint32_t last = 1U << (TAUS - 1U);
     config.engine = DAVAR_ENGINE_EDGES;
-    for (uint32_t stride = 2U; stride <= config.window_max; stride++) {
+    for (uint32_t stride = 2U; stride <= config.window.longest; stride++) {
         config.stride = stride;
-        config.mode = ((stride % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
-        const uint32_t samples = config.window_max + stride - 1U;
-        const size_t q15 = DAVAR_MEMORY_Q15(samples, last, TAUS, config.gaps_max);
-        const size_t q31 = DAVAR_MEMORY_Q31(samples, last, TAUS, config.gaps_max);
+        config.window.mode = ((stride % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        const uint32_t samples = config.window.longest + stride - 1U;
+        const size_t q15 = DAVAR_MEMORY_Q15(samples, last, TAUS, config.window.gaps_max);
+        const size_t q31 = DAVAR_MEMORY_Q31(samples, last, TAUS, config.window.gaps_max);
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q15(&config), q15);
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q31(&config), q31);
         TEST_ASSERT_LESS_OR_EQUAL_size_t(davar_memory_size_q15(&config) + 24U, q15);
@@ -219,48 +220,50 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
     for (uint32_t i = 0U; i < 60000U; i++) {
         const uint32_t draw = i * 2654435761U;
         config.stride = 2U + ((draw >> 8U) % 90U);
-        config.window_min = 2U * (last + ((draw >> 16U) % 97U));
-        config.window_max = config.window_min + (2U * ((draw >> 4U) % 211U));
-        config.stride = (config.stride < config.window_max) ? config.stride : config.window_max;
-        config.segment = 1U + ((draw >> 12U) % (config.window_min - 1U));
-        config.gaps_max = (uint16_t)(i % 7U);
-        config.grow = 2U;
-        config.mode = ((i % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        config.window.shortest = 2U * (last + ((draw >> 16U) % 97U));
+        config.window.longest = config.window.shortest + (2U * ((draw >> 4U) % 211U));
+        config.stride = (config.stride < config.window.longest) ? config.stride : config.window.longest;
+        config.moments.segment = 1U + ((draw >> 12U) % (config.window.shortest - 1U));
+        config.window.gaps_max = (uint16_t)(i % 7U);
+        config.window.grow = 2U;
+        config.window.mode = ((i % 2U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         config.law = ((i % 3U) == 0U) ? NULL : &davar_law_or;
-        config.mirrored_end = ((i % 5U) == 0U);
-        const uint32_t shortest = (config.law == NULL) ? 0U : config.window_min;
-        const size_t more15 = config.mirrored_end ? DAVAR_ROUND8((size_t)2U * config.window_max) : 0U;
-        const size_t more31 = config.mirrored_end ? DAVAR_ROUND8((size_t)4U * config.window_max) : 0U;
+        config.window.mirrored_end = ((i % 5U) == 0U);
+        const uint32_t shortest = (config.law == NULL) ? 0U : config.window.shortest;
+        const size_t more15 = config.window.mirrored_end ? DAVAR_ROUND8((size_t)2U * config.window.longest) : 0U;
+        const size_t more31 = config.window.mirrored_end ? DAVAR_ROUND8((size_t)4U * config.window.longest) : 0U;
         const size_t q15 = davar_memory_size_q15(&config);
         TEST_ASSERT_GREATER_THAN_size_t(0U, q15);
-        TEST_ASSERT_GREATER_OR_EQUAL_size_t(q15,
-                                            more15 + DAVAR_MEMORY_GRID_Q15(config.window_max, shortest, config.segment,
-                                                                           config.stride, last, TAUS, config.gaps_max));
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(q15, more15 + DAVAR_MEMORY_GRID_Q15(config.window.longest, shortest,
+                                                                                config.moments.segment, config.stride,
+                                                                                last, TAUS, config.window.gaps_max));
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q31(&config),
-                                            more31 + DAVAR_MEMORY_GRID_Q31(config.window_max, shortest, config.segment,
-                                                                           config.stride, last, TAUS, config.gaps_max));
+                                            more31 + DAVAR_MEMORY_GRID_Q31(config.window.longest, shortest,
+                                                                           config.moments.segment, config.stride, last,
+                                                                           TAUS, config.window.gaps_max));
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_f32(&config),
-                                            more31 + DAVAR_MEMORY_GRID_F32(config.window_max, shortest, config.segment,
-                                                                           config.stride, last, TAUS, config.gaps_max));
+                                            more31 + DAVAR_MEMORY_GRID_F32(config.window.longest, shortest,
+                                                                           config.moments.segment, config.stride, last,
+                                                                           TAUS, config.window.gaps_max));
     }
 }
 
 /* Where the stride divides everything the bound has no record too many (64 bytes), but for the rounding of the fixed part. */
 static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
 {
-    config.window_max = 600U;
-    config.window_min = 400U;
-    config.segment = 100U;
+    config.window.longest = 600U;
+    config.window.shortest = 400U;
+    config.moments.segment = 100U;
     config.law = &davar_law_or;
     config.stride = 100U;
     TEST_ASSERT_EQUAL_UINT32(8U, config.taus[TAUS - 1U]);
     size_t most = 0U;
-    for (int mode = DAVAR_MODE_CENTRED; mode <= DAVAR_MODE_TRAILING; mode++) {
-        config.mode = (davar_mode_t)mode;
+    for (int mode = DAVAR_MODE_TRAILING; mode <= DAVAR_MODE_CENTRED; mode++) {
+        config.window.mode = (davar_mode_t)mode;
         most = larger_of(most, davar_memory_size_q15(&config));
     }
     TEST_ASSERT_LESS_OR_EQUAL_size_t(most + 80U,
-                                     DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.gaps_max));
+                                     DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.window.gaps_max));
 }
 
 static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
@@ -268,7 +271,7 @@ static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
     for (uint32_t stride = 1U; stride < 24U; stride++) {
         config.stride = (stride % 12U) + 1U;
         config.engine = (davar_engine_t)(stride / 12U);
-        config.mirrored_end = true;
+        config.window.mirrored_end = true;
         const size_t bytes = davar_memory_size_q15(&config);
         memset(memory, 0xA5, sizeof memory);
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, bytes));
@@ -285,9 +288,9 @@ static void test_the_last_cluster_that_cannot_overflow(void)
     static uint32_t m;
     config.taus = &m;
     config.tau_count = 1U;
-    config.gaps_max = 0U;
-    config.window_max = 65536U;
-    config.window_min = 65536U;
+    config.window.gaps_max = 0U;
+    config.window.longest = 65536U;
+    config.window.shortest = 65536U;
     for (uint8_t bits = 14U; bits <= 16U; bits++) {
         config.sample_bits = bits;
         m = UINT32_C(1) << (24U - bits); /* 2^16 m^2 = 2^(64 - 2 bits) */
@@ -295,8 +298,8 @@ static void test_the_last_cluster_that_cannot_overflow(void)
         m--;
         TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_q15(&davar, &config, memory, 8U));
     }
-    config.window_max = 16777216U;
-    config.window_min = 16777216U;
+    config.window.longest = 16777216U;
+    config.window.shortest = 16777216U;
     for (uint8_t bits = 30U; bits <= 32U; bits++) {
         config.sample_bits = bits;
         m = UINT32_C(1) << (52U - bits); /* 2^24 m^2 = 2^(128 - 2 bits) */
@@ -309,6 +312,52 @@ static void test_the_last_cluster_that_cannot_overflow(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_f32(&davar, &config, memory, sizeof memory));
     m--;
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_f32(&davar, &config, memory, 8U));
+}
+
+/* The macro that takes the settings by name, for what DAVAR_SONG and DAVAR_FIXED configure. */
+static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint32_t stride, const uint32_t *sizes,
+                        uint8_t count, int type)
+{
+    const davar_config_t song = {.rate_hz = 100.0,
+                                 .unit_per_count = 0.01,
+                                 .full_scale = 100.0,
+                                 DAVAR_SONG(longest, shortest),
+                                 .stride = stride,
+                                 .taus = sizes,
+                                 .tau_count = count};
+    const davar_config_t fixed = {.rate_hz = 100.0,
+                                  .unit_per_count = 0.01,
+                                  .full_scale = 100.0,
+                                  DAVAR_FIXED(longest),
+                                  .stride = stride,
+                                  .taus = sizes,
+                                  .tau_count = count};
+    davar_config_t one = (longest == shortest) ? fixed : song;
+    for (int mode = DAVAR_MODE_TRAILING; mode <= DAVAR_MODE_CENTRED; mode++) {
+        one.window.mode = (davar_mode_t)mode;
+        const size_t needed = (type == 0)   ? davar_memory_size_q15(&one)
+                              : (type == 1) ? davar_memory_size_q31(&one)
+                                            : davar_memory_size_f32(&one);
+        TEST_ASSERT_GREATER_THAN_size_t(0U, needed);
+        TEST_ASSERT_LESS_OR_EQUAL_size_t(bytes, needed);
+        TEST_ASSERT_EQUAL_size_t(0U, bytes % 8U);
+    }
+}
+
+static void test_the_named_memory_macro_is_enough(void)
+{
+    static const uint32_t octaves[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
+    static const uint32_t far[] = {1U, 250U};
+#define NAMED(type, number, W, w, K, sizes, m, T)                                                                      \
+    check_named(DAVAR_MEMORY(type, longest(W), shortest(w), stride(K), largest(m), taus(T)), W, w, K, sizes, T, number)
+    NAMED(Q15, 0, 600U, 400U, 60U, octaves, 128U, 8U);
+    NAMED(Q15, 0, 600U, 400U, 1U, octaves, 128U, 8U);
+    NAMED(Q15, 0, 600U, 20U, 1U, far, 250U, 2U); /* spans longer than the shortest window */
+    NAMED(Q15, 0, 600U, 600U, 7U, octaves, 128U, 8U);
+    NAMED(Q31, 1, 600U, 600U, 1U, octaves, 128U, 8U);
+    NAMED(Q31, 1, 602U, 300U, 23U, far, 250U, 2U);
+    NAMED(F32, 2, 600U, 400U, 60U, octaves, 128U, 8U);
+    NAMED(F32, 2, 600U, 400U, 1U, octaves, 128U, 8U);
 }
 
 int main(void)
@@ -326,5 +375,6 @@ int main(void)
     RUN_TEST(test_the_memory_macro_of_a_grid_is_no_more_than_that);
     RUN_TEST(test_a_memory_of_exactly_the_asked_size_is_never_left);
     RUN_TEST(test_the_last_cluster_that_cannot_overflow);
+    RUN_TEST(test_the_named_memory_macro_is_enough);
     return UNITY_END();
 }

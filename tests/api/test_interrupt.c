@@ -63,13 +63,14 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
 {
     static davar_config_t config; /* the instance keeps it for the test behind this one */
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.window_max = WINDOW;
-    config.window_min = WINDOW;
-    config.segment = 8U;
+    config.window.longest = WINDOW;
+    config.window.shortest = WINDOW;
+    config.moments.segment = 8U;
     config.taus = taus;
     config.tau_count = 3U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
@@ -114,15 +115,16 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
     static const uint32_t strides[3] = {1U, 5U, 5U};
     static davar_config_t config; /* the instance keeps it for the test behind this one */
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
-    config.mode = DAVAR_MODE_TRAILING;
-    config.window_max = WINDOW;
-    config.window_min = WINDOW / 2U;
-    config.segment = 8U;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.window.longest = WINDOW;
+    config.window.shortest = WINDOW / 2U;
+    config.moments.segment = 8U;
     config.taus = many;
     config.tau_count = 3U;
-    config.gaps_max = 40U;
+    config.window.gaps_max = 40U;
     struct sigaction action;
     memset(&action, 0, sizeof action);
     action.sa_handler = interrupt_with_gaps;
@@ -140,7 +142,7 @@ static void test_gaps_in_an_interrupt_tear_no_result(void)
                     TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.window_samples - (2U * many[t]) + 1U,
                                                      result.tau[t].differences);
                 }
-                TEST_ASSERT_LESS_OR_EQUAL_UINT32(config.gaps_max, result.gaps_in_window);
+                TEST_ASSERT_LESS_OR_EQUAL_UINT32(config.window.gaps_max, result.gaps_in_window);
             }
         }
         start_timer(0);

@@ -55,8 +55,8 @@ static void listen(unsigned which, uint32_t samples)
 static void learn(void)
 {
     setUp();
-    config.window_max = 20U;
-    config.window_min = 10U;
+    config.window.longest = 20U;
+    config.window.shortest = 10U;
     init(Q15, &original, 0U);
     feed(0U, 100U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));

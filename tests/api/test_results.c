@@ -57,7 +57,7 @@ static void test_a_push_of_nothing_consumes_nothing(void)
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_until_result_q15(&davar, &sample, 0U));
     TEST_ASSERT_FALSE(take_fitted(&davar, &result));
     config.law = NULL; /* and nothing but that happens */
-    config.segment = 0U;
+    config.moments.segment = 0U;
     start_q15();
     (void)feed(0U, 120U);
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_until_result_q15(&davar, &sample, 0U));
@@ -117,7 +117,7 @@ static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
     start_q15();
     (void)feed(0U, 100U);
     TEST_ASSERT_FALSE(davar_flush(&davar));
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     start_q15();
     (void)feed(0U, 100U);
     TEST_ASSERT_FALSE(davar_flush(&davar));
@@ -126,7 +126,7 @@ static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
 static void test_moments_can_be_switched_off_with_the_fixed_window(void)
 {
     config.law = NULL;
-    config.segment = 0U;
+    config.moments.segment = 0U;
     for (uint32_t stride = 1U; stride < 3U; stride++) {
         config.stride = stride;
         start_q15();
@@ -162,13 +162,13 @@ static void test_the_longest_clusters(void)
     static const uint32_t longest[] = {M};
     static uint64_t room[(4 * (4 * M + 64)) / 8 + 200];
     config = small_config(longest, 1U);
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.segment = 0U;
-    config.window_max = 2U * M + 2U;
-    config.window_min = config.window_max;
+    config.moments.segment = 0U;
+    config.window.longest = 2U * M + 2U;
+    config.window.shortest = config.window.longest;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&davar, &config, room, sizeof room));
-    for (uint32_t i = 0U; i < config.window_max; i++) {
+    for (uint32_t i = 0U; i < config.window.longest; i++) {
         const int32_t sample = (i <= M) ? 0 : 7;
         davar_push_q31(&davar, &sample, 1U);
     }

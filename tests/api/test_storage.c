@@ -128,8 +128,8 @@ static void no_second_reading_is_believed(uint32_t stride, unsigned bits_apart)
 {
     setUp();
     config.stride = stride;
-    config.window_max = 20U;
-    config.window_min = 10U;
+    config.window.longest = 20U;
+    config.window.shortest = 10U;
     init(Q15, &original, 0U);
     feed(0U, 120U);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));

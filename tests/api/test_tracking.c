@@ -45,18 +45,19 @@ static void make_stream(uint64_t seed, uint32_t step, double ratio)
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.25;
     config.full_scale = 4096.0;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.window_max = 1200U;
-    config.window_min = 20U;
-    config.segment = 0U;
-    config.shrink = 16U;
-    config.grow = 1U;
-    config.gaps_max = 8U;
-    config.false_alarms_per_hour = 0.01;
+    config.window.longest = 1200U;
+    config.window.shortest = 20U;
+    config.moments.segment = 0U;
+    config.window.shrink = 16U;
+    config.window.grow = 1U;
+    config.window.gaps_max = 8U;
+    config.glr.false_alarms_per_hour = 0.01;
     config.taus = taus;
     config.tau_count = TAUS;
     make_stream(3U, STEP, 1.8);
@@ -161,7 +162,7 @@ static uint32_t window_end(void)
 
 static void check_window(void)
 {
-    const uint64_t end = (config.mode == DAVAR_MODE_CENTRED) ? (window_end() - 1U) : result.epoch;
+    const uint64_t end = (config.window.mode == DAVAR_MODE_CENTRED) ? (window_end() - 1U) : result.epoch;
     for (uint32_t t = 0U; t < config.tau_count; t++) {
         uint32_t differences = 0U;
         const double expected = adev_of(end, result.window_samples, taus[t], &differences);
@@ -249,7 +250,7 @@ static void test_a_step_is_told_and_the_window_begins_behind_it(void)
     check_step(Q31, 10U, 64U);
     check_step(F32, 1U, 1U);
     check_step(F32, 10U, 64U);
-    config.shrink = 5000U;
+    config.window.shrink = 5000U;
     check_step(Q15, 1U, 1U);
 }
 
@@ -283,7 +284,7 @@ static void test_how_samples_come_changes_nothing(void)
 /* A shock of three samples: its block is left out, no alarm, and the epochs go on as the samples came. */
 static uint32_t latency(void)
 {
-    return (config.mode == DAVAR_MODE_CENTRED) ? HALF : 0U;
+    return (config.window.mode == DAVAR_MODE_CENTRED) ? HALF : 0U;
 }
 
 static void check_shock(type_t type, uint32_t stride)
@@ -330,7 +331,7 @@ static void test_a_change_that_is_told_before_the_window_is_there_is_not_old(voi
     uint32_t ahead = 0U;
     make_stream(5U, SAMPLES, 1.0);
     memcpy(quiet, stream, sizeof quiet);
-    config.block = 25U;
+    config.glr.block = 25U;
     for (uint32_t turn = 0U; turn < 300U; turn++) {
         for (uint32_t n = 0U; n < 1400U; n++) {
             const int16_t sample = quiet[(n + (29U * turn)) % SAMPLES];
@@ -353,7 +354,7 @@ static void test_without_shock_blocks_a_shock_is_a_change(void)
     nothing_lost();
     make_stream(4U, SAMPLES, 1.0);
     stream[4003] = 900;
-    config.shock_blocks = 0U;
+    config.glr.shock_blocks = 0U;
     init(Q15, 0U);
     (void)run(Q15, 0U, 6000U, 1U, 29U);
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).shocks);
@@ -405,10 +406,10 @@ static void test_a_gap_beside_a_shock(void)
 static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride, uint32_t shock_blocks)
 {
     uint32_t results = 0U;
-    config.mode = mode;
+    config.window.mode = mode;
     config.stride = stride;
-    config.shock_blocks = shock_blocks;
-    config.gaps_max = 400U;
+    config.glr.shock_blocks = shock_blocks;
+    config.window.gaps_max = 400U;
     init(Q15, 0U);
     for (uint32_t n = 0U; n < SAMPLES; n++) {
         if ((n > 0U) && ((n % 47U) == 0U)) {
@@ -439,7 +440,7 @@ static void test_a_restart(void)
 {
     nothing_lost();
     make_stream(6U, SAMPLES, 1.0);
-    config.gaps_max = 1U;
+    config.window.gaps_max = 1U;
     init(Q15, 0U);
     (void)run(Q15, 0U, 3000U, 1U, 1000000U);
     davar_gap(&davar, 1U);
@@ -470,7 +471,7 @@ static void test_reset_begins_anew(void)
 static void check_centred(type_t type, uint32_t stride, uint32_t block)
 {
     nothing_lost();
-    config.mode = DAVAR_MODE_CENTRED;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.stride = stride;
     init(type, 0U);
     uint32_t due = stride - 1U;
@@ -514,7 +515,7 @@ static void test_a_centred_window_ends_at_the_step(void)
     check_centred(Q31, 30U, 7U);
     check_centred(F32, 60U, 64U);
     check_centred(Q15, 100U, 64U);
-    config.window_min = 100U; /* about the step the window takes what there is */
+    config.window.shortest = 100U; /* about the step the window takes what there is */
     check_centred(Q15, 20U, 64U);
 }
 
@@ -531,7 +532,7 @@ static uint32_t flush_all(void)
 static void test_centred_windows_where_little_or_much_has_come(void)
 {
     nothing_lost();
-    config.mode = DAVAR_MODE_CENTRED;
+    config.window.mode = DAVAR_MODE_CENTRED;
     make_stream(5U, STEP, 8.0);
     config.stride = 10U;
     init(Q15, 0U);
@@ -548,8 +549,8 @@ static void test_centred_windows_where_little_or_much_has_come(void)
     TEST_ASSERT_EQUAL_UINT32(9U, flush_all());
     TEST_ASSERT_EQUAL_UINT64(89U, result.epoch);
     TEST_ASSERT_EQUAL_UINT32(90U, result.window_samples);
-    config.block = 5U; /* half a window is 150 samples then */
-    config.window_max = 300U;
+    config.glr.block = 5U; /* half a window is 150 samples then */
+    config.window.longest = 300U;
     config.tau_count = 1U;
     config.stride = 1U;
     init(Q15, 0U);
@@ -561,10 +562,10 @@ static void test_centred_windows_where_little_or_much_has_come(void)
 
 static void test_centred_windows_beside_shocks_and_gaps(void)
 {
-    config.mode = DAVAR_MODE_CENTRED;
+    config.window.mode = DAVAR_MODE_CENTRED;
     check_shock(Q15, 10U);
     check_gaps(10U);
-    config.gaps_max = 1U;
+    config.window.gaps_max = 1U;
     config.stride = 10U;
     nothing_lost();
     init(Q15, 0U);
@@ -639,12 +640,12 @@ static void test_a_restored_stream_goes_on_bit_for_bit(void)
 static void test_kurtosis_is_kept_beside_it_when_asked_for(void)
 {
     nothing_lost();
-    config.segment = 10U;
+    config.moments.segment = 10U;
     init(Q15, 0U);
     (void)run(Q15, 0U, 4000U, 1U, 101U);
     TEST_ASSERT_DOUBLE_WITHIN(0.6, 2.9, result.kurtosis);
     TEST_ASSERT_FALSE(result.unstable);
-    config.segment = 0U;
+    config.moments.segment = 0U;
     init(Q15, 0U);
     (void)run(Q15, 0U, 4000U, 1U, 101U);
     TEST_ASSERT_TRUE(isnan(result.kurtosis));
@@ -674,7 +675,7 @@ static void test_a_cut_is_unstable(void)
 {
     for (uint32_t segment = 0U; segment <= 10U; segment += 10U) {
         uint32_t unstable = 0U;
-        config.segment = segment;
+        config.moments.segment = segment;
         init(Q15, 0U);
         for (uint32_t n = 0U; n < SAMPLES; n++) {
             (void)push(Q15, n, 1U);
@@ -691,14 +692,14 @@ static void test_young_is_what_was_cut_eight_blocks_ago_at_most(void)
     static const uint32_t blocks[] = {5U, 10U, 25U};
     for (unsigned k = 0U; k < sizeof blocks / sizeof blocks[0]; k++) {
         uint32_t youngs = 0U;
-        config.block = blocks[k];
+        config.glr.block = blocks[k];
         init(Q15, 0U);
         for (uint32_t n = 0U; n < SAMPLES; n++) {
             (void)push(Q15, n, 1U);
             if (!davar_take(&davar, &result)) {
                 continue;
             }
-            const bool cut_lately = (result.cut_age_samples <= (8U * config.block));
+            const bool cut_lately = (result.cut_age_samples <= (8U * config.glr.block));
             const bool reaches = (result.cut_age_samples < result.window_samples);
             const bool young = (davar_health(&davar).cuts > 0U) && (cut_lately || reaches);
             TEST_ASSERT_EQUAL(young, result.young);
@@ -712,7 +713,7 @@ static void test_young_is_what_was_cut_eight_blocks_ago_at_most(void)
 static void test_without_a_detector_nothing_is_young(void)
 {
     config.law = NULL;
-    config.grow = 0U;
+    config.window.grow = 0U;
     init(Q15, 0U);
     for (uint32_t n = 0U; n < 3000U; n++) {
         (void)push(Q15, n, 1U);
@@ -734,15 +735,15 @@ static void refused(void)
 
 static void test_what_init_refuses(void)
 {
-    config.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window_max = 590U, refused();
-    config.mode = DAVAR_MODE_CENTRED, config.block = 65U, refused();
-    config.mode = DAVAR_MODE_CENTRED, config.engine = DAVAR_ENGINE_EDGES;
+    config.window.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window.longest = 590U, refused();
+    config.window.mode = DAVAR_MODE_CENTRED, config.glr.block = 65U, refused();
+    config.window.mode = DAVAR_MODE_CENTRED, config.engine = DAVAR_ENGINE_EDGES;
     TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.block = 4U, refused();
-    config.block = 65U, refused();
-    config.shock_blocks = 3U, refused();
-    config.window_max = 79U, refused();
+    config.glr.block = 4U, refused();
+    config.glr.block = 65U, refused();
+    config.glr.shock_blocks = 3U, refused();
+    config.window.longest = 79U, refused();
     config.stride = 1201U;
     TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE_LONG, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
@@ -752,28 +753,28 @@ static void test_what_init_refuses(void)
     config.engine = DAVAR_ENGINE_EDGES; /* says nothing at stride 1 */
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.stride = 7U, config.window_min = 1192U, refused(); /* its windows begin between two blocks */
-    config.stride = 7U, config.window_min = 1191U;
+    config.stride = 7U, config.window.shortest = 1192U, refused(); /* its windows begin between two blocks */
+    config.stride = 7U, config.window.shortest = 1191U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.stride = 20U, config.window_max = 1205U, config.window_min = 1201U, refused();
-    config.stride = 20U, config.window_max = 1205U, config.window_min = 1200U;
+    config.stride = 20U, config.window.longest = 1205U, config.window.shortest = 1201U, refused();
+    config.stride = 20U, config.window.longest = 1205U, config.window.shortest = 1200U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.window_max = 7690U, refused();
-    config.window_max = 7680U; /* 768 blocks of 10 */
+    config.window.longest = 7690U, refused();
+    config.window.longest = 7680U; /* 768 blocks of 10 */
     TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_q15(&config));
     setUp();
-    config.false_alarms_per_hour = 0.0, refused();
-    config.cut_interval_s = -1.0, refused();
+    config.glr.false_alarms_per_hour = 0.0, refused();
+    config.glr.cut_interval_s = -1.0, refused();
     static const double ends[2] = {1e-9, 1e9};
     for (unsigned i = 0U; i < 2U; i++) {
         const double beyond = (i == 0U) ? 0.0 : 1e10;
-        config.false_alarms_per_hour = ends[i], config.cut_interval_s = ends[1U - i];
+        config.glr.false_alarms_per_hour = ends[i], config.glr.cut_interval_s = ends[1U - i];
         TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
         setUp();
-        config.false_alarms_per_hour = nextafter(ends[i], beyond), refused();
-        config.cut_interval_s = nextafter(ends[i], beyond), refused();
+        config.glr.false_alarms_per_hour = nextafter(ends[i], beyond), refused();
+        config.glr.cut_interval_s = nextafter(ends[i], beyond), refused();
     }
 }
 

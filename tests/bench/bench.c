@@ -128,7 +128,7 @@ static double run_chain(const davar_config_t *config)
 /* What a user writes first: the whole window again at every sample, with a cumulative sum to be fair. */
 static double run_brute_force(const davar_config_t *config)
 {
-    const size_t window = config->window_max;
+    const size_t window = config->window.longest;
     const size_t epochs = 400U;
     double *const phase = memory_of((window + epochs + 1U) * sizeof(double));
     phase[0] = 0.0;
@@ -155,13 +155,14 @@ static double run_brute_force(const davar_config_t *config)
 static davar_config_t plain(uint32_t window, uint8_t tau_count)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
     config.law = NULL;
-    config.window_max = window;
-    config.window_min = window;
-    config.segment = 0U;
+    config.window.longest = window;
+    config.window.shortest = window;
+    config.moments.segment = 0U;
     config.taus = octaves;
     config.tau_count = tau_count;
     return config;
@@ -170,6 +171,7 @@ static davar_config_t plain(uint32_t window, uint8_t tau_count)
 static davar_config_t adaptive(uint32_t stride)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.taus = octaves;
@@ -182,10 +184,10 @@ static davar_config_t adaptive(uint32_t stride)
 static davar_config_t fine_grid(uint32_t window)
 {
     davar_config_t config = adaptive(4U);
-    config.mode = DAVAR_MODE_TRAILING;
-    config.window_max = window;
-    config.window_min = window / 2U;
-    config.segment = window / 8U;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.window.longest = window;
+    config.window.shortest = window / 2U;
+    config.moments.segment = window / 8U;
     config.tau_count = 6U;
     return config;
 }

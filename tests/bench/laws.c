@@ -210,16 +210,17 @@ static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
 {
     davar_config_t *const config = &instance->config;
     *config = davar_default_config;
+    config->window.mode = DAVAR_MODE_CENTRED;
     config->rate_hz = RATE_HZ;
     config->unit_per_count = 1.0;
-    config->mode = mode;
+    config->window.mode = mode;
     config->law = law->law;
-    config->window_max = law->longest;
-    config->window_min = law->shortest;
-    config->segment = (law->law == &davar_law_glr_q15) ? 0U : (law->shortest / 4U);
-    config->grow = (mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
+    config->window.longest = law->longest;
+    config->window.shortest = law->shortest;
+    config->moments.segment = (law->law == &davar_law_glr_q15) ? 0U : (law->shortest / 4U);
+    config->window.grow = (mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
     config->stride = STRIDE;
-    config->gaps_max = 64U;
+    config->window.gaps_max = 64U;
     config->taus = taus;
     config->tau_count = (law->longest < 600U) ? 6U : TAUS;
     davar_plan_init(&instance->plan, taus, config->tau_count);

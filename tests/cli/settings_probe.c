@@ -21,23 +21,24 @@ int main(int count, char *word[])
 {
     static uint32_t taus[DAVAR_TAUS_MAX];
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     uint64_t no_memory[1] = {0};
     davar_t davar;
     if (count != 20) {
         return 2;
     }
     config.law = davar_policy_law((davar_policy_t)whole(word[1]), true);
-    config.window_max = whole(word[2]);
-    config.window_min = whole(word[3]);
-    config.segment = whole(word[4]);
-    config.grow = whole(word[5]);
-    config.shrink = whole(word[6]);
+    config.window.longest = whole(word[2]);
+    config.window.shortest = whole(word[3]);
+    config.moments.segment = whole(word[4]);
+    config.window.grow = whole(word[5]);
+    config.window.shrink = whole(word[6]);
     config.stride = whole(word[7]);
-    config.block = whole(word[8]);
-    config.shock_blocks = whole(word[9]);
-    config.long_cluster = whole(word[10]);
-    range(word[11], &config.kurtosis_low, &config.kurtosis_high);
-    range(word[12], &config.contribution_low, &config.contribution_high);
+    config.glr.block = whole(word[8]);
+    config.glr.shock_blocks = whole(word[9]);
+    config.glr.long_cluster = whole(word[10]);
+    range(word[11], &config.moments.kurtosis_low, &config.moments.kurtosis_high);
+    range(word[12], &config.moments.contribution_low, &config.moments.contribution_high);
     for (char *text = word[13]; config.tau_count < DAVAR_TAUS_MAX; text++) {
         taus[config.tau_count] = (uint32_t)strtoul(text, &text, 10);
         config.tau_count++;
@@ -47,9 +48,9 @@ int main(int count, char *word[])
     }
     config.taus = taus;
     config.engine = (davar_engine_t)whole(word[14]);
-    config.mode = (davar_mode_t)whole(word[15]);
-    config.false_alarms_per_hour = strtod(word[16], NULL);
-    config.cut_interval_s = strtod(word[17], NULL);
+    config.window.mode = (davar_mode_t)whole(word[15]);
+    config.glr.false_alarms_per_hour = strtod(word[16], NULL);
+    config.glr.cut_interval_s = strtod(word[17], NULL);
     config.rate_hz = strtod(word[18], NULL);
     config.unit_per_count = strtod(word[19], NULL);
     const davar_status_t status = davar_init_q31(&davar, &config, no_memory, 0U);

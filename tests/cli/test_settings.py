@@ -11,7 +11,7 @@ from sim_case import SimCase
 PROBE = os.environ.get("DAVAR_SETTINGS_PROBE", "settings_probe")
 POLICIES = ("fixed", "kurtosis", "or", "and", "glr")
 TRIALS = 400
-BY_CODE = {"--policy": POLICIES, "--mode": ("centred", "trailing"), "--engine": ("grid", "edges")}
+BY_CODE = {"--policy": POLICIES, "--mode": ("trailing", "centred"), "--engine": ("grid", "edges")}
 
 
 def settings(source):

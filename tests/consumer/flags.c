@@ -184,10 +184,10 @@ static void run_all(const davar_config_t *base)
         const bool tracked = (way / 3U) == 3U;
         const davar_law_t *const glr = ((way % 3U) == 0U) ? &davar_law_glr_q15 : &davar_law_glr_q31;
         config.law = tracked ? glr : (((way / 3U) == 0U) ? NULL : &davar_law_or);
-        config.mode = (((way / 3U) == 2U) || tracked) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
-        config.segment = tracked ? 0U : 100U;
-        config.window_min = tracked ? 20U : 400U;
-        config.grow = (config.mode == DAVAR_MODE_TRAILING) ? 1U : 2U;
+        config.window.mode = (((way / 3U) == 2U) || tracked) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
+        config.moments.segment = tracked ? 0U : 100U;
+        config.window.shortest = tracked ? 20U : 400U;
+        config.window.grow = (config.window.mode == DAVAR_MODE_TRAILING) ? 1U : 2U;
         run(types[way % 3U], &config);
     }
 }
@@ -206,7 +206,7 @@ static void add_limits(const davar_config_t *base)
         config.full_scale = double_of_bits(bits[i]);
         add((uint64_t)davar_init_f32(&davar, &config, memory, sizeof memory));
         config.full_scale = base->full_scale;
-        config.kurtosis_high = double_of_bits(bits[i]);
+        config.moments.kurtosis_high = double_of_bits(bits[i]);
         add((uint64_t)davar_init_q31(&davar, &config, memory, sizeof memory));
     }
 }
@@ -214,6 +214,7 @@ static void add_limits(const davar_config_t *base)
 int main(void)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     uint32_t geometric[DAVAR_TAUS_MAX];
     config.rate_hz = double_of_bits(0x4058E66666666666U); /* 99.6 */
     config.unit_per_count = double_of_bits(0x3FA70A3D70A3D70AU);
@@ -221,7 +222,7 @@ int main(void)
     config.taus = taus;
     config.tau_count = TAUS;
     config.stride = 150U;
-    config.mirrored_end = true;
+    config.window.mirrored_end = true;
     davar_plan_init(&plan, taus, TAUS);
     add_limits(&config);
     run_all(&config);

@@ -108,22 +108,23 @@ int main(void)
         const int way = by_edges ? (number - 6) : number; /* 4 to 7 once more */
         const bool tracked = way >= 8;
         davar_config_t config = davar_default_config;
+        config.window.mode = DAVAR_MODE_CENTRED;
         config.rate_hz = 100.0;
         config.unit_per_count = 0.01;
         config.full_scale = 100.0;
-        config.window_max = 200;
-        config.window_min = 120;
-        config.segment = (way & 1) != 0 ? 40 : 0;
+        config.window.longest = 200;
+        config.window.shortest = 120;
+        config.moments.segment = (way & 1) != 0 ? 40 : 0;
         config.law = (way & 1) != 0 ? &davar_law_or : NULL;
         if (tracked) {
             config.law = (types[all / 14] == 'q') ? &davar_law_glr_q15 : &davar_law_glr_q31;
-            config.segment = 0;
-            config.window_min = 20;
+            config.moments.segment = 0;
+            config.window.shortest = 20;
         }
-        config.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+        config.window.mode = (way & 2) != 0 ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
         config.stride = ((way & 4) != 0) || (way == 9) ? 20 : 1;
         config.engine = by_edges ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
-        config.mirrored_end = true;
+        config.window.mirrored_end = true;
         config.taus = taus;
         config.tau_count = 4;
         const char type = types[all / 14];

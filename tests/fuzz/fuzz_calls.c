@@ -208,8 +208,8 @@ static void push_whole(davar_t *davar, const block_t *block, size_t count)
 static void check_epoch(void)
 {
     const uint64_t late =
-        ((config.law != NULL) && (config.law->push != NULL)) ? ((config.shock_blocks + 3U) * config.block) : 0U;
-    REQUIRE((config.mode == DAVAR_MODE_CENTRED) ||
+        ((config.law != NULL) && (config.law->push != NULL)) ? ((config.glr.shock_blocks + 3U) * config.glr.block) : 0U;
+    REQUIRE((config.window.mode == DAVAR_MODE_CENTRED) ||
             ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
 }
 
@@ -323,23 +323,24 @@ static void through_the_dark(void)
 static void choose(bytes_t *bytes)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
     type = (type_t)between(bytes, 0U, 2U);
-    config.mode = (davar_mode_t)between(bytes, 0U, 1U);
+    config.window.mode = (between(bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
     config.law = davar_policy_law((davar_policy_t)between(bytes, 0U, 4U), type != Q15);
-    config.window_max = 2U * between(bytes, 4U, 80U);
-    config.window_min = 2U * between(bytes, 2U, config.window_max / 2U);
-    config.segment = between(bytes, 0U, config.window_min - 1U);
-    config.grow = (config.mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
-    config.shrink = (config.mode == DAVAR_MODE_CENTRED) ? 2U : between(bytes, 1U, 9U);
+    config.window.longest = 2U * between(bytes, 4U, 80U);
+    config.window.shortest = 2U * between(bytes, 2U, config.window.longest / 2U);
+    config.moments.segment = between(bytes, 0U, config.window.shortest - 1U);
+    config.window.grow = (config.window.mode == DAVAR_MODE_CENTRED) ? 2U : 1U;
+    config.window.shrink = (config.window.mode == DAVAR_MODE_CENTRED) ? 2U : between(bytes, 1U, 9U);
     config.stride = between(bytes, 1U, 40U);
     config.engine = (davar_engine_t)between(bytes, 0U, 1U);
-    config.gaps_max = (uint16_t)between(bytes, 0U, 5U);
-    config.block = between(bytes, 5U, 12U);
-    config.shock_blocks = between(bytes, 0U, 2U);
-    config.mirrored_end = (byte(bytes) % 2U) != 0U;
+    config.window.gaps_max = (uint16_t)between(bytes, 0U, 5U);
+    config.glr.block = between(bytes, 5U, 12U);
+    config.glr.shock_blocks = between(bytes, 0U, 2U);
+    config.window.mirrored_end = (byte(bytes) % 2U) != 0U;
     config.taus = taus;
     config.tau_count = (uint8_t)between(bytes, 1U, 5U);
 }

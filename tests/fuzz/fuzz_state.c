@@ -102,7 +102,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     davar_t restored;
     davar_result_t result;
     config = small_config(taus, 4U);
-    config.mode = (davar_mode_t)between(&bytes, 0U, 1U);
+    config.window.mode = (between(&bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
     config.stride = between(&bytes, 1U, 9U);
     const uint32_t cut = between(&bytes, 1U, 120U);
     memset(cells, 0xFF, sizeof cells);

@@ -51,31 +51,32 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
 {
     davar_config_t *const config = &trial->config;
     *config = davar_default_config;
+    config->window.mode = DAVAR_MODE_CENTRED;
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
-    config->mode = (davar_mode_t)between(bytes, 0U, 1U);
+    config->window.mode = (between(bytes, 0U, 1U) == 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
     config->law = davar_policy_law((davar_policy_t)between(bytes, 0U, 3U), false);
-    config->window_max = 2U * between(bytes, 4U, 24U);
-    config->window_min = 2U * between(bytes, 2U, config->window_max / 2U);
-    config->shrink = 2U * between(bytes, 0U, 2U);
-    config->grow = 2U * between(bytes, 0U, 1U);
-    config->segment = between(bytes, 1U, config->window_min - 1U);
-    config->contribution_high = 0.02 * (double)between(bytes, 1U, 10U);
-    config->kurtosis_high = 2.0137 + (0.2 * (double)between(bytes, 1U, 10U));
-    config->kurtosis_low = 0.0137 + (0.5 * (double)between(bytes, 0U, 4U));
+    config->window.longest = 2U * between(bytes, 4U, 24U);
+    config->window.shortest = 2U * between(bytes, 2U, config->window.longest / 2U);
+    config->window.shrink = 2U * between(bytes, 0U, 2U);
+    config->window.grow = 2U * between(bytes, 0U, 1U);
+    config->moments.segment = between(bytes, 1U, config->window.shortest - 1U);
+    config->moments.contribution_high = 0.02 * (double)between(bytes, 1U, 10U);
+    config->moments.kurtosis_high = 2.0137 + (0.2 * (double)between(bytes, 1U, 10U));
+    config->moments.kurtosis_low = 0.0137 + (0.5 * (double)between(bytes, 0U, 4U));
     config->stride = between(bytes, 1U, 70U);
     config->stride = (config->stride > 35U) ? 1U : config->stride;
-    config->stride = (config->stride < config->window_max) ? config->stride : config->window_max;
+    config->stride = (config->stride < config->window.longest) ? config->stride : config->window.longest;
     config->engine = (between(bytes, 0U, 1U) == 1U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
-    config->gaps_max = (uint16_t)((2U * config->window_max) + config->stride + 2U);
-    config->mirrored_end = true;
+    config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
+    config->window.mirrored_end = true;
     trial->is_q31 = byte(bytes) % 2U != 0U;
     uint32_t m = 0U;
     config->taus = trial->taus;
     config->tau_count = 0U;
     for (unsigned t = 0U; t < 5U; t++) {
         m += between(bytes, 1U, 8U);
-        if (m <= (config->window_max / 2U)) {
+        if (m <= (config->window.longest / 2U)) {
             trial->taus[t] = m;
             config->tau_count++;
         }

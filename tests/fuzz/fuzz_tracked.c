@@ -43,23 +43,24 @@ static void choose_config(bytes_t *bytes)
 {
     static const double rates[] = {0.01, 1.0, 100.0, 3000.0};
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.segment = 0U;
-    config.block = between(bytes, GLR_BLOCK_MIN, 12U);
-    config.window_max = (8U * config.block) + between(bytes, 0U, 200U);
-    config.window_min = between(bytes, 16U, 40U);
-    config.shrink = between(bytes, 0U, 20U);
-    config.grow = 1U;
+    config.moments.segment = 0U;
+    config.glr.block = between(bytes, GLR_BLOCK_MIN, 12U);
+    config.window.longest = (8U * config.glr.block) + between(bytes, 0U, 200U);
+    config.window.shortest = between(bytes, 16U, 40U);
+    config.window.shrink = between(bytes, 0U, 20U);
+    config.window.grow = 1U;
     config.stride = between(bytes, 1U, 60U);
     config.stride = (config.stride > 30U) ? 1U : config.stride;
-    config.shock_blocks = between(bytes, 0U, 2U);
-    config.false_alarms_per_hour = rates[between(bytes, 0U, 3U)];
-    config.cut_interval_s = (double)between(bytes, 1U, 100U);
-    config.long_cluster = (between(bytes, 0U, 1U) == 1U) ? (4U * config.block) : 0U;
-    config.gaps_max = 400U;
+    config.glr.shock_blocks = between(bytes, 0U, 2U);
+    config.glr.false_alarms_per_hour = rates[between(bytes, 0U, 3U)];
+    config.glr.cut_interval_s = (double)between(bytes, 1U, 100U);
+    config.glr.long_cluster = (between(bytes, 0U, 1U) == 1U) ? (4U * config.glr.block) : 0U;
+    config.window.gaps_max = 400U;
     config.taus = taus[0];
     config.tau_count = TAUS;
     is_q31 = byte(bytes) % 2U != 0U;
@@ -71,21 +72,22 @@ static void choose_more(bytes_t *bytes)
 {
     const uint8_t what = byte(bytes);
     if ((what & 1U) != 0U) {
-        config.block = between(bytes, GLR_BLOCK_MIN, GLR_BLOCK_MAX);
-        config.window_max = (8U * config.block) + between(bytes, 0U, 200U);
-        config.long_cluster = 4U * config.block * (byte(bytes) % ((GLR_CLUSTER_MAX / (4U * config.block)) + 1U));
+        config.glr.block = between(bytes, GLR_BLOCK_MIN, GLR_BLOCK_MAX);
+        config.window.longest = (8U * config.glr.block) + between(bytes, 0U, 200U);
+        config.glr.long_cluster =
+            4U * config.glr.block * (byte(bytes) % ((GLR_CLUSTER_MAX / (4U * config.glr.block)) + 1U));
     }
     if ((what & 2U) != 0U) {
         config.stride *= between(bytes, 1U, 20U);
-        config.stride = (config.stride < config.window_max) ? config.stride : config.window_max;
+        config.stride = (config.stride < config.window.longest) ? config.stride : config.window.longest;
     }
     if ((what & 4U) != 0U) {
-        config.gaps_max = (uint16_t)between(bytes, 1U, 4U);
+        config.window.gaps_max = (uint16_t)between(bytes, 1U, 4U);
     }
     config.taus = taus[(what >> 3U) % 4U];
     if ((what & 32U) != 0U) {
-        config.mode = DAVAR_MODE_CENTRED;
-        config.window_max = 600U + between(bytes, 0U, 255U);
+        config.window.mode = DAVAR_MODE_CENTRED;
+        config.window.longest = 600U + between(bytes, 0U, 255U);
     }
 }
 
@@ -100,21 +102,21 @@ static davar_status_t start(unsigned which)
 static uint64_t head_of(const davar_result_t *result)
 {
     const davar_window_t *const window = &instances[current].window;
-    return (config.mode == DAVAR_MODE_CENTRED) ? (window->received - window->lag)
-                                               : accepted_head(&accepted, result->epoch);
+    return (config.window.mode == DAVAR_MODE_CENTRED) ? (window->received - window->lag)
+                                                      : accepted_head(&accepted, result->epoch);
 }
 
 static void check(const davar_result_t *result)
 {
-    REQUIRE((result->window_samples >= config.window_min) && (result->window_samples <= config.window_max));
+    REQUIRE((result->window_samples >= config.window.shortest) && (result->window_samples <= config.window.longest));
     REQUIRE(result->epoch < accepted.now);
     REQUIRE(!result->young || (instances[current].health.cuts > 0U));
-    if (config.gaps_max < 400U) {
+    if (config.window.gaps_max < 400U) {
         return;
     }
     const uint64_t head = head_of(result);
     REQUIRE((head >= result->window_samples) && (head > 0U));
-    if (config.mode == DAVAR_MODE_CENTRED) {
+    if (config.window.mode == DAVAR_MODE_CENTRED) {
         REQUIRE(accepted_holds(&accepted, head - result->window_samples, head, result->epoch));
     }
     for (uint32_t t = 0U; t < TAUS; t++) {
@@ -181,7 +183,7 @@ static void run_noise_with_gaps(int32_t level, uint32_t length, bool is_left)
 {
     const uint32_t blocks = 1U + (length % 13U); /* between two gaps, about */
     for (uint32_t i = 0U; i < (10U * length); i++) {
-        if (((random_bits >> 8U) % (blocks * config.block)) == 0U) {
+        if (((random_bits >> 8U) % (blocks * config.glr.block)) == 0U) {
             gap(1U);
         }
         push(noise(level), is_left);
@@ -228,7 +230,7 @@ static void same_health(void)
     const davar_health_t health = davar_health(&instances[current]);
     REQUIRE(health.cuts == accepted.cuts);
     REQUIRE(health.shocks == accepted.shocks);
-    REQUIRE((config.long_cluster != 0U) ? (health.alarms >= accepted.alarms) : (health.alarms == accepted.alarms));
+    REQUIRE((config.glr.long_cluster != 0U) ? (health.alarms >= accepted.alarms) : (health.alarms == accepted.alarms));
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -21,12 +21,13 @@ static davar_config_t config;
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = 1.0;
-    config.window_max = 96U;
-    config.window_min = 40U;
-    config.segment = 16U;
-    config.gaps_max = 200U;
+    config.window.longest = 96U;
+    config.window.shortest = 40U;
+    config.moments.segment = 16U;
+    config.window.gaps_max = 200U;
     config.taus = taus;
     config.tau_count = TAUS;
 }
@@ -89,10 +90,10 @@ static void run_forever(davar_mode_t mode, uint32_t samples)
     davar_t davar;
     davar_result_t result;
     random_t random = random_seeded(3U);
-    config.mode = mode;
+    config.window.mode = mode;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     uint64_t checked = 0U;
-    uint32_t shortest = config.window_max;
+    uint32_t shortest = config.window.longest;
     for (uint32_t n = 0U; n < samples; n++) {
         const int16_t sample = next_sample(&random, n);
         const bool gap = (n > 0U) && (((n / 3000U) % 3U) == 1U) && ((random_next(&random) % 50U) == 0U);
@@ -114,7 +115,7 @@ static void run_forever(davar_mode_t mode, uint32_t samples)
         }
     }
     TEST_ASSERT_GREATER_THAN_UINT64(samples - 200U, checked);
-    TEST_ASSERT_EQUAL_UINT32(config.window_min, shortest);
+    TEST_ASSERT_EQUAL_UINT32(config.window.shortest, shortest);
 }
 
 static void test_every_epoch_of_ten_million_samples_is_exact_in_trailing_mode(void)

@@ -186,15 +186,16 @@ void setUp(void)
         third[i] = (float)first[i];
     }
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 10.0;
     config.unit_per_count = 1.0;
     config.full_scale = 1024.0;
-    config.window_max = 12U;
-    config.window_min = 8U;
-    config.segment = 2U;
+    config.window.longest = 12U;
+    config.window.shortest = 8U;
+    config.moments.segment = 2U;
     config.taus = taus;
     config.tau_count = TAUS;
-    config.mirrored_end = true;
+    config.window.mirrored_end = true;
     const davar_port_t works = {&fake, fake_read, fake_send, fake_now_us, fake_fault};
     port = works;
 }
@@ -324,8 +325,8 @@ static void test_a_grid_and_a_trailing_window_end_properly(void)
     config.stride = 4U;
     run_plain();
     TEST_ASSERT_EQUAL_size_t(CHANNELS * (SAMPLES / 4U), fake.sent_count);
-    config.mode = DAVAR_MODE_TRAILING;
-    config.grow = 1U;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.window.grow = 1U;
     run_plain();
     TEST_ASSERT_EQUAL_UINT64(7U, fake.sent[0].result.epoch);
     TEST_ASSERT_EQUAL_UINT64(87U, fake.sent[fake.sent_count - 1U].result.epoch);

@@ -15,13 +15,14 @@ static davar_port_t port;
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
     config.unit_per_count = 0.01;
     config.law = NULL;
-    config.mode = DAVAR_MODE_TRAILING;
-    config.window_max = 128U;
-    config.window_min = 128U;
-    config.segment = 0U;
+    config.window.mode = DAVAR_MODE_TRAILING;
+    config.window.longest = 128U;
+    config.window.shortest = 128U;
+    config.moments.segment = 0U;
     config.taus = taus;
     config.tau_count = 1U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));

@@ -63,16 +63,17 @@ static void stream(davar_mode_t mode, const uint32_t *taus, uint32_t gap)
 {
     static davar_t davar;
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
-    config.mode = mode;
+    config.window.mode = mode;
     config.law = ADAPTIVE ? &davar_law_or : NULL;
-    config.window_max = 8U;
-    config.window_min = ADAPTIVE ? 6U : 8U;
-    config.segment = ADAPTIVE ? 3U : 0U;
+    config.window.longest = 8U;
+    config.window.shortest = ADAPTIVE ? 6U : 8U;
+    config.moments.segment = ADAPTIVE ? 3U : 0U;
     config.stride = STRIDE;
     config.engine = EDGES ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
-    config.gaps_max = 2U;
+    config.window.gaps_max = 2U;
     config.taus = taus;
     config.tau_count = 2U;
     if (INIT(&davar, &config, memory, sizeof memory) != DAVAR_OK) {

@@ -38,12 +38,13 @@ static const uint32_t taus[2] = {1U, 2U};
 void prove(void)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.law = NULL;
-    config.window_max = 8U;
-    config.window_min = 8U;
-    config.segment = 0U;
+    config.window.longest = 8U;
+    config.window.shortest = 8U;
+    config.moments.segment = 0U;
     config.taus = taus;
     config.tau_count = 2U;
     if (INIT(&davar, &config, memory, sizeof memory) != DAVAR_OK) {

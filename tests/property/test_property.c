@@ -40,7 +40,7 @@ static uint32_t between(random_t *random, uint32_t low, uint32_t high)
 
 static void choose_taus(random_t *random, trial_t *trial)
 {
-    const uint32_t largest = trial->config.window_max / 2U;
+    const uint32_t largest = trial->config.window.longest / 2U;
     uint32_t m = between(random, 1U, 3U);
     const bool octaves = (random_next(random) % 2U) == 0U;
     trial->config.tau_count = 0U;
@@ -60,32 +60,33 @@ static void choose_config(random_t *random, trial_t *trial)
 {
     davar_config_t *const config = &trial->config;
     *config = davar_default_config;
+    config->window.mode = DAVAR_MODE_CENTRED;
     config->rate_hz = 100.0;
     config->unit_per_count = 1.0;
-    config->mode = (random_next(random) % 2U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
+    config->window.mode = (random_next(random) % 2U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING;
     config->law = davar_policy_law((davar_policy_t)between(random, 0U, 3U), false);
-    config->window_max = 2U * between(random, 4U, 60U);
-    config->window_min = 2U * between(random, 2U, config->window_max / 2U);
-    if (config->mode == DAVAR_MODE_TRAILING) {
-        config->window_max += between(random, 0U, 1U);
-        config->shrink = between(random, 0U, 5U);
-        config->grow = between(random, 0U, 3U);
+    config->window.longest = 2U * between(random, 4U, 60U);
+    config->window.shortest = 2U * between(random, 2U, config->window.longest / 2U);
+    if (config->window.mode == DAVAR_MODE_TRAILING) {
+        config->window.longest += between(random, 0U, 1U);
+        config->window.shrink = between(random, 0U, 5U);
+        config->window.grow = between(random, 0U, 3U);
     } else {
-        config->shrink = 2U * between(random, 0U, 1U);
-        config->grow = 2U * between(random, 0U, 1U);
+        config->window.shrink = 2U * between(random, 0U, 1U);
+        config->window.grow = 2U * between(random, 0U, 1U);
     }
-    config->segment = between(random, 1U, config->window_min - 1U);
-    config->contribution_high = 0.02 * (double)between(random, 1U, 10U);
+    config->moments.segment = between(random, 1U, config->window.shortest - 1U);
+    config->moments.contribution_high = 0.02 * (double)between(random, 1U, 10U);
     /* Off the round values that rails can hit exactly, where the reference's own rounding would decide. */
-    config->kurtosis_high = 2.0137 + (0.2 * (double)between(random, 1U, 10U));
-    config->kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
+    config->moments.kurtosis_high = 2.0137 + (0.2 * (double)between(random, 1U, 10U));
+    config->moments.kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
     config->stride = (random_next(random) % 2U) ? 1U : between(random, 1U, 20U);
     config->stride = ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
-    config->stride = (config->stride < config->window_max) ? config->stride : config->window_max;
+    config->stride = (config->stride < config->window.longest) ? config->stride : config->window.longest;
     config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_EDGES;
     /* Those of two windows, and of what lies between them: all there can be. */
-    config->gaps_max = (uint16_t)((2U * config->window_max) + config->stride + 2U);
-    config->mirrored_end = true;
+    config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
+    config->window.mirrored_end = true;
     trial->number = (number_t)(random_next(random) % NUMBER_COUNT);
     config->sample_bits = ((trial->number == NUMBER_Q31) && (random_next(random) % 2U)) ? 32U : 0U;
     choose_taus(random, trial);
@@ -149,9 +150,9 @@ static const char *context(const trial_t *trial, const reference_epoch_t *epoch,
              "%s: seed %" PRIu64
              " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K %u engine %d N %lld epoch %lld "
              "[%lld, %lld)",
-             what, trial->seed, (int)trial->number, (int)c->mode, (int)davar_law_id(c), c->window_min, c->window_max,
-             c->segment, c->grow, c->shrink, c->stride, (int)c->engine, (long long)trial->count,
-             (long long)epoch->epoch, (long long)epoch->tail, (long long)epoch->head);
+             what, trial->seed, (int)trial->number, (int)c->window.mode, (int)davar_law_id(c), c->window.shortest,
+             c->window.longest, c->moments.segment, c->window.grow, c->window.shrink, c->stride, (int)c->engine,
+             (long long)trial->count, (long long)epoch->epoch, (long long)epoch->tail, (long long)epoch->head);
     return message;
 }
 
@@ -257,7 +258,7 @@ static void run_trial(const trial_t *trial, random_t *random)
         TEST_ASSERT_TRUE(take_fitted(&davar, &result));
         expect_next(trial, &reference, &result);
     }
-    if (trial->config.mode == DAVAR_MODE_CENTRED || trial->count > 0) {
+    if (trial->config.window.mode == DAVAR_MODE_CENTRED || trial->count > 0) {
         TEST_ASSERT_FALSE_MESSAGE(reference_next(&reference, &left), context(trial, &left, "an epoch too few"));
     }
 }
@@ -306,7 +307,7 @@ static void run_small(trial_t *trial)
 static void run_small_window(trial_t *trial)
 {
     davar_config_t *const config = &trial->config;
-    const uint32_t longest = (SMALL_STRIDE < config->window_max) ? SMALL_STRIDE : config->window_max;
+    const uint32_t longest = (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
     for (uint32_t each = 0U; each < (8U * longest); each++) {
         config->law = davar_policy_law((davar_policy_t)(each % 4U), false);
         config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
@@ -318,12 +319,14 @@ static void run_small_window(trial_t *trial)
 static void run_small_windows(trial_t *trial, davar_mode_t mode, uint32_t step)
 {
     davar_config_t *const config = &trial->config;
-    config->mode = mode;
-    config->grow = step;
-    config->shrink = step;
-    for (config->window_max = 4U; config->window_max <= SMALL_WINDOW; config->window_max += step) {
-        for (config->window_min = 2U; config->window_min <= config->window_max; config->window_min += step) {
-            for (config->segment = 1U; config->segment < config->window_min; config->segment++) {
+    config->window.mode = mode;
+    config->window.grow = step;
+    config->window.shrink = step;
+    for (config->window.longest = 4U; config->window.longest <= SMALL_WINDOW; config->window.longest += step) {
+        for (config->window.shortest = 2U; config->window.shortest <= config->window.longest;
+             config->window.shortest += step) {
+            for (config->moments.segment = 1U; config->moments.segment < config->window.shortest;
+                 config->moments.segment++) {
                 run_small_window(trial);
             }
         }
@@ -334,13 +337,14 @@ static void test_every_epoch_equals_brute_force_for_small_configurations_one_by_
 {
     static trial_t trial;
     trial.config = davar_default_config;
+    trial.config.window.mode = DAVAR_MODE_CENTRED;
     trial.config.rate_hz = 100.0;
     trial.config.unit_per_count = 1.0;
-    trial.config.gaps_max = (2U * SMALL_WINDOW) + SMALL_STRIDE + 2U;
-    trial.config.mirrored_end = true;
-    trial.config.contribution_high = 0.16; /* off round values, as in choose_config */
-    trial.config.kurtosis_low = 1.5137;
-    trial.config.kurtosis_high = 4.0137;
+    trial.config.window.gaps_max = (2U * SMALL_WINDOW) + SMALL_STRIDE + 2U;
+    trial.config.window.mirrored_end = true;
+    trial.config.moments.contribution_high = 0.16; /* off round values, as in choose_config */
+    trial.config.moments.kurtosis_low = 1.5137;
+    trial.config.moments.kurtosis_high = 4.0137;
     trial.config.taus = trial.taus;
     trial.config.tau_count = 2U;
     trial.taus[0] = 1U;

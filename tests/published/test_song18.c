@@ -60,13 +60,14 @@ static void keep(const davar_result_t *result)
 static void run(const column_t *column, uint64_t seed)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     davar_t davar;
     davar_result_t result;
     random_t random = random_seeded(seed);
     config.rate_hz = 1.0;
     config.unit_per_count = 1e-6;
-    config.window_max = column->window_max;
-    config.window_min = column->window_min;
+    config.window.longest = column->window_max;
+    config.window.shortest = column->window_min;
     config.law = column->law;
     config.taus = taus;
     config.tau_count = 7U;

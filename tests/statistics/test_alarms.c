@@ -50,13 +50,14 @@ void tearDown(void) {}
 static void start(const scenario_t *scenario, davar_config_t *config)
 {
     *config = davar_default_config;
+    config->window.mode = DAVAR_MODE_CENTRED;
     config->rate_hz = 1.0;
     config->full_scale = 65536.0;
-    config->mode = DAVAR_MODE_TRAILING;
+    config->window.mode = DAVAR_MODE_TRAILING;
     config->law = NULL;
-    config->window_max = WINDOW;
-    config->window_min = WINDOW;
-    config->grow = 1U;
+    config->window.longest = WINDOW;
+    config->window.shortest = WINDOW;
+    config->window.grow = 1U;
     config->stride = scenario->stride;
     config->taus = taus;
     config->tau_count = 7U;

@@ -92,6 +92,7 @@ static void honest(unsigned holds)
 static void test_intervals_near_the_ends_hold_the_truth(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = COUNT;
     config.law = NULL;

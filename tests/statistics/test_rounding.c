@@ -37,13 +37,14 @@ void tearDown(void) {}
 static davar_config_t config_of(uint32_t window, uint32_t *taus)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = NULL;
-    config.window_max = window;
-    config.window_min = window;
-    config.segment = 0U;
+    config.window.longest = window;
+    config.window.shortest = window;
+    config.moments.segment = 0U;
     config.taus = taus;
     config.tau_count = davar_taus_octave(window, taus, 12U);
     return config;
@@ -83,8 +84,8 @@ static void fit(double rate_hz)
 static void one_window(const davar_config_t *config, double sigma, mean_t mean)
 {
     davar_reset(&davar);
-    make_counts(config->window_max, sigma, mean);
-    davar_push_q15(&davar, counts, config->window_max);
+    make_counts(config->window.longest, sigma, mean);
+    davar_push_q15(&davar, counts, config->window.longest);
     TEST_ASSERT_TRUE(davar_take(&davar, &result));
     fit(config->rate_hz);
 }
@@ -196,12 +197,12 @@ static void test_a_walk_that_is_rounded_keeps_its_coefficient(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 1000U; i++) {
         double walk = 0.0;
-        for (uint32_t n = 0U; n < config.window_max; n++) {
+        for (uint32_t n = 0U; n < config.window.longest; n++) {
             walk += step * random_gauss(&rng);
             counts[n] = (int16_t)lround(walk);
         }
         davar_reset(&davar);
-        davar_push_q15(&davar, counts, config.window_max);
+        davar_push_q15(&davar, counts, config.window.longest);
         TEST_ASSERT_TRUE(davar_take(&davar, &result));
         fit(config.rate_hz);
         const davar_coefficient_t *const rrw = &result.coefficient[DAVAR_RATE_RANDOM_WALK];

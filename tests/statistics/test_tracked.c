@@ -36,16 +36,17 @@ static uint64_t memory[32768];
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 1.0;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.window_max = 6000U;
-    config.window_min = 20U;
-    config.segment = 0U;
-    config.grow = 1U;
+    config.window.longest = 6000U;
+    config.window.shortest = 20U;
+    config.moments.segment = 0U;
+    config.window.grow = 1U;
     config.stride = 10U;
-    config.gaps_max = 64U;
+    config.window.gaps_max = 64U;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, taus, TAUS);
@@ -146,7 +147,7 @@ static void check_centred(double ratio)
 {
     bin_t bins[FARTHEST] = {{0U, 0U, 0U, 0U}};
     random_t random = random_seeded(12U);
-    config.mode = DAVAR_MODE_CENTRED;
+    config.window.mode = DAVAR_MODE_CENTRED;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (uint64_t i = 0U; i < (300U * STRETCH); i++) {
         const int16_t sample = (int16_t)lround(sigma_at(i, ratio) * random_gauss(&random));

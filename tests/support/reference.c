@@ -32,12 +32,12 @@ static bool gap_at(const reference_record_t *record, int64_t position)
 
 void reference_start(reference_t *reference, const davar_config_t *config, reference_record_t record)
 {
-    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
+    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
     reference->config = config;
     reference->record = record;
     reference->due_epoch = (int64_t)config->stride - 1;
-    const bool longest = centred || (config->stride > config->window_max);
-    reference->length = longest ? (int64_t)config->window_max : (int64_t)config->stride;
+    const bool longest = centred || (config->stride > config->window.longest);
+    reference->length = longest ? (int64_t)config->window.longest : (int64_t)config->stride;
     reference->filling = !centred;
 }
 
@@ -70,11 +70,11 @@ static void judge(const reference_t *reference, reference_epoch_t *epoch)
     const davar_config_t *const config = reference->config;
     const reference_record_t *const record = &reference->record;
     const reference_real_t whole = kurtosis_of(record, epoch->tail, epoch->head);
-    const reference_real_t first = kurtosis_of(record, epoch->tail, epoch->head - (int64_t)config->segment);
+    const reference_real_t first = kurtosis_of(record, epoch->tail, epoch->head - (int64_t)config->moments.segment);
     const reference_real_t change = (whole > first) ? (whole - first) : (first - whole);
     const reference_real_t contribution = change / whole;
-    const bool f1 = outside(whole, config->kurtosis_low, config->kurtosis_high);
-    const bool f2 = outside(contribution, config->contribution_low, config->contribution_high);
+    const bool f1 = outside(whole, config->moments.kurtosis_low, config->moments.kurtosis_high);
+    const bool f2 = outside(contribution, config->moments.contribution_low, config->moments.contribution_high);
     epoch->kurtosis = (double)whole;
     epoch->contribution = (double)contribution;
     epoch->unstable = f1 || f2;
@@ -100,27 +100,28 @@ static void decide(reference_t *reference, bool unstable)
 {
     const davar_config_t *const config = reference->config;
     const bool fixed = (config->law == NULL);
-    const bool trailing = (config->mode == DAVAR_MODE_TRAILING);
+    const bool trailing = (config->window.mode == DAVAR_MODE_TRAILING);
     const int64_t stride = config->stride;
-    int64_t grow = config->grow;
+    int64_t grow = config->window.grow;
     if (trailing) {
         grow = (reference->filling || fixed) ? 1 : smaller(grow, 1);
     }
     if (unstable && !fixed) {
         reference->filling = false;
-        reference->length = larger(config->window_min, reference->length - ((int64_t)config->shrink * stride));
+        reference->length =
+            larger(config->window.shortest, reference->length - ((int64_t)config->window.shrink * stride));
     } else {
-        reference->filling = reference->filling && (reference->length < (int64_t)config->window_max);
-        grow = (trailing && !reference->filling && !fixed) ? smaller(config->grow, 1) : grow;
-        reference->length = smaller(config->window_max, reference->length + (grow * stride));
+        reference->filling = reference->filling && (reference->length < (int64_t)config->window.longest);
+        grow = (trailing && !reference->filling && !fixed) ? smaller(config->window.grow, 1) : grow;
+        reference->length = smaller(config->window.longest, reference->length + (grow * stride));
     }
 }
 
 bool reference_next(reference_t *reference, reference_epoch_t *epoch)
 {
     const davar_config_t *const config = reference->config;
-    const bool centred = (config->mode == DAVAR_MODE_CENTRED);
-    if (centred && (reference->record.count < (int64_t)(config->window_max / 2))) {
+    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
+    if (centred && (reference->record.count < (int64_t)(config->window.longest / 2))) {
         return false;
     }
     while (reference->due_epoch < reference->record.count) {
@@ -130,9 +131,9 @@ bool reference_next(reference_t *reference, reference_epoch_t *epoch)
         epoch->tail = epoch->head - length;
         epoch->filling = reference->filling;
         reference->due_epoch += config->stride;
-        const bool reported = centred || (length >= (int64_t)config->window_min);
+        const bool reported = centred || (length >= (int64_t)config->window.shortest);
         epoch->unstable = false;
-        if (reported && (config->segment > 0U)) {
+        if (reported && (config->moments.segment > 0U)) {
             judge(reference, epoch);
         }
         decide(reference, epoch->unstable && reported);

@@ -7,12 +7,13 @@
 static inline davar_config_t small_config(const uint32_t *taus, uint8_t count)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 300.0;
-    config.window_max = 40U;
-    config.window_min = 20U;
-    config.segment = 5U;
+    config.window.longest = 40U;
+    config.window.shortest = 20U;
+    config.moments.segment = 5U;
     config.taus = taus;
     config.tau_count = count;
     return config;

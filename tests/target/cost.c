@@ -42,16 +42,17 @@ static davar_engine_t engine;
 static void start(davar_policy_t policy, uint32_t stride)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.law = davar_policy_law(policy, false);
-    config.window_max = WINDOW;
-    config.window_min = (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
-    config.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;
-    config.block = glr_block;
+    config.window.longest = WINDOW;
+    config.window.shortest = (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
+    config.moments.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;
+    config.glr.block = glr_block;
     config.stride = stride;
     config.engine = engine;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.taus = octaves;
     config.tau_count = TAUS;
     const size_t bytes = davar_memory_size_q15(&config);

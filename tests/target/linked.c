@@ -19,20 +19,20 @@ static const davar_config_t config = {.rate_hz = 100.0,
                                       .unit_per_count = 0.01,
                                       .taus = taus,
                                       .tau_count = TAUS,
-                                      .window_max = 600U,
-                                      .window_min = 600U,
+                                      .window.longest = 600U,
+                                      .window.shortest = 600U,
 #if WHAT == 4
                                       .law = &davar_law_or,
-                                      .segment = 100U,
-                                      .kurtosis_high = 3.3,
-                                      .contribution_high = 0.07,
+                                      .moments.segment = 100U,
+                                      .moments.kurtosis_high = 3.3,
+                                      .moments.contribution_high = 0.07,
                                       .stride = 60U,
-                                      .mode = DAVAR_MODE_CENTRED,
+                                      .window.mode = DAVAR_MODE_CENTRED,
 #else
                                       .stride = 1U,
-                                      .mode = DAVAR_MODE_TRAILING,
+                                      .window.mode = DAVAR_MODE_TRAILING,
 #endif
-                                      .gaps_max = 4U};
+                                      .window.gaps_max = 4U};
 static uint64_t memory[1024];
 static davar_t davar;
 static davar_result_t result;

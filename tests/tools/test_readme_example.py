@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
-LINES_MAX = 30
+LINES_MAX = 15
 
 
 def examples():
@@ -35,7 +35,7 @@ int main(void)
 {{
     static const int16_t counts[] = {{{counts}}};
     static davar_result_t result;
-    if (gyro_noise_start() != DAVAR_OK) {{
+    if (gyro_start() != DAVAR_OK) {{
         return 1;
     }}
     for (int i = 0; i < 6000; i++) {{

@@ -5,13 +5,13 @@
 
 void accepted_start(accepted_t *accepted, const davar_config_t *config)
 {
-    const double share = (config->long_cluster != 0U) ? 0.5 : 1.0;
+    const double share = (config->glr.long_cluster != 0U) ? 0.5 : 1.0;
     const davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
-                                   .false_alarms_per_hour = share * config->false_alarms_per_hour,
-                                   .cut_interval_s = config->cut_interval_s,
-                                   .longest = config->window_max,
-                                   .block = config->block,
-                                   .shock = config->shock_blocks};
+                                   .false_alarms_per_hour = share * config->glr.false_alarms_per_hour,
+                                   .cut_interval_s = config->glr.cut_interval_s,
+                                   .longest = config->window.longest,
+                                   .block = config->glr.block,
+                                   .shock = config->glr.shock_blocks};
     memset(accepted, 0, sizeof *accepted);
     accepted->is_behind_boundary = true;
     davar_glr_start(&accepted->config, &wish);

@@ -26,15 +26,16 @@ static int16_t stream[SAMPLES];
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = UNIT;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.window_max = 1200U;
-    config.window_min = 20U;
-    config.segment = 0U;
-    config.shrink = 64U;
-    config.grow = 1U;
+    config.window.longest = 1200U;
+    config.window.shortest = 20U;
+    config.moments.segment = 0U;
+    config.window.shrink = 64U;
+    config.window.grow = 1U;
     config.stride = 10U;
     config.taus = taus;
     config.tau_count = 4U;
@@ -141,7 +142,7 @@ static void test_a_sensor_that_is_stuck_has_level_0(void)
     TEST_ASSERT_EQUAL_UINT32(1U, run(false, STEP - 5000U, STEP + 500U, &first));
     TEST_ASSERT_TRUE(result.change.newer <= 0.0);
     TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
-    config.gaps_max = 400U;
+    config.window.gaps_max = 400U;
     config.stride = 1U;
     make_stream(1U, 2.0, 0.0);
     init_q15();
@@ -165,7 +166,7 @@ static void check_walk(bool wide)
 {
     uint32_t first = 0U;
     make_stream(3U, 1.0, 1.5);
-    config.long_cluster = 80U;
+    config.glr.long_cluster = 80U;
     if (wide) {
         init_q31();
     } else {
@@ -181,7 +182,7 @@ static void check_walk(bool wide)
     TEST_ASSERT_DOUBLE_WITHIN(0.12 * white, white, result.change.older);
     TEST_ASSERT_DOUBLE_WITHIN(0.15 * walk, sqrt((white * white) + (walk * walk)), result.change.newer);
     TEST_ASSERT_TRUE(result.change.gain > 10.0);
-    config.long_cluster = 0U;
+    config.glr.long_cluster = 0U;
 }
 
 static void test_a_walk_is_seen_by_clusters_alone(void)
@@ -199,7 +200,7 @@ static void test_a_step_is_told_once(void)
 {
     uint32_t first = 0U;
     make_stream(4U, 2.0, 0.0);
-    config.long_cluster = 120U;
+    config.glr.long_cluster = 120U;
     init_q15();
     TEST_ASSERT_EQUAL_UINT32(1U, run(false, 0U, SAMPLES, &first));
     TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
@@ -216,7 +217,7 @@ static void test_clusters_span_neither_shocks_nor_gaps(void)
     for (uint32_t i = 30000U; i < SAMPLES; i++) {
         stream[i] = (int16_t)(stream[i] + 300);
     }
-    config.long_cluster = 40U;
+    config.glr.long_cluster = 40U;
     init_q15();
     TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, 30000U, &first));
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).shocks);
@@ -232,16 +233,16 @@ static void test_clusters_span_neither_shocks_nor_gaps(void)
 static void test_clusters_are_there_when_asked_for(void)
 {
     const size_t without = davar_memory_size_q15(&config);
-    config.long_cluster = 40U;
+    config.glr.long_cluster = 40U;
     TEST_ASSERT_GREATER_THAN_size_t(without + 900U, davar_memory_size_q15(&config));
     TEST_ASSERT_LESS_THAN_size_t(without + 1300U, davar_memory_size_q15(&config));
-    config.long_cluster = 60U;
+    config.glr.long_cluster = 60U;
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory, sizeof memory));
-    config.long_cluster = 520U;
+    config.glr.long_cluster = 520U;
     TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory, sizeof memory));
-    config.long_cluster = 480U;
+    config.glr.long_cluster = 480U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
-    config.long_cluster = 0U;
+    config.glr.long_cluster = 0U;
 }
 
 static unsigned char cells[2U * 16384U];
@@ -265,7 +266,7 @@ static void test_a_restored_stream_tells_the_same(void)
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     uint32_t first = 0U;
     make_stream(3U, 1.0, 1.5);
-    config.long_cluster = 80U;
+    config.glr.long_cluster = 80U;
     init_q15();
     (void)run(false, 0U, STEP + 137U, &first);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&davar, &storage));
@@ -278,10 +279,10 @@ static void test_a_restored_stream_tells_the_same(void)
     TEST_ASSERT_EQUAL_UINT32(before, first);
     TEST_ASSERT_EQUAL_DOUBLE(expected.older, result.change.older);
     TEST_ASSERT_EQUAL_DOUBLE(expected.newer, result.change.newer);
-    config.long_cluster = 120U; /* another configuration */
+    config.glr.long_cluster = 120U; /* another configuration */
     init_q15();
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&davar, &storage));
-    config.long_cluster = 0U;
+    config.glr.long_cluster = 0U;
 }
 
 /* A window that was cut just now, or that left out most of what is since the cut, was chosen by what is in it (10.14). */

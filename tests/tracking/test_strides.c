@@ -39,14 +39,15 @@ static row_t expected[SAMPLES];
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1000.0;
     config.unit_per_count = 1.0;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.segment = 0U;
-    config.grow = 1U;
-    config.shrink = 64U;
-    config.gaps_max = 400U;
+    config.moments.segment = 0U;
+    config.window.grow = 1U;
+    config.window.shrink = 64U;
+    config.window.gaps_max = 400U;
     config.taus = taus;
     config.tau_count = TAUS;
 }
@@ -65,7 +66,7 @@ static void make_stream(uint64_t seed, bool has_gaps)
             level = 1.0 + (2.0 * random_uniform(&random));
         }
         if ((random_next(&random) % 1500U) == 0U) {
-            knock = 1U + (uint32_t)(random_next(&random) % (UINT64_C(3) * config.block));
+            knock = 1U + (uint32_t)(random_next(&random) % (UINT64_C(3) * config.glr.block));
         }
         is_gap[i] = has_gaps && (i > 0U) && ((random_next(&random) % ((((i / 5000U) % 2U) == 0U) ? 900U : 60U)) == 0U);
         const double kick = (knock > 0U) ? (400.0 * (((knock % 2U) == 0U) ? 1.0 : -1.0)) : 0.0;
@@ -111,7 +112,7 @@ static void compare(const row_t *row)
  * three blocks after its samples. */
 static uint32_t run(uint32_t stride, bool is_reference)
 {
-    const uint32_t late = (stride > (4U * config.block)) ? (stride - (4U * config.block)) : 0U;
+    const uint32_t late = (stride > (4U * config.glr.block)) ? (stride - (4U * config.glr.block)) : 0U;
     uint32_t results = 0U;
     uint32_t waits = 0U;
     init(stride);
@@ -142,11 +143,11 @@ static uint32_t run(uint32_t stride, bool is_reference)
 static void check_strides(uint32_t block, double rate_hz, davar_mode_t mode)
 {
     static const uint32_t factors[] = {2U, 3U, 10U, 25U, 50U, 100U};
-    config.block = block;
+    config.glr.block = block;
     config.rate_hz = rate_hz;
-    config.mode = mode;
-    config.window_max = 120U * block;
-    config.window_min = 2U * block;
+    config.window.mode = mode;
+    config.window.longest = 120U * block;
+    config.window.shortest = 2U * block;
     make_stream((UINT64_C(10) * block) + (uint64_t)mode, true);
     memset(expected, 0, sizeof expected);
     const uint32_t all = run(block, true);
@@ -200,10 +201,10 @@ typedef struct {
 /* No cut for nine blocks: not young. */
 static void check_young(uint64_t cut_at)
 {
-    if ((result.epoch > cut_at) && ((result.epoch - cut_at) > (UINT64_C(9) * config.block))) {
+    if ((result.epoch > cut_at) && ((result.epoch - cut_at) > (UINT64_C(9) * config.glr.block))) {
         TEST_ASSERT_FALSE(result.young);
     }
-    if (result.cut_age_samples >= config.window_min) {
+    if (result.cut_age_samples >= config.window.shortest) {
         TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.cut_age_samples, result.window_samples); /* nothing older */
     }
 }
@@ -257,8 +258,8 @@ static void check_coverage(uint32_t stride)
 
 static void test_intervals_hold_soon_after_a_change_at_every_stride(void)
 {
-    config.window_max = 6000U;
-    config.window_min = 20U;
+    config.window.longest = 6000U;
+    config.window.shortest = 20U;
     for (uint32_t i = 0U; i < sizeof strides / sizeof strides[0]; i++) {
         check_coverage(strides[i]);
     }
@@ -268,31 +269,31 @@ static void test_intervals_hold_soon_after_a_change_at_every_stride(void)
 static void check_shortest(uint32_t stride, uint32_t window_min)
 {
     uint32_t shortest = UINT32_MAX;
-    config.window_min = window_min;
+    config.window.shortest = window_min;
     init(stride);
     for (uint32_t i = 0U; i < SAMPLES; i++) {
         davar_push_q15(&davar, &stream[i], 1U);
         if (davar_take(&davar, &result)) {
             TEST_ASSERT_GREATER_OR_EQUAL_UINT32(window_min, result.window_samples);
-            if ((config.mode == DAVAR_MODE_TRAILING) && (result.cut_age_samples < window_min)) {
-                TEST_ASSERT_LESS_THAN_UINT32(window_min + config.block, result.window_samples);
+            if ((config.window.mode == DAVAR_MODE_TRAILING) && (result.cut_age_samples < window_min)) {
+                TEST_ASSERT_LESS_THAN_UINT32(window_min + config.glr.block, result.window_samples);
             }
             shortest = (result.window_samples < shortest) ? result.window_samples : shortest;
         }
     }
-    TEST_ASSERT_LESS_THAN_UINT32(window_min + config.block, shortest);
+    TEST_ASSERT_LESS_THAN_UINT32(window_min + config.glr.block, shortest);
 }
 
 static void test_the_shortest_window_has_its_effect_at_every_stride(void)
 {
-    config.window_max = 1200U;
+    config.window.longest = 1200U;
     make_stream(7U, false);
     for (uint32_t i = 0U; i < sizeof strides / sizeof strides[0]; i++) {
         check_shortest(strides[i], 400U);
         check_shortest(strides[i], 405U);
-        config.mode = DAVAR_MODE_CENTRED;
+        config.window.mode = DAVAR_MODE_CENTRED;
         check_shortest(strides[i], 400U);
-        config.mode = DAVAR_MODE_TRAILING;
+        config.window.mode = DAVAR_MODE_TRAILING;
     }
 }
 

@@ -40,20 +40,21 @@ static const davar_storage_t storage = {read_cells, write_cells, NULL, SLOT};
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 1.0;
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.window_max = 200U;
-    config.window_min = 40U;
-    config.shrink = 16U;
-    config.grow = 1U;
-    config.segment = 0U;
-    config.gaps_max = 200U;
-    config.block = 5U;
-    config.shock_blocks = 2U;
-    config.false_alarms_per_hour = 1.0;
-    config.cut_interval_s = 30.0;
+    config.window.longest = 200U;
+    config.window.shortest = 40U;
+    config.window.shrink = 16U;
+    config.window.grow = 1U;
+    config.moments.segment = 0U;
+    config.window.gaps_max = 200U;
+    config.glr.block = 5U;
+    config.glr.shock_blocks = 2U;
+    config.glr.false_alarms_per_hour = 1.0;
+    config.glr.cut_interval_s = 30.0;
     config.taus = taus;
     config.tau_count = TAUS;
 }
@@ -94,21 +95,21 @@ static int16_t next_sample(random_t *random, uint32_t n)
 /* One behind the newest accepted sample of the window. Centred windows may end in front of the newest of all. */
 static uint64_t head_of(const davar_t *davar, const davar_result_t *result)
 {
-    return (config.mode == DAVAR_MODE_CENTRED) ? (davar->window.received - davar->window.lag)
-                                               : accepted_head(&accepted, result->epoch);
+    return (config.window.mode == DAVAR_MODE_CENTRED) ? (davar->window.received - davar->window.lag)
+                                                      : accepted_head(&accepted, result->epoch);
 }
 
 /* `is_cut`: there was one by now. Up to eight blocks behind it, and until the window does not reach it (10.14). */
 static void check(const davar_t *davar, const davar_result_t *result)
 {
     const bool is_cut = (davar->health.cuts > 0U);
-    const bool young = is_cut && ((result->cut_age_samples <= (8U * config.block)) ||
+    const bool young = is_cut && ((result->cut_age_samples <= (8U * config.glr.block)) ||
                                   (result->cut_age_samples < result->window_samples));
     TEST_ASSERT_EQUAL(young, result->young);
     const uint64_t head = head_of(davar, result);
     TEST_ASSERT_TRUE(head > 0U);
     const uint64_t tail = head - result->window_samples;
-    if (config.mode == DAVAR_MODE_CENTRED) {
+    if (config.window.mode == DAVAR_MODE_CENTRED) {
         TEST_ASSERT_TRUE(accepted_holds(&accepted, tail, head, result->epoch));
     }
     for (uint32_t t = 0U; t < TAUS; t++) {
@@ -196,8 +197,8 @@ static void test_every_epoch_of_ten_million_samples_on_a_grid_is_exact(void)
 
 static void test_every_epoch_of_centred_windows_is_exact(void)
 {
-    config.mode = DAVAR_MODE_CENTRED;
-    config.window_max = 330U;
+    config.window.mode = DAVAR_MODE_CENTRED;
+    config.window.longest = 330U;
     run_forever(1U, FOREVER_SAMPLES / 10U);
     run_forever(12U, FOREVER_SAMPLES);
 }

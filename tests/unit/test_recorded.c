@@ -272,18 +272,19 @@ static void run(bool is_wide, const davar_config_t *config)
 static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32_t stride)
 {
     davar_config_t config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 100.0;
     config.unit_per_count = 0.01;
     config.full_scale = 500.0;
-    config.window_max = 600U;
-    config.window_min = (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
-    config.segment = ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
+    config.window.longest = 600U;
+    config.window.shortest = (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
+    config.moments.segment = ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
     config.law = davar_policy_law(policy, false);
-    config.mode = mode;
+    config.window.mode = mode;
     config.stride = stride;
     config.taus = taus;
     config.tau_count = 5U;
-    config.gaps_max = 3U;
+    config.window.gaps_max = 3U;
     return config;
 }
 
@@ -294,9 +295,9 @@ static void run_policy(bool is_wide, davar_policy_t policy)
     for (uint32_t way = 0U; way < 8U; way++) {
         davar_config_t config =
             config_of(policy, ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING, strides[way / 2U]);
-        config.mirrored_end = (way == 1U);
-        config.long_cluster = ((policy == DAVAR_POLICY_GLR) && (way > 3U)) ? ((way % 2U) * 80U) : 0U;
-        config.block = (way < 4U) ? (6U + (2U * way)) : 10U;
+        config.window.mirrored_end = (way == 1U);
+        config.glr.long_cluster = ((policy == DAVAR_POLICY_GLR) && (way > 3U)) ? ((way % 2U) * 80U) : 0U;
+        config.glr.block = (way < 4U) ? (6U + (2U * way)) : 10U;
         davar_policy_retype(&config, is_wide);
         run(is_wide, &config);
     }

@@ -20,6 +20,7 @@ static davar_central_t first;
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     source = random_seeded(31U);
 }
 
@@ -82,8 +83,8 @@ static void test_kurtosis_against_one_bound_or_the_other(void)
         const bool upper = (i % 2U) == 0U;
         double bound;
         const bool far = choose_bound(kurtosis, &bound);
-        config.kurtosis_low = upper ? 0.0 : bound;
-        config.kurtosis_high = upper ? bound : 1e300;
+        config.moments.kurtosis_low = upper ? 0.0 : bound;
+        config.moments.kurtosis_high = upper ? bound : 1e300;
         check(davar_rough_kurtosis(&config, &whole), upper ? (kurtosis > bound) : (kurtosis < bound), far);
     }
 }
@@ -98,8 +99,8 @@ static void test_contribution_against_one_bound_or_the_other(void)
         double bound;
         const bool far =
             choose_bound(contribution, &bound) && (contribution < 0.45) && (contribution > 1e-6) && (bound > 1e-6);
-        config.contribution_low = upper ? 0.0 : bound;
-        config.contribution_high = upper ? bound : 3.9;
+        config.moments.contribution_low = upper ? 0.0 : bound;
+        config.moments.contribution_high = upper ? bound : 3.9;
         check(davar_rough_contribution(&config, &whole, &first),
               upper ? (contribution > bound) : (contribution < bound), far);
     }
@@ -122,7 +123,7 @@ static void test_bounds_of_no_use_are_left_to_the_exact_way(void)
 {
     choose_centrals();
     first = whole;
-    config.contribution_high = 100.0;
+    config.moments.contribution_high = 100.0;
     TEST_ASSERT_EQUAL(ROUGH_UNSURE, davar_rough_contribution(&config, &whole, &first));
 }
 

@@ -11,6 +11,7 @@ static davar_config_t config;
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
 }
 
 void tearDown(void) {}
@@ -49,19 +50,19 @@ static void test_a_value_on_its_bound_is_inside(void)
 {
     const int16_t halves[4] = {-7, 7, -7, 7};
     const davar_central_t whole = central_of(halves, 4U);
-    config.kurtosis_low = 1.0;
-    config.kurtosis_high = 1.0;
+    config.moments.kurtosis_low = 1.0;
+    config.moments.kurtosis_high = 1.0;
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
-    config.kurtosis_low = nextafter(1.0, 2.0);
-    config.kurtosis_high = 2.0;
+    config.moments.kurtosis_low = nextafter(1.0, 2.0);
+    config.moments.kurtosis_high = 2.0;
     TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
-    config.kurtosis_low = 0.0;
-    config.kurtosis_high = nextafter(1.0, 0.0);
+    config.moments.kurtosis_low = 0.0;
+    config.moments.kurtosis_high = nextafter(1.0, 0.0);
     TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
-    config.kurtosis_high = 0.0;
+    config.moments.kurtosis_high = 0.0;
     TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
-    config.kurtosis_low = -0.0;
-    config.kurtosis_high = 1.0;
+    config.moments.kurtosis_low = -0.0;
+    config.moments.kurtosis_high = 1.0;
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
 }
 
@@ -73,21 +74,21 @@ static void test_contribution_on_both_sides_of_its_bounds(void)
     const davar_central_t first = central_of(quarter, 8U);
     const davar_central_t whole = central_of(halves, 4U);
     TEST_ASSERT_DOUBLE_WITHIN(1e-15, 4.0 / 3.0, davar_song_contribution(&whole, &first));
-    config.kurtosis_low = 0.0;
-    config.contribution_high = 1.34;
+    config.moments.kurtosis_low = 0.0;
+    config.moments.contribution_high = 1.34;
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &whole, &first));
-    config.contribution_high = 1.33;
+    config.moments.contribution_high = 1.33;
     TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &whole, &first));
-    config.contribution_low = 1.34;
-    config.contribution_high = 2.0;
+    config.moments.contribution_low = 1.34;
+    config.moments.contribution_high = 2.0;
     TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &whole, &first));
-    config.contribution_low = 0.0;
-    config.contribution_high = 0.0;
+    config.moments.contribution_low = 0.0;
+    config.moments.contribution_high = 0.0;
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &whole, &whole)); /* S = 0 */
-    config.contribution_low = -0.0;
-    config.contribution_high = 1.34;
+    config.moments.contribution_low = -0.0;
+    config.moments.contribution_high = 1.34;
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &whole, &first));
-    config.contribution_high = 5e-324;
+    config.moments.contribution_high = 5e-324;
     TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &whole, &first));
 }
 
@@ -97,7 +98,7 @@ static void test_each_rule_reads_its_own_flags(void)
     const int16_t halves[4] = {-7, 7, -7, 7};
     const davar_central_t peaked = central_of(spike, 8U); /* K = 6.14 */
     const davar_central_t flat = central_of(halves, 4U);
-    config.kurtosis_low = 0.0;
+    config.moments.kurtosis_low = 0.0;
     const struct {
         davar_song_rule_t rule;
         bool kurtosis_only;
@@ -122,9 +123,9 @@ static void test_without_variance_nothing_is_defined_and_nothing_unstable(void)
     const int16_t halves[4] = {-7, 7, -7, 7};
     const davar_central_t none = central_of(constant, 4U);
     const davar_central_t some = central_of(halves, 4U);
-    config.kurtosis_low = 0.0;
-    config.contribution_low = 1.0;
-    config.contribution_high = 1.0;
+    config.moments.kurtosis_low = 0.0;
+    config.moments.contribution_low = 1.0;
+    config.moments.contribution_high = 1.0;
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &none, &none));
     TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &some, &none));
     TEST_ASSERT_TRUE(isnan(davar_song_kurtosis(&none)));
@@ -146,13 +147,13 @@ static void test_the_next_double_is_on_the_other_side(void)
             const double kurtosis = ((double)(n * n) - (3.0 * product)) / product; /* one rounding */
             const double above = nextafter(kurtosis, 1e300);
             const double under = nextafter(kurtosis, 0.0);
-            config.kurtosis_low = under;
-            config.kurtosis_high = above;
+            config.moments.kurtosis_low = under;
+            config.moments.kurtosis_high = above;
             TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
-            config.kurtosis_high = under;
+            config.moments.kurtosis_high = under;
             TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
-            config.kurtosis_low = above;
-            config.kurtosis_high = nextafter(above, 1e300);
+            config.moments.kurtosis_low = above;
+            config.moments.kurtosis_high = nextafter(above, 1e300);
             TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_KURTOSIS, &whole, &whole));
         }
     }
@@ -162,8 +163,8 @@ static void test_the_next_double_is_on_the_other_side(void)
 static void test_contributions_hair_close_to_their_bounds(void)
 {
     int16_t sample[64];
-    config.kurtosis_low = 0.0;
-    config.kurtosis_high = 1e300;
+    config.moments.kurtosis_low = 0.0;
+    config.moments.kurtosis_high = 1e300;
     for (uint32_t a = 3U; a < 60U; a += 4U) {
         for (uint32_t b = 2U; b < 63U; b++) {
             davar_central_t part[2];
@@ -182,13 +183,13 @@ static void test_contributions_hair_close_to_their_bounds(void)
             if (contribution < 0.01) {
                 continue;
             }
-            config.contribution_low = contribution - hair;
-            config.contribution_high = contribution + hair;
+            config.moments.contribution_low = contribution - hair;
+            config.moments.contribution_high = contribution + hair;
             TEST_ASSERT_FALSE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
-            config.contribution_high = contribution - hair;
+            config.moments.contribution_high = contribution - hair;
             TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
-            config.contribution_low = contribution + hair;
-            config.contribution_high = contribution + (2.0 * hair);
+            config.moments.contribution_low = contribution + hair;
+            config.moments.contribution_high = contribution + (2.0 * hair);
             TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
             TEST_ASSERT_DOUBLE_WITHIN(hair, contribution, davar_song_contribution(&part[0], &part[1]));
         }

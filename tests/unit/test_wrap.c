@@ -21,14 +21,15 @@ static davar_config_t config;
 void setUp(void)
 {
     config = davar_default_config;
+    config.window.mode = DAVAR_MODE_CENTRED;
     config.rate_hz = 1.0;
     config.unit_per_count = 1.0;
-    config.window_max = 60U;
-    config.window_min = 30U;
-    config.segment = 10U;
+    config.window.longest = 60U;
+    config.window.shortest = 30U;
+    config.moments.segment = 10U;
     config.taus = taus;
     config.tau_count = 3U;
-    config.gaps_max = 8U;
+    config.window.gaps_max = 8U;
     fed = 400U;
     length = 1000U;
 }
@@ -163,17 +164,17 @@ static void test_positions_wrap_unnoticed_at_every_sample(void)
 {
     wrapped(90U); /* n = 490 = 3 * 130 + 100: a gap right on the wrap */
     wrapped(333U);
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     wrapped(90U);
 }
 
 static void test_positions_wrap_unnoticed_on_a_grid(void)
 {
-    config.mirrored_end = true;
+    config.window.mirrored_end = true;
     config.stride = 7U;
     wrapped(90U);
     wrapped(333U);
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     wrapped(90U);
 }
 
@@ -185,10 +186,10 @@ static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
 
 static void test_positions_wrap_unnoticed_behind_the_detector(void)
 {
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
-    config.window_max = 80U;
-    config.window_min = 20U;
+    config.window.longest = 80U;
+    config.window.shortest = 20U;
     wrapped(90U);
     wrapped(333U);
     config.stride = 7U;
@@ -200,12 +201,12 @@ static void test_positions_wrap_unnoticed_behind_the_detector(void)
 static void wrapped_long(uint32_t stride, uint32_t block)
 {
     config.law = &davar_law_glr_q15;
-    config.window_max = 60U * block;
-    config.window_min = 3U * block;
-    config.block = block;
+    config.window.longest = 60U * block;
+    config.window.shortest = 3U * block;
+    config.glr.block = block;
     config.stride = stride;
-    config.long_cluster = 4U * block;
-    config.gaps_max = 64U;
+    config.glr.long_cluster = 4U * block;
+    config.window.gaps_max = 64U;
     fed = 1000U; /* the window is full */
     length = 3000U + (block * TURN);
     wrapped(90U);
@@ -214,11 +215,11 @@ static void wrapped_long(uint32_t stride, uint32_t block)
 
 static void test_blocks_wrap_unnoticed(void)
 {
-    config.mode = DAVAR_MODE_TRAILING;
+    config.window.mode = DAVAR_MODE_TRAILING;
     wrapped_long(1U, 5U);
     wrapped_long(10U, 10U);
     wrapped_long(33U, 10U);
-    config.mode = DAVAR_MODE_CENTRED;
+    config.window.mode = DAVAR_MODE_CENTRED;
     wrapped_long(1U, 5U);
     wrapped_long(10U, 10U);
     wrapped_long(33U, 10U);
@@ -227,9 +228,9 @@ static void test_blocks_wrap_unnoticed(void)
 static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(void)
 {
     config.law = &davar_law_glr_q15;
-    config.window_min = 20U;
-    config.block = 10U;
-    config.window_max = 660U;
+    config.window.shortest = 20U;
+    config.glr.block = 10U;
+    config.window.longest = 660U;
     config.stride = 20U;
     wrapped(90U);
     wrapped(333U);
@@ -242,7 +243,7 @@ static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
     for (uint32_t behind = 0U; behind < 35U; behind++) {
         setUp();
         wrapped(1000U - behind);
-        config.mirrored_end = true;
+        config.window.mirrored_end = true;
         config.stride = 7U;
         wrapped(1000U - behind);
         config.engine = DAVAR_ENGINE_EDGES;
@@ -287,15 +288,15 @@ static void test_an_old_gap_is_forgotten(void)
     for (unsigned i = 0U; i < 3U; i++) {
         setUp();
         forgotten(later[i]);
-        config.mode = DAVAR_MODE_TRAILING;
+        config.window.mode = DAVAR_MODE_TRAILING;
         forgotten(later[i]);
         config.stride = 7U;
         forgotten(later[i]);
-        config.mode = DAVAR_MODE_CENTRED;
+        config.window.mode = DAVAR_MODE_CENTRED;
         forgotten(later[i]);
         config.engine = DAVAR_ENGINE_EDGES;
         forgotten(later[i]);
-        config.mode = DAVAR_MODE_TRAILING;
+        config.window.mode = DAVAR_MODE_TRAILING;
         forgotten(later[i]);
     }
 }

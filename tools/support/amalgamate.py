@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 LIB = Path(__file__).resolve().parents[2] / "lib"
+FIELDS = LIB / "include/davar/config_fields.inc"  # a list, expanded wherever it is included
 TYPES = ("q15", "q31")
 INCLUDE = re.compile(r'^#include "(.+)"\n', re.MULTILINE)
 APART = re.compile(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)  # comments and strings
@@ -75,7 +76,8 @@ def flat(path, seen, change=lambda path, text: text):
     """A file without its guard, what it includes of the project in its place, each file but once."""
     if path in seen:
         return ""
-    seen.add(path)
+    if path != FIELDS:
+        seen.add(path)
     text = path.read_text()
     guard = re.search(r"^#ifndef (\w+)\n#define \1\n", text, re.MULTILINE)
     if guard:

@@ -67,11 +67,10 @@ static davar_status_t start_davar()
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 0.00875;
     config.policy = DAVAR_POLICY_FIXED;
-    config.mode = DAVAR_MODE_TRAILING;
     config.stride = 104; /* a result every second */
-    config.window_max = 624;
-    config.window_min = 624;
-    config.segment = 0;
+    config.window.longest = 624;
+    config.window.shortest = 624;
+    config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, taus, TAUS);

@@ -86,11 +86,10 @@ static davar_status_t start_davar()
     config.rate_hz = RATE_HZ;
     config.unit_per_count = 1.0 / 131.0;
     config.policy = DAVAR_POLICY_FIXED;
-    config.mode = DAVAR_MODE_TRAILING;
     config.stride = 100; /* a result every second */
-    config.window_max = 600;
-    config.window_min = 600;
-    config.segment = 0;
+    config.window.longest = 600;
+    config.window.shortest = 600;
+    config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, taus, TAUS);

@@ -48,12 +48,11 @@ static davar_status_t start(void)
     config.rate_hz = RATE_HZ;
     config.unit_per_count = LSB;
     config.law = &davar_law_glr_q15;
-    config.mode = DAVAR_MODE_TRAILING;
     config.stride = 10;
-    config.window_max = WINDOW;
-    config.window_min = 20;
-    config.segment = 0;
-    config.shrink = 64;
+    config.window.longest = WINDOW;
+    config.window.shortest = 20;
+    config.moments.segment = 0;
+    config.window.shrink = 64;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, taus, TAUS);

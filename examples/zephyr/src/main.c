@@ -37,10 +37,9 @@ static davar_status_t start(void)
     config.rate_hz = RATE_HZ;
     config.full_scale = 250.0; /* deg/s */
     config.law = NULL;
-    config.mode = DAVAR_MODE_TRAILING;
-    config.window_max = WINDOW;
-    config.window_min = WINDOW;
-    config.segment = 0;
+    config.window.longest = WINDOW;
+    config.window.shortest = WINDOW;
+    config.moments.segment = 0;
     config.taus = taus;
     config.tau_count = TAUS;
     davar_plan_init(&plan, taus, TAUS);

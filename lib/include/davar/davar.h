@@ -1,17 +1,18 @@
-/* davar - dynamic Allan variance on the device.
+/** @file
+ * davar - dynamic Allan variance on the device.
  *
- *   sample -> push -> [ring -> sliding Allan variance -> moments -> window law] -> take -> fit -> result
+ *     sample -> push -> [ring, Allan variance, window law] -> take -> fit -> result
  *
- * Each step is a call of its own: what a program does not call is not linked, and options.h leaves out more.
+ * Each step is a call of its own: what a program does not call is not linked, and options.h disables more.
  *
- * Three number types share one shape: _q15 (int16 counts), _q31 (int32 counts, 24 significant bits by default) and
- * _f32 (float, quantised once at the door with a power-of-two quantum and then exact for ever). Everything between
- * push and the result is integer and exact: a result equals a recomputation of its window bit for bit, whatever the
- * stream did before (DESIGN 2).
+ * Number types: _q15 (int16 counts), _q31 (int32 counts, 24 significant bits by default) and _f32 (floats, each rounded once on
+ * entry). A result equals a fresh computation of its window, bit for bit (DESIGN 2).
  *
- * Threads and interrupts: one producer may call davar_push_*, davar_gap (an interrupt, say), one consumer davar_take,
- * davar_health (the main loop). take retries while a push interrupts it; push never waits. Everything else (init,
- * reset, flush) needs both quiet. Instances share nothing. No function allocates, blocks or reads a clock. */
+ * Threads: one producer calls davar_push_* and davar_gap, one consumer davar_take and davar_health. The producer may interrupt the
+ * consumer and never waits. "Stopped" functions need both to be idle. Instances share nothing. No function allocates memory, blocks
+ * or reads a clock.
+ *
+ * Cost: T cluster sizes, G window.gaps_max, K stride. Instructions for each core: docs/COST.md. */
 #ifndef DAVAR_DAVAR_H
 #define DAVAR_DAVAR_H
 
@@ -26,67 +27,73 @@
 extern "C" {
 #endif
 
-/* The paper's parameters ([SONG18] section 4): 600/400/100, 2.5:3.3, 0:0.07, OR, centred, every sample. Copy and edit;
- * rate_hz, unit_per_count (or full_scale), taus and tau_count have no default. */
+/** The parameters of [SONG18] section 4 (windows of 400 to 600 samples, A-DAVAR), trailing, a result at every sample. Copy it, then
+ * set the fields without a default: rate_hz, unit_per_count (f32: full_scale), taus and tau_count. */
 extern const davar_config_t davar_default_config;
 
-/* The cause in words, for people; never null. */
+/** Describes a status in English. Never null. */
 const char *davar_status_text(davar_status_t status);
 
-/* Bytes of memory that init needs for this configuration (the exact formula is in DESIGN 6; DAVAR_MEMORY_Q15 and
- * friends in instance.h give it at compile time). 0 when init would refuse the configuration. */
+/** Bytes of memory that davar_init_* needs, or 0 if it would reject the configuration. For static arrays use DAVAR_MEMORY
+ * (instance.h). Source: DESIGN 6. */
 size_t davar_memory_size_q15(const davar_config_t *config);
 size_t davar_memory_size_q31(const davar_config_t *config);
 size_t davar_memory_size_f32(const davar_config_t *config);
 
-/* Starts an instance. `config` and `memory` (8-byte aligned) belong to the caller and must outlive the instance.
- * Returns DAVAR_OK or the first cause of refusal, one code each; nothing is touched on refusal. O(T^2 + memory). */
+/** Starts an instance.
+ * The caller owns config and memory (8-byte aligned). Both must outlive the instance, unchanged.
+ * @return DAVAR_OK, or the first error found; on error nothing is written.
+ * Threads: stopped. Cost: O(T^2 + bytes). */
 davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
 
-/* Pushes a block of samples: counts, or deg/s for _f32. It always takes the whole block, and the newest result that the block
- * completes waits for davar_take. A result that is replaced before it was taken counts in davar_health_t.missed. How samples are split
- * into blocks changes no result.
- * A type other than that of init, or a push after davar_flush, is a caller's bug: it is asserted, and without asserts the samples
- * count as missing.
- * Threads: producer; may interrupt davar_take. Cost: O(T) per sample, bounded, no division, no floating point in _q15 and _q31.
- * Policy glr: a result is one block late, and on a grid one sample may process three blocks that have waited. After a gap one sample also
- * does what davar_gap does for the other policies; if that restarts the window, it divides. */
+/** Pushes a block of samples: counts, or deg/s for _f32.
+ * The newest result that the block completes waits for davar_take. Replaced results are counted in davar_health_t.missed. Results do
+ * not depend on how samples are split into blocks.
+ * A type other than that of init, or a push after davar_flush, is an assertion failure; without asserts the samples count as missing.
+ * Threads: producer. Cost: O(T) per sample, bounded; no division; _q15, _q31: no floating point.
+ * Law glr: a result is one block late, and on a grid one sample may process three blocks. After a gap one sample also does what
+ * davar_gap does otherwise; if that restarts the window, it divides. */
 void davar_push_q15(davar_t *davar, const int16_t *counts, size_t count);
 void davar_push_q31(davar_t *davar, const int32_t *counts, size_t count);
 void davar_push_f32(davar_t *davar, const float *rates, size_t count);
 
-/* Pushes samples up to and including the one that completes a result, for a caller that wants every result of a block: take, then
- * call again with the rest. Returns how many samples it took: at least 1 unless count is 0; all of them after a caller's bug (see
- * davar_push_*). Threads and cost as above. */
+/** Pushes samples up to and including the one that completes a result, for a caller that wants every result of a block: take, then
+ * call it again with the rest.
+ * @return Samples consumed: at least 1 unless count is 0; all of them after an error of the caller (see davar_push_*).
+ * Threads, cost: as davar_push_*. */
 DAVAR_NODISCARD size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts, size_t count);
 DAVAR_NODISCARD size_t davar_push_until_result_q31(davar_t *davar, const int32_t *counts, size_t count);
 DAVAR_NODISCARD size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count);
 
-/* Says that `missing` samples (>= 1; the number is only counted) were lost before the next one. Differences that span
- * the gap are left out of every sum. It completes no result. Policy glr: up to three blocks of samples before it that were not
- * accepted yet are left out too. O(gaps_max), when it restarts the window O(T), with one 64-bit division. */
+/** Reports that `missing` samples (at least 1; the number is only counted) were lost before the next one. Differences that span the
+ * gap are excluded from every sum. It completes no result. Law glr: up to three blocks before it that were not accepted yet are
+ * excluded too.
+ * Threads: producer. Cost: O(G); if it restarts the window O(T), with one 64-bit division. */
 void davar_gap(davar_t *davar, uint32_t missing);
 
-/* Takes the newest result, if one is waiting. False: none. Evaluates kurtosis, contribution and ADEV here, not in push;
- * intervals and coefficients are absent until davar_fit_white or davar_fit. On a grid the result stays valid for K samples,
- * otherwise until the next push (take always returns a consistent one). Cost: O(T), O(T gaps) while gaps are inside. It reads
- * integers first and again when a push has come between: now and then that stretch (O(T gaps), a few hundred to a thousand
- * instructions without gaps) must pass without a push. */
+/** Takes the newest result, if one is waiting, and evaluates its kurtosis, contribution and Allan deviations. Intervals and
+ * coefficients are absent until davar_fit_white or davar_fit.
+ * @return False if no result is waiting.
+ * Threads: consumer; if a push interrupts it, it re-reads until its copy is consistent, so that from time to time O(T G) instructions
+ * (a few hundred to a thousand without gaps) must pass without a push. On a grid the result stays valid for K samples.
+ * Cost: O(T), with gaps O(T G). */
 #define davar_take DAVAR_SIZED(davar_take)
 bool davar_take(davar_t *davar, davar_result_t *result);
 
-/* Completes the next result after the last sample. Centred mode mirrors the end; policy glr uses the samples that wait, except a possible
- * shock. Returns true if a result waits: take it and call again. False at the end, and at once if the record is shorter than
- * window_max / 2 or a grid was configured without mirrored_end. In both cases push no sample before davar_reset (asserted). Trailing
- * without glr it does nothing and returns false, and pushing may go on. Stopped: no push or take at the same time. O(K T). */
+/** Completes the next result after the last sample. Centred mode mirrors the end; law glr uses the samples in its queue, except a
+ * possible shock.
+ * @return True if a result waits: take it and call again. False at the end, and immediately if the recording is shorter than
+ *         longest / 2 or a grid was configured without window.mirrored_end. In both cases push no sample before davar_reset (asserted).
+ *         In trailing mode without glr it returns false and changes nothing.
+ * Threads: stopped. Cost: O(K T). */
 bool davar_flush(davar_t *davar);
 
-/* Back to the state after init; counters too. O(memory). */
+/** Returns to the state after init, counters included. Threads: stopped. Cost: O(memory). */
 void davar_reset(davar_t *davar);
 
-/* The weather so far. */
+/** Counts of input faults and missed results since the last reset. Threads: consumer. */
 davar_health_t davar_health(const davar_t *davar);
 
 #ifdef __cplusplus

@@ -55,12 +55,30 @@ typedef struct davar {
     bool in_gap;                /* f32: inside a run of NaN or inf */
 } davar_t;
 
-/* Bytes for static memory of a value at every sample (stride 1), when every span fits the shortest window
- * (2 m_max <= window_min); on a grid DAVAR_MEMORY_GRID_*; a stride by edges: window_max and stride - 1 in place of window_max; otherwise, and for policy glr, ask davar_memory_size_*.
- * Policy glr on a grid records at every block, whatever the stride: about ((window_max + stride) / block + 4) 8 T bytes (q15; q31: 16 T) and,
- * with moments, 32 (64) more each. Declare it aligned:
- *     static uint64_t memory[DAVAR_MEMORY_Q15(600, 128, 8, 4) / 8];
- * Per sample of the window and of the longest span 2 bytes (q15) or 4 (q31, f32) (DESIGN 6). */
+/** Bytes of memory for an instance configured by DAVAR_SONG or DAVAR_FIXED, as a constant. The arguments are the settings
+ * by name, in this order; a wrong name or order does not compile. type: Q15, Q31 or F32.
+ *     static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60), largest(128), taus(8)) / 8];
+ * largest: the largest cluster size. A fixed window has shortest equal to longest. Engine grid for strides above 1. */
+#define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                                         \
+    DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest, DAVAR_NUMBER_OF_SHORTEST_##a_shortest,             \
+                         DAVAR_NUMBER_OF_STRIDE_##a_stride, DAVAR_NUMBER_OF_LARGEST_##a_largest,                       \
+                         DAVAR_NUMBER_OF_TAUS_##a_taus)
+#define DAVAR_NUMBER_OF_LONGEST_longest(samples) samples
+#define DAVAR_NUMBER_OF_SHORTEST_shortest(samples) samples
+#define DAVAR_NUMBER_OF_STRIDE_stride(samples) samples
+#define DAVAR_NUMBER_OF_LARGEST_largest(samples) samples
+#define DAVAR_NUMBER_OF_TAUS_taus(count) count
+#define DAVAR_MEMORY_NUMBERS(type, W, w, K, m, T)                                                                      \
+    DAVAR_ROUND8(((K) == 1) ? DAVAR_MEMORY_##type(DAVAR_LARGER(W, (((W) - (w)) / 2U) + (2U * (m))), m, T, 4U)          \
+                            : DAVAR_MEMORY_GRID_##type(W, (((w) == (W)) ? 0U : (w)), (((w) == (W)) ? 0U : ((w) / 4U)), \
+                                                       K, m, T, 4U))
+#define DAVAR_LARGER(a, b) (((a) > (b)) ? (a) : (b))
+
+/* The formulas behind it, for other settings. A value at every sample (stride 1), if every span fits the shortest window
+ * (2 m_max <= shortest); a stride by edges: longest + stride - 1 instead of longest. A grid: DAVAR_MEMORY_GRID_*. Otherwise, and
+ * for law glr, call davar_memory_size_*: on a grid glr records at every block, about ((longest + stride) / block + 4) 8 T bytes
+ * (q15; q31: 16 T) and, with moments, 32 (64) more each. Per sample of the window and of the longest span 2 bytes (q15) or 4
+ * (q31, f32). DESIGN 6. */
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)104U + (4U * sizeof(void *)))
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
@@ -72,9 +90,8 @@ typedef struct davar {
      DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))
 #define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
 
-/* ... and on a grid, stride above 1, both modes; window_min 0: policy fixed. With mirrored_end 2 bytes (q15) or 4 (q31, f32) more per
- * sample of window_max, rounded up to 8. Its edges lie on as many residues modulo the stride as windows differ in (DESIGN 2.7): where
- * the stride divides half of window_max and of window_min, the fewest. */
+/* On a grid (stride above 1), both modes; window_min 0: a fixed window. With mirrored_end 2 bytes (q15) or 4 (q31, f32) more per sample
+ * of window_max, rounded up to 8. The fewest records are needed where the stride divides half of both lengths (DESIGN 2.7). */
 #define DAVAR_GRID_BYTES ((size_t)304U + (41U * sizeof(void *)))
 #define DAVAR_GRID_EDGES(window_max, window_min, stride)                                                               \
     ((size_t)1U +                                                                                                      \

@@ -35,7 +35,7 @@ typedef struct {
  * or returns 0. All functions but read and report run in the producer's context (push, gap, flush) or with both sides stopped. */
 struct davar_law {
     uint8_t id;         /* in saved states and jobs; 0 is the fixed window, 1 to 4 are davar's own */
-    bool wants_moments; /* judge needs the moments: config.segment must not be 0 */
+    bool wants_moments; /* judge needs the moments: config.moments.segment must not be 0 */
     davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
     void (*shape)(const davar_config_t *config, davar_law_shape_t *shape); /* null: zeros */
     size_t (*bytes)(const davar_config_t *config);

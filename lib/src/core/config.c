@@ -6,23 +6,9 @@
 #include "number/real.h"
 
 const davar_config_t davar_default_config = {
-    .mode = DAVAR_MODE_CENTRED,
     .law = &davar_law_or,
-    .window_max = 600U,
-    .window_min = 400U,
-    .segment = 100U,
-    .kurtosis_low = 2.5,
-    .kurtosis_high = 3.3,
-    .contribution_low = 0.0,
-    .contribution_high = 0.07,
-    .grow = 2U,
-    .shrink = 2U,
-    .stride = 1U,
-    .false_alarms_per_hour = 0.01,
-    .cut_interval_s = 300.0,
-    .block = 10U,
-    .shock_blocks = 2U,
-    .gaps_max = 4U,
+#define FIELD(member, kind, low, high, usual, status, option, unit, help) .member = (usual),
+#include "davar/config_fields.inc"
 };
 
 /* Keeps every sum of a window length and a step inside 32 bits. */
@@ -68,11 +54,11 @@ static davar_status_t check_scale(const davar_config_t *config, const davar_numb
 
 static davar_status_t check_window(const davar_config_t *config, const davar_number_t *number)
 {
-    const bool odd = ((config->window_max % 2U) != 0U) || ((config->window_min % 2U) != 0U);
-    if ((config->window_max < 4U) || (config->window_max > number->window_max)) {
+    const bool odd = ((config->window.longest % 2U) != 0U) || ((config->window.shortest % 2U) != 0U);
+    if ((config->window.longest < 4U) || (config->window.longest > number->window_max)) {
         return DAVAR_ERR_WINDOW_MAX;
     }
-    if ((config->window_min == 0U) || (config->window_min > config->window_max)) {
+    if ((config->window.shortest == 0U) || (config->window.shortest > config->window.longest)) {
         return DAVAR_ERR_WINDOW_MIN;
     }
     return (is_centred(config) && odd) ? DAVAR_ERR_WINDOW_ODD : DAVAR_OK;
@@ -80,17 +66,17 @@ static davar_status_t check_window(const davar_config_t *config, const davar_num
 
 static davar_status_t check_stationarity(const davar_config_t *config)
 {
-    const bool switched_off = (config->segment == 0U) && !(has_law(config) && config->law->wants_moments);
-    if ((config->segment >= config->window_min) || ((config->segment == 0U) && !switched_off)) {
+    const bool switched_off = (config->moments.segment == 0U) && !(has_law(config) && config->law->wants_moments);
+    if ((config->moments.segment >= config->window.shortest) || ((config->moments.segment == 0U) && !switched_off)) {
         return DAVAR_ERR_SEGMENT;
     }
     if (!DAVAR_LAWS) {
         return DAVAR_OK;
     }
-    if (!bounds_valid(config->kurtosis_low, config->kurtosis_high)) {
+    if (!bounds_valid(config->moments.kurtosis_low, config->moments.kurtosis_high)) {
         return DAVAR_ERR_KURTOSIS;
     }
-    if (!bounds_valid(config->contribution_low, config->contribution_high)) {
+    if (!bounds_valid(config->moments.contribution_low, config->moments.contribution_high)) {
         return DAVAR_ERR_CONTRIBUTION;
     }
     return DAVAR_OK;
@@ -106,17 +92,17 @@ static davar_status_t check_motion(const davar_config_t *config)
     if ((config->stride == 0U) || (config->stride > STRIDE_MAX)) {
         return DAVAR_ERR_STRIDE;
     }
-    if (config->stride > config->window_max) {
+    if (config->stride > config->window.longest) {
         return DAVAR_ERR_STRIDE_LONG;
     }
-    if (!step_valid(config, config->grow) || !step_valid(config, config->shrink)) {
+    if (!step_valid(config, config->window.grow) || !step_valid(config, config->window.shrink)) {
         return DAVAR_ERR_STEP;
     }
     if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
         (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) && ((config->stride > 1U) || is_about(config)))) {
         return DAVAR_ERR_ENGINE;
     }
-    const bool too_far = ((uint64_t)config->shrink * config->stride) > (uint64_t)INT32_MAX;
+    const bool too_far = ((uint64_t)config->window.shrink * config->stride) > (uint64_t)INT32_MAX;
     return too_far ? DAVAR_ERR_SHRINK : DAVAR_OK;
 }
 
@@ -125,7 +111,8 @@ static bool overflows(const davar_config_t *config, const davar_number_t *number
 {
     const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
     const uint32_t room_bits = number->sum_bits - (2U * bits);
-    const double squares = davar_scale(davar_double_of_u64((uint64_t)config->window_max * m), davar_double_of_u64(m));
+    const double squares =
+        davar_scale(davar_double_of_u64((uint64_t)config->window.longest * m), davar_double_of_u64(m));
     return davar_bits_of_double(squares) >= ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
 }
 
@@ -143,7 +130,7 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     if (config->taus[0] == 0U) {
         return DAVAR_ERR_TAU_ZERO;
     }
-    if (largest > (config->window_max / 2U)) {
+    if (largest > (config->window.longest / 2U)) {
         return DAVAR_ERR_TAU_LONG;
     }
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
@@ -152,14 +139,14 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
 static bool needs_grid(const davar_config_t *config)
 {
     const bool queue = (config->law != NULL) && (config->law->push != NULL);
-    const bool about = (config->mode == DAVAR_MODE_CENTRED) && queue;
+    const bool about = (config->window.mode == DAVAR_MODE_CENTRED) && queue;
     return (config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || about);
 }
 
 static bool is_built(const davar_config_t *config)
 {
-    return (!needs_grid(config) || DAVAR_GRID) && (DAVAR_CENTRED || (config->mode != DAVAR_MODE_CENTRED)) &&
-           (DAVAR_LAWS || ((config->law == NULL) && (config->segment == 0U)));
+    return (!needs_grid(config) || DAVAR_GRID) && (DAVAR_CENTRED || (config->window.mode != DAVAR_MODE_CENTRED)) &&
+           (DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U)));
 }
 
 DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
@@ -171,7 +158,8 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const
         return DAVAR_ERR_BUILD;
     }
     davar_status_t status = check_scale(config, number, is_float);
-    if ((status == DAVAR_OK) && (config->mode != DAVAR_MODE_CENTRED) && (config->mode != DAVAR_MODE_TRAILING)) {
+    if ((status == DAVAR_OK) && (config->window.mode != DAVAR_MODE_CENTRED) &&
+        (config->window.mode != DAVAR_MODE_TRAILING)) {
         status = DAVAR_ERR_MODE;
     }
     if (status == DAVAR_OK) {

@@ -140,9 +140,9 @@ bool davar_take(davar_t *davar, davar_result_t *result)
 DAVAR_RARE bool davar_flush(davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
-    const bool kept = !has_grid(config) || config->mirrored_end;
+    const bool kept = !has_grid(config) || config->window.mirrored_end;
     const davar_window_t *const window = &davar->window; /* `received` wraps long after the start */
-    const bool begun = window->finished || !at_start(window) || (window->received >= (config->window_max / 2U));
+    const bool begun = window->finished || !at_start(window) || (window->received >= (config->window.longest / 2U));
     if (has_queue(config)) {
         return config->law->flush(davar, davar->law_state);
     }

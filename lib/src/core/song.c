@@ -115,7 +115,7 @@ DAVAR_APART static bool exact_kurtosis_outside(const davar_config_t *config, con
 {
     ratio_t kurtosis;
     kurtosis_of(&kurtosis, whole);
-    return is_outside(&kurtosis, &config->kurtosis_low, &config->kurtosis_high);
+    return is_outside(&kurtosis, &config->moments.kurtosis_low, &config->moments.kurtosis_high);
 }
 
 DAVAR_APART static bool exact_contribution_outside(const davar_config_t *config, const davar_central_t *whole,
@@ -123,7 +123,7 @@ DAVAR_APART static bool exact_contribution_outside(const davar_config_t *config,
 {
     ratio_t contribution;
     contribution_of(&contribution, whole, first);
-    return is_outside(&contribution, &config->contribution_low, &config->contribution_high);
+    return is_outside(&contribution, &config->moments.contribution_low, &config->moments.contribution_high);
 }
 
 static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
@@ -280,8 +280,8 @@ davar_rough_t davar_rough_kurtosis(const davar_config_t *config, const davar_cen
     const rough_t over = rough_of(&whole->fourth);
     const rough_t second = rough_of(&whole->second);
     const rough_t under = rough_product(second, second);
-    return placed(order_of_ratio(over, under, config->kurtosis_low),
-                  order_of_ratio(over, under, config->kurtosis_high));
+    return placed(order_of_ratio(over, under, config->moments.kurtosis_low),
+                  order_of_ratio(over, under, config->moments.kurtosis_high));
 }
 
 davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar_central_t *whole,
@@ -298,24 +298,24 @@ davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar
     const uint32_t from = x.mantissa >> 2U;
     const uint32_t to = y.mantissa >> (uint32_t)(2 - ahead);
     const uint32_t distance = (from > to) ? (from - to) : (to - from);
-    return placed(order_of_distance(distance, x.mantissa, config->contribution_low),
-                  order_of_distance(distance, x.mantissa, config->contribution_high));
+    return placed(order_of_distance(distance, x.mantissa, config->moments.contribution_low),
+                  order_of_distance(distance, x.mantissa, config->moments.contribution_high));
 }
 
 /* --- the window law, [SONG18] section 4 (4.1) -------------------------------------------------------------------- */
 
 static uint32_t shorter(const davar_config_t *config, uint32_t length)
 {
-    const uint32_t step = config->shrink * config->stride;
-    return (length > (config->window_min + step)) ? (length - step) : config->window_min;
+    const uint32_t step = config->window.shrink * config->stride;
+    return (length > (config->window.shortest + step)) ? (length - step) : config->window.shortest;
 }
 
 static uint32_t longer(const davar_config_t *config, uint32_t length, bool filling)
 {
     /* Trailing: the head moves by one per sample, so growing faster would move the tail backwards. */
     const uint32_t most = is_centred(config) ? 2U : 1U;
-    const uint32_t grow = (filling || (config->grow > most)) ? most : config->grow;
-    return smaller(length + (grow * config->stride), config->window_max);
+    const uint32_t grow = (filling || (config->window.grow > most)) ? most : config->window.grow;
+    return smaller(length + (grow * config->stride), config->window.longest);
 }
 
 /* On a grid the window moves `stride` times as far in one step. O(1), no division. */

@@ -22,7 +22,7 @@ static inline bool has_queue(const davar_config_t *config)
 /* Windows around the epoch, with mirrored ends unless the law has a queue (10.15). */
 static inline bool is_about(const davar_config_t *config)
 {
-    return DAVAR_CENTRED && (config->mode == DAVAR_MODE_CENTRED);
+    return DAVAR_CENTRED && (config->window.mode == DAVAR_MODE_CENTRED);
 }
 
 static inline bool is_centred(const davar_config_t *config)
@@ -32,7 +32,7 @@ static inline bool is_centred(const davar_config_t *config)
 
 static inline bool has_moments(const davar_config_t *config)
 {
-    return DAVAR_LAWS && (config->segment != 0U);
+    return DAVAR_LAWS && (config->moments.segment != 0U);
 }
 
 /* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred window again. */
@@ -91,7 +91,7 @@ static inline bool is_finished(const davar_window_t *window)
  * window_max after the epoch, the end half of the window. */
 static inline uint32_t window_lag(const davar_config_t *config, uint32_t length)
 {
-    return is_centred(config) ? ((config->window_max - length) >> 1U) : 0U;
+    return is_centred(config) ? ((config->window.longest - length) >> 1U) : 0U;
 }
 
 /* One past the leading edge. */
@@ -205,7 +205,7 @@ static inline bool is_filling(const davar_window_t *window)
 /* Trailing windows fill until they are full, or until a law shrinks one. */
 static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config, bool unstable)
 {
-    if (is_filling(window) && (unstable || (window->length >= config->window_max))) {
+    if (is_filling(window) && (unstable || (window->length >= config->window.longest))) {
         window_enter(window, WINDOW_SETTLING);
     }
 }

@@ -430,32 +430,33 @@ void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t
 /* On a grid a window of policy glr begins between two blocks: is one of window_min .. window_max samples among them at every epoch? */
 static bool fits_between_blocks(const davar_config_t *config)
 {
-    const bool ends_between = ((config->stride % config->block) == 0U);
-    const uint32_t longest = ends_between ? (config->window_max - (config->window_max % config->block))
-                                          : (config->window_max - (config->block - 1U));
-    return !has_grid(config) || (longest >= config->window_min);
+    const bool ends_between = ((config->stride % config->glr.block) == 0U);
+    const uint32_t longest = ends_between ? (config->window.longest - (config->window.longest % config->glr.block))
+                                          : (config->window.longest - (config->glr.block - 1U));
+    return !has_grid(config) || (longest >= config->window.shortest);
 }
 
 DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
 {
-    const bool rates = davar_is_between(1e-9, config->false_alarms_per_hour, 1e9) &&
-                       davar_is_between(1e-9, config->cut_interval_s, 1e9);
-    const bool blocks =
-        (config->block >= GLR_BLOCK_MIN) && (config->block <= GLR_BLOCK_MAX) && (config->shock_blocks <= GLR_SHOCK_MAX);
-    const bool window = blocks && ((config->window_max / 8U) >= config->block) &&
-                        (config->window_max <= (GLR_LONGEST * config->block)) && fits_between_blocks(config);
-    const bool clusters =
-        (config->long_cluster <= GLR_CLUSTER_MAX) && blocks && ((config->long_cluster % (4U * config->block)) == 0U);
+    const bool rates = davar_is_between(1e-9, config->glr.false_alarms_per_hour, 1e9) &&
+                       davar_is_between(1e-9, config->glr.cut_interval_s, 1e9);
+    const bool blocks = (config->glr.block >= GLR_BLOCK_MIN) && (config->glr.block <= GLR_BLOCK_MAX) &&
+                        (config->glr.shock_blocks <= GLR_SHOCK_MAX);
+    const bool window = blocks && ((config->window.longest / 8U) >= config->glr.block) &&
+                        (config->window.longest <= (GLR_LONGEST * config->glr.block)) && fits_between_blocks(config);
+    const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) && blocks &&
+                          ((config->glr.long_cluster % (4U * config->glr.block)) == 0U);
     const bool about =
-        !is_about(config) || (blocks && ((config->window_max / 2U) >= (half_in_blocks(config->block) * config->block)));
+        !is_about(config) ||
+        (blocks && ((config->window.longest / 2U) >= (half_in_blocks(config->glr.block) * config->glr.block)));
     return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
 /* Centred windows have half a window of blocks on each side of the epoch (10.15). */
 void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape)
 {
-    shape->block = config->block;
-    shape->half = is_about(config) ? (half_in_blocks(config->block) * config->block) : 0U;
+    shape->block = config->glr.block;
+    shape->half = is_about(config) ? (half_in_blocks(config->glr.block) * config->glr.block) : 0U;
 }
 
 _Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "davar_law_words_t is too small");
@@ -468,7 +469,7 @@ void davar_glr_put(davar_law_words_t *words, const davar_glr_words_t *read)
 /* Of a sum of b (10.1) or of 6 D^2 + m (10.13). NaN without a block: all were lost in gaps. */
 static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m, double unit_per_count)
 {
-    const uint32_t rounding = (m == 1U) ? (config->block * (config->block - 1U)) : m;
+    const uint32_t rounding = (m == 1U) ? (config->glr.block * (config->glr.block - 1U)) : m;
     const uint32_t unit = (m == 1U) ? rounding : (m * m);
     if (sum->blocks == 0U) {
         return (double)NAN;

@@ -12,7 +12,7 @@
 
 #define MAGIC 0x52564144U         /* "DAVR" */
 #define MAGIC_SWAPPED 0x44415652U /* ... as a machine of the other byte order wrote it */
-#define FORMAT 3U
+#define FORMAT 4U
 #define SLOTS 2U
 
 /* In front of each image; `check` covers all fields above it and the payload. */
@@ -70,46 +70,41 @@ DAVAR_RARE static uint32_t payload_check(const header_t *header, const saved_t *
     return check_of(check_of(header_check(header), saved, sizeof *saved), memory, bytes);
 }
 
-/* Field by field: padding is nobody's. */
+static uint32_t check_of_f64(uint32_t check, const double *value)
+{
+    uint64_t bits;
+    memcpy(&bits, value, sizeof bits);
+    return check_of_u32(check_of_u32(check, (uint32_t)bits), (uint32_t)(bits >> 32U));
+}
+
+/* How a field enters the fingerprint, by its kind. */
+#define CHECK_F64(check, value) check_of_f64(check, &(value))
+#define CHECK_U32(check, value) check_of_u32(check, value)
+#define CHECK_U16(check, value) check_of_u32(check, value)
+#define CHECK_U8(check, value) check_of_u32(check, value)
+#define CHECK_BOOL(check, value) check_of_u32(check, (value) ? 1U : 0U)
+#define CHECK_MODE(check, value) check_of_u32(check, (uint32_t)(value))
+#define CHECK_ENGINE(check, value) check_of_u32(check, (uint32_t)(value))
+
+/* Of all that an image depends on. Field by field: padding has no defined value. */
 DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
-    const double numbers[] = {config->rate_hz,           config->unit_per_count,        config->full_scale,
-                              config->kurtosis_low,      config->kurtosis_high,         config->contribution_low,
-                              config->contribution_high, config->false_alarms_per_hour, config->cut_interval_s};
-    const uint32_t counts[] = {FORMAT,
-                               DAVAR_VERSION_MAJOR,
-                               DAVAR_VERSION_MINOR,
-                               DAVAR_VERSION_PATCH,
-                               (uint32_t)sizeof(void *),
-                               davar->number->sum_bits,
-                               davar->is_float ? 1U : 0U,
-                               config->sample_bits,
-                               (uint32_t)config->mode,
-                               (uint32_t)davar_law_id(config),
-                               config->window_max,
-                               config->window_min,
-                               config->segment,
-                               config->grow,
-                               config->shrink,
-                               config->stride,
-                               (uint32_t)config->engine,
-                               config->block,
-                               config->shock_blocks,
-                               config->long_cluster,
-                               config->tau_count,
-                               config->gaps_max,
-                               config->mirrored_end ? 1U : 0U,
-                               (uint32_t)sizeof(saved_t)};
+    const uint32_t build[] = {FORMAT,
+                              DAVAR_VERSION_MAJOR,
+                              DAVAR_VERSION_MINOR,
+                              DAVAR_VERSION_PATCH,
+                              (uint32_t)sizeof(void *),
+                              (uint32_t)sizeof(saved_t),
+                              davar->number->sum_bits,
+                              davar->is_float ? 1U : 0U,
+                              davar_law_id(config)};
     uint32_t check = 0U;
-    for (size_t i = 0U; i < (sizeof counts / sizeof counts[0]); i++) {
-        check = check_of_u32(check, counts[i]);
+    for (size_t i = 0U; i < (sizeof build / sizeof build[0]); i++) {
+        check = check_of_u32(check, build[i]);
     }
-    for (size_t i = 0U; i < (sizeof numbers / sizeof numbers[0]); i++) {
-        uint64_t bits;
-        memcpy(&bits, &numbers[i], sizeof bits);
-        check = check_of_u32(check_of_u32(check, (uint32_t)bits), (uint32_t)(bits >> 32U));
-    }
+#define FIELD(member, kind, low, high, usual, status, option, unit, help) check = CHECK_##kind(check, config->member);
+#include "davar/config_fields.inc"
     return check_of(check, config->taus, config->tau_count * sizeof config->taus[0]);
 }
 
