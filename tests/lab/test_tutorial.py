@@ -29,7 +29,7 @@ class Tutorial(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.work = Path(folder.name)
         cls.said = {command[1]: tutorial.run(command, cls.work) for command in tutorial.commands()}
-        cls.story = tutorial.section()
+        cls.story = " ".join(tutorial.section().split())
 
     def assert_close(self, shown, printed):
         self.assertEqual(len(shown), len(printed))

@@ -330,6 +330,15 @@ class Tree(unittest.TestCase):
                  for value in values if re.search(rf"\b{re.escape(value)}\b", text_of(name))]
         self.assertEqual([], wrong, "write @HOMEPAGE@, @AUTHOR@, @MAINTAINER@ or @LICENSE@")
 
+    def test_a_page_begins_with_what_it_answers_and_no_table_has_more_than_eight_columns(self):
+        pages = [name for name in listed() if name.endswith(".md") and not name.endswith("DESIGN.md") and not name.startswith(".github/")]
+        self.assertGreater(len(pages), 20)
+        for name in pages:
+            with self.subTest(page=name):
+                self.assertRegex(text_of(name), r"\A# .*\n\nThis page answers: ")
+                rows = re.findall(r"^ *\|(?: ?---+ ?\|)+$", text_of(name), re.MULTILINE)
+                self.assertEqual([], [row for row in rows if row.count("---") > 8])
+
     def test_every_path_that_the_pages_name_exists(self):
         for name in listed():
             if name.endswith(".md") and not name.startswith("packaging/"):

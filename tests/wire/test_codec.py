@@ -67,7 +67,7 @@ def results(seed, count, content, channel=0):
 
 
 def possible(message, signals):
-    """May a sender mean these values? By the words of lib/WIRE.md, "Values that cannot be"."""
+    """May a sender mean these values? By the words of lib/WIRE.md, "Invalid values"."""
     def magnitude(value):
         return math.isnan(value) or value == 0 or 1e-30 <= value <= 1e30
     for name, value in signals.items():

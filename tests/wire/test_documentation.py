@@ -90,7 +90,7 @@ class Documentation(unittest.TestCase):
 
     def test_the_bus_load_of_can_fd(self):
         seconds = 34 / 500e3 + 677 / 2e6 + 3 * FRAME_BITS / 500e3
-        self.assertIn(f"{1e3 * seconds:.3f} ms a result, {100 * 100 * seconds:.2f} % of the bus", TEXT)
+        self.assertIn(f"{1e3 * seconds:.3f} ms per result, {100 * 100 * seconds:.2f} % of the bus", " ".join(TEXT.split()))
 
 
 if __name__ == "__main__":
