@@ -65,7 +65,8 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
     config->member = OF_WORD_##kind(*word);                                                                            \
     word++;
 #include "davar/config_fields.inc"
-    if ((words[0] != MAGIC) || (config->tau_count > DAVAR_TAUS_MAX)) {
+    const bool all_read = (word == &words[DAVAR_JOB_SETTINGS]);
+    if ((words[0] != MAGIC) || !all_read || (config->tau_count > DAVAR_TAUS_MAX)) {
         return false;
     }
     for (uint32_t t = 0U; t < config->tau_count; t++) {

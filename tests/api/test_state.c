@@ -176,7 +176,7 @@ static const struct {
     size_t offset;
     size_t bytes;
 } fields[] = {
-    /* tests/style/test_config_fields.py: none is missing */
+/* tests/style/test_config_fields.py: none is missing */
 #define FIELD(member, kind, low, high, usual, status, option, unit, help)                                              \
     {#member, offsetof(davar_config_t, member), sizeof config.member},
 #include "davar/config_fields.inc"
