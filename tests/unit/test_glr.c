@@ -1,6 +1,7 @@
 /* davar tests - the detector of changes against its law, computed anew at every block from the raw samples. */
 #include "detector/glr.h"
 #include "detector/scan.h"
+#include "number/real.h"
 
 #include "glr_fixture.h"
 

@@ -307,7 +307,7 @@ static void test_a_level_is_the_root_of_the_mean(void)
         const davar_spread_t sum = {low | (UINT64_C(1) << 20U), high, blocks};
         const double square =
             (((high * 18446744073709551616.0) + (double)sum.low) - (90.0 * blocks)) / (1080.0 * blocks);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * sqrt(square), sqrt(square), spread_level(&sum, 90U, 1080U));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * sqrt(square), sqrt(square), davar_spread_level(&sum, 90U, 1080U));
     }
 }
 

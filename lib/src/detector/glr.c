@@ -2,6 +2,7 @@
 #include "detector/glr.h"
 
 #include "core/instance.h"
+#include "core/window.h"
 #include "detector/scan.h"
 #include "number/ieee.h"
 #include "number/real.h"
@@ -466,6 +467,18 @@ void davar_glr_put(davar_law_words_t *words, const davar_glr_words_t *read)
     memcpy(words, read, sizeof *read);
 }
 
+double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit)
+{
+    const davar_spread_t rounding = {davar_multiply_u32(floor, sum->blocks), 0U, 0U};
+    const davar_spread_t rest = spread_between(&rounding, sum);
+    if ((rest.low | rest.high) == 0U) {
+        return 0.0;
+    }
+    const int32_t exponent = spread_exponent(&rest);
+    const scaled_t square = {spread_bits(&rest, exponent), exponent};
+    return davar_root_of_quotient(scaled_to_double(square), davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
+}
+
 /* Of a sum of b (10.1) or of 6 D^2 + m (10.13). NaN without a block: all were lost in gaps. */
 static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m, double unit_per_count)
 {
@@ -474,7 +487,7 @@ static double level_of(const davar_config_t *config, const davar_spread_t *sum, 
     if (sum->blocks == 0U) {
         return (double)NAN;
     }
-    return davar_scale(spread_level(sum, rounding, 12U * unit), unit_per_count);
+    return davar_scale(davar_spread_level(sum, rounding, 12U * unit), unit_per_count);
 }
 
 void davar_glr_report(const davar_config_t *config, double unit_per_count, const davar_law_words_t *words,

@@ -9,7 +9,7 @@
 #ifndef DAVAR_SRC_GLR_H
 #define DAVAR_SRC_GLR_H
 
-#include "core/window.h"
+#include "davar/law.h"
 #include "detector/spread.h"
 
 #define GAIN_DIGITS 12U /* binary, behind the point, of a likelihood ratio and of what it is compared with */
@@ -191,6 +191,9 @@ typedef struct {
     int32_t gain;
     uint32_t dispersion; /* f, GAIN_DIGITS */
 } davar_glr_words_t;
+
+/* Root of (sum - blocks * floor) / (blocks * unit), to 32 bits; floor is what rounding adds to each block. At least one block. */
+double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit);
 
 davar_status_t davar_glr_check(const davar_config_t *config);
 void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape);

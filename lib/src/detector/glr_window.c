@@ -1,6 +1,5 @@
 /* davar - the windows that follow from the cuts, trailing and centred. */
-#include "detector/glr.h"
-
+#include "core/window.h"
 #include "detector/scan.h"
 #include "number/real.h"
 

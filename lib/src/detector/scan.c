@@ -1,6 +1,8 @@
 /* davar - the likelihood ratio of one variance against two. */
 #include "detector/scan.h"
 
+#include "number/real.h"
+
 void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees)
 {
     spread_copy(&stretch->sum, sum);

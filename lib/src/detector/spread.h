@@ -3,7 +3,6 @@
 #define DAVAR_SRC_SPREAD_H
 
 #include "detector/logarithm.h"
-#include "number/scaled.h"
 
 /* The sum of b modulo 2^96 and the blocks it is of, which are independent chi-squares while the noise is white. A running sum
  * goes on for ever; what lies between two of them is their difference. */
@@ -78,19 +77,6 @@ static inline int32_t spread_logarithm(const davar_spread_t *sum)
 static inline int32_t spread_logarithm_of_mean(const davar_spread_t *sum)
 {
     return spread_logarithm(sum) - davar_logarithm_of_count(sum->blocks);
-}
-
-/* Root of (sum - blocks * floor) / (blocks * unit), to 32 bits; floor is what rounding adds to each block. At least one block. */
-static inline double spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit)
-{
-    const davar_spread_t rounding = {davar_multiply_u32(floor, sum->blocks), 0U, 0U};
-    const davar_spread_t rest = spread_between(&rounding, sum);
-    if ((rest.low | rest.high) == 0U) {
-        return 0.0;
-    }
-    const int32_t exponent = spread_exponent(&rest);
-    const scaled_t square = {spread_bits(&rest, exponent), exponent};
-    return davar_root_of_quotient(scaled_to_double(square), davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
 }
 
 #endif

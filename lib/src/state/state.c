@@ -82,7 +82,7 @@ static uint32_t check_of_f64(uint32_t check, const double *value)
 #define CHECK_U32(check, value) check_of_u32(check, value)
 #define CHECK_U16(check, value) check_of_u32(check, value)
 #define CHECK_U8(check, value) check_of_u32(check, value)
-#define CHECK_BOOL(check, value) check_of_u32(check, (value) ? 1U : 0U)
+#define CHECK_BOOL(check, value) check_of_u32(check, (uint32_t)(value))
 #define CHECK_MODE(check, value) check_of_u32(check, (uint32_t)(value))
 #define CHECK_ENGINE(check, value) check_of_u32(check, (uint32_t)(value))
 
