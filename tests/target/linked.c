@@ -1,6 +1,6 @@
 /* davar tests - the smallest program for each use of the library, for what it links. WHAT: 0 nothing, 1 Allan deviations,
- * 2 and the angle random walk by a plan of tools/davar-plan, 3 by a plan that it makes, 4 everything: five terms, gaps, flush, reset, the
- * saved state, the monitor and frames. */
+ * 2 and the angle random walk by a plan of tools/davar-plan, 3 by a plan that it makes, 4 everything but law
+ * glr: five terms, gaps, flush, reset, the saved state, the monitor and frames, 5 that with law glr. */
 #include "davar/davar.h"
 #include "davar/wire.h"
 
@@ -21,8 +21,12 @@ static const davar_config_t config = {.rate_hz = 100.0,
                                       .tau_count = TAUS,
                                       .window.longest = 600U,
                                       .window.shortest = 600U,
-#if WHAT == 4
+#if WHAT > 3
+#if WHAT == 5
+                                      .law = &davar_law_glr_q15,
+#else
                                       .law = &davar_law_or,
+#endif
                                       .moments.segment = 100U,
                                       .moments.kurtosis_high = 3.3,
                                       .moments.contribution_high = 0.07,
@@ -44,7 +48,7 @@ extern davar_plan_t plan;
 static davar_plan_t plan;
 #endif
 
-#if WHAT == 4
+#if WHAT > 3
 static davar_storage_t storage;
 static davar_encoder_t encoder;
 static davar_frame_t frame;
@@ -91,7 +95,7 @@ int main(void)
             (void)davar_fit_white_ready(&plan, 100.0, &result);
 #elif WHAT == 3
             (void)davar_fit_white(&plan, 100.0, &result);
-#elif WHAT == 4
+#elif WHAT > 3
             davar_fit(&plan, 100.0, &result);
             more();
 #endif

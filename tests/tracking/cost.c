@@ -29,13 +29,13 @@ static int16_t noise(uint32_t gain)
 static uint32_t block_cost(what_t what, uint32_t gain)
 {
     int16_t sample[K_MAX];
-    for (uint32_t i = 0U; i < config.glr.block; i++) {
+    for (uint32_t i = 0U; i < config.block; i++) {
         sample[i] = noise(gain);
     }
     const uint32_t mark = board_mark();
     int32_t sum = 0;
     uint64_t squares = 0U;
-    for (uint32_t i = 0U; i < config.glr.block; i++) {
+    for (uint32_t i = 0U; i < config.block; i++) {
         sum += sample[i];
         squares += davar_square_i16(sample[i]);
     }
