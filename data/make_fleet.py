@@ -26,13 +26,23 @@ EFFECT_DPS_PER_DEGC = 0.0005
 def unit(place, batch, effect, seconds=SECONDS):
     """Columns of one unit: Unix times, the gyro, its thermometer. Seeded by its place."""
     rng = np.random.default_rng([2026, place])
-    terms = [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3 * float(np.exp(rng.normal(0, 0.03)))}),
-             Term("bias_instability", {"coefficient_deg_per_h": 5.0 * float(np.exp(rng.normal(0, 0.15)))})]
+    terms = [
+        Term(
+            "angle_random_walk",
+            {"coefficient_deg_per_sqrt_h": 0.3 * float(np.exp(rng.normal(0, 0.03)))},
+        ),
+        Term(
+            "bias_instability", {"coefficient_deg_per_h": 5.0 * float(np.exp(rng.normal(0, 0.15)))}
+        ),
+    ]
     if batch == "B":
         terms.append(Term("temperature", {"coefficient_dps_per_degC": effect}))
     made = simulate.make(terms, RATE_HZ, seed=int(rng.integers(1 << 31)), duration_s=seconds)
-    return {"time_s": FIRST_S + place * SPACING_S + made.columns["time_s"], "gyro_z_dps": made.columns["gyro_z_dps"],
-            "temp_degC": made.columns["temp_degC"] + rng.normal(0, 2)}
+    return {
+        "time_s": FIRST_S + place * SPACING_S + made.columns["time_s"],
+        "gyro_z_dps": made.columns["gyro_z_dps"],
+        "temp_degC": made.columns["temp_degC"] + rng.normal(0, 2),
+    }
 
 
 def make(folder, units, effect=EFFECT_DPS_PER_DEGC, seconds=SECONDS):
@@ -41,13 +51,17 @@ def make(folder, units, effect=EFFECT_DPS_PER_DEGC, seconds=SECONDS):
     folder.mkdir(parents=True, exist_ok=True)
     for place in range(units):
         batch = "AB"[place % 2]
-        pq.write_table(pa.table(unit(place, batch, effect, seconds)), folder / f"{batch}_{place:04d}.parquet")
+        pq.write_table(
+            pa.table(unit(place, batch, effect, seconds)), folder / f"{batch}_{place:04d}.parquet"
+        )
 
 
 if __name__ == "__main__":
     given = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     given.add_argument("folder")
     given.add_argument("--units", type=int, default=500)
-    given.add_argument("--effect", type=float, default=EFFECT_DPS_PER_DEGC, help="of batch B, deg/s per degC")
+    given.add_argument(
+        "--effect", type=float, default=EFFECT_DPS_PER_DEGC, help="of batch B, deg/s per degC"
+    )
     options = given.parse_args()
     make(options.folder, options.units, options.effect)

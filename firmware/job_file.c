@@ -13,7 +13,8 @@ static void spread(job_file_t *file, uint32_t count)
 {
     const size_t bytes = sample_bytes(file);
     for (uint32_t c = 0U; c < file->job.channels; c++) {
-        file->samples[c].q15 = (const int16_t *)(const void *)((const char *)file->buffer + (c * count * bytes));
+        file->samples[c].q15 =
+            (const int16_t *)(const void *)((const char *)file->buffer + (c * count * bytes));
     }
 }
 
@@ -67,7 +68,8 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
         return JOB_NO_FILE;
     }
     davar_job_t *const job = &file->job;
-    if (!davar_job_decode(job, words) || (job->channels == 0U) || (job->channels > JOB_FILE_CHANNELS)) {
+    if (!davar_job_decode(job, words) || (job->channels == 0U) ||
+        (job->channels > JOB_FILE_CHANNELS)) {
         return JOB_UNKNOWN;
     }
     const size_t each = memory_words(file);
@@ -75,7 +77,8 @@ int job_file_open(job_file_t *file, const char *path, davar_t *instances)
         return JOB_NO_MEMORY;
     }
     for (uint32_t c = 0U; c < job->channels; c++) {
-        if (init(file, &instances[c], &file->pool[c * each], each * sizeof file->pool[0]) != DAVAR_OK) {
+        if (init(file, &instances[c], &file->pool[c * each], each * sizeof file->pool[0]) !=
+            DAVAR_OK) {
             return JOB_REFUSED;
         }
     }

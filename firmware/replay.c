@@ -18,7 +18,8 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
 {
     (void)context;
     const size_t bytes = davar_job_encode_result(channel, result, record) * sizeof record[0];
-    return (board_write(output, record, bytes) == bytes) ? DAVAR_PORT_SEND_DONE : DAVAR_PORT_SEND_FAULT;
+    return (board_write(output, record, bytes) == bytes) ? DAVAR_PORT_SEND_DONE
+                                                         : DAVAR_PORT_SEND_FAULT;
 }
 
 static bool write_health(void)
@@ -37,7 +38,8 @@ static int work(void)
 {
     const davar_port_t port = {.context = &input, .read = job_file_read, .send = send_result};
     for (uint32_t c = 0U; c < input.job.channels; c++) {
-        channels[c] = (davar_node_channel_t){.davar = &instances[c], .number = input.job.number, .plan = &input.plan};
+        channels[c] = (davar_node_channel_t){
+            .davar = &instances[c], .number = input.job.number, .plan = &input.plan};
     }
     davar_node_init(&node, channels, input.job.channels, &port);
     davar_node_state_t state = DAVAR_NODE_RUNNING;

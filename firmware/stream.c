@@ -23,7 +23,8 @@ static size_t position;          /* in the block */
 static uint32_t period;          /* ticks of the clock between samples */
 static uint32_t last;            /* when the last sample was due */
 static volatile uint32_t samples;
-static volatile uint32_t overruns; /* samples that came and went while the interrupt could not run */
+static volatile uint32_t
+    overruns; /* samples that came and went while the interrupt could not run */
 static volatile bool ended;
 
 /* The next sample of the sensor. */
@@ -133,7 +134,8 @@ static void finish(void)
     do {
         while (transmit()) {
         }
-        const bool more = davar_take(&davar, &result) || (davar_flush(&davar) && davar_take(&davar, &result));
+        const bool more =
+            davar_take(&davar, &result) || (davar_flush(&davar) && davar_take(&davar, &result));
         if (!more) {
             break;
         }

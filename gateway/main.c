@@ -67,7 +67,8 @@ static bool wait_edge(gateway_t *gateway)
     count(gateway, DAVAR_HEALTH_EDGES_LOST, lost);
     gateway->owed += lost;
     for (uint32_t i = 0; (i < lost) && !gateway->source.is_value; i++) {
-        count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, (source_read(&gateway->source, &skipped) == SOURCE_FAULT) ? 1U : 0U);
+        count(gateway, DAVAR_HEALTH_SOURCE_FAULTS,
+              (source_read(&gateway->source, &skipped) == SOURCE_FAULT) ? 1U : 0U);
     }
     return true;
 }
@@ -77,7 +78,8 @@ static void send_raw(gateway_t *gateway)
 {
     davar_frame_t frame;
     gateway->index += gateway->owed;
-    if (gateway->settings.raw && davar_encoder_raw(&gateway->encoder, gateway->index, gateway->count, &frame)) {
+    if (gateway->settings.raw &&
+        davar_encoder_raw(&gateway->encoder, gateway->index, gateway->count, &frame)) {
         outbox_put(&gateway->outbox, &frame);
         outbox_flush(&gateway->outbox);
     }
@@ -96,7 +98,8 @@ static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
     switch (source_read(&gateway->source, &gateway->count)) {
     case SOURCE_SAMPLE:
         send_raw(gateway);
-        *block = (davar_port_block_t){.samples = &gateway->samples, .count = 1U, .missing = gateway->owed};
+        *block = (davar_port_block_t){
+            .samples = &gateway->samples, .count = 1U, .missing = gateway->owed};
         gateway->owed = 0;
         return DAVAR_PORT_READ_BLOCK;
     case SOURCE_END:
@@ -128,7 +131,8 @@ static void update_alarm(gateway_t *gateway, const davar_result_t *result)
 {
     const bool before = gateway->alarm.high;
     const bool tracks = (gateway->settings.config.law == &davar_law_glr_q31);
-    const bool now = alarm_step(&gateway->alarm, result->epoch, tracks ? result->alarm : result->unstable);
+    const bool now =
+        alarm_step(&gateway->alarm, result->epoch, tracks ? result->alarm : result->unstable);
     if (now && !before) {
         count(gateway, DAVAR_HEALTH_ALARMS, 1U);
     }
@@ -174,9 +178,11 @@ static bool open_link(gateway_t *gateway, char *why)
                                          .fd = (settings->content & DAVAR_SEND_FD) != 0U,
                                          .baud = settings->baud,
                                          .wait = settings->wait};
-    if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)settings->base, (uint8_t)settings->channel,
+    if (!davar_encoder_init(&gateway->encoder, &settings->config, (uint16_t)settings->base,
+                            (uint8_t)settings->channel,
                             (uint8_t)(settings->content | (settings->raw ? DAVAR_SEND_RAW : 0U)))) {
-        (void)snprintf(why, WHY_BYTES, "--base: channel %u does not fit into 11-bit identifiers", settings->channel);
+        (void)snprintf(why, WHY_BYTES, "--base: channel %u does not fit into 11-bit identifiers",
+                       settings->channel);
         return false;
     }
     davar_encoder_session(&gateway->encoder, davar_link_session());
@@ -192,11 +198,13 @@ static bool start_library(gateway_t *gateway, char *why)
     const size_t bytes = davar_memory_size_q31(&gateway->settings.config);
     gateway->memory = calloc(1U, bytes);
     const davar_status_t status =
-        (gateway->memory == NULL) ? DAVAR_ERR_MEMORY_SIZE
-                                  : davar_init_q31(&gateway->davar, &gateway->settings.config, gateway->memory, bytes);
+        (gateway->memory == NULL)
+            ? DAVAR_ERR_MEMORY_SIZE
+            : davar_init_q31(&gateway->davar, &gateway->settings.config, gateway->memory, bytes);
     (void)snprintf(why, WHY_BYTES, "%s", davar_status_text(status));
     if (status == DAVAR_OK) {
-        davar_plan_init(&gateway->plan, gateway->settings.config.taus, gateway->settings.config.tau_count);
+        davar_plan_init(&gateway->plan, gateway->settings.config.taus,
+                        gateway->settings.config.tau_count);
     }
     return status == DAVAR_OK;
 }
@@ -204,12 +212,13 @@ static bool start_library(gateway_t *gateway, char *why)
 static bool start(gateway_t *gateway, char *why)
 {
     if (!source_open(&gateway->source, gateway->settings.source)) {
-        (void)snprintf(why, WHY_BYTES, "--source: %s: %s", gateway->settings.source, strerror(errno));
+        (void)snprintf(why, WHY_BYTES, "--source: %s: %s", gateway->settings.source,
+                       strerror(errno));
         return false;
     }
     gateway->samples.q31 = &gateway->count;
-    gateway->channel =
-        (davar_node_channel_t){.davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
+    gateway->channel = (davar_node_channel_t){
+        .davar = &gateway->davar, .number = DAVAR_PORT_Q31, .plan = &gateway->plan};
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 
@@ -267,11 +276,15 @@ static void run(gateway_t *gateway)
 static void report(const gateway_t *gateway)
 {
     static const char *const names[DAVAR_HEALTH_COUNT] = {
-        "gaps",           "missing samples", "saturated samples", "not finite",     "window restarts",
-        "results missed", "frames dropped",  "send retries",      "error passive",  "bus off",
-        "link lost",      "link back",       "noise bytes",       "edges lost",     "source faults",
-        "alarms",         "window cuts",     "noise alarms",      "shocks left out"};
-    (void)fprintf(stderr, "davar-node: %llu samples, %llu results", (unsigned long long)gateway->node.counters.samples,
+        "gaps",           "missing samples", "saturated samples",
+        "not finite",     "window restarts", "results missed",
+        "frames dropped", "send retries",    "error passive",
+        "bus off",        "link lost",       "link back",
+        "noise bytes",    "edges lost",      "source faults",
+        "alarms",         "window cuts",     "noise alarms",
+        "shocks left out"};
+    (void)fprintf(stderr, "davar-node: %llu samples, %llu results",
+                  (unsigned long long)gateway->node.counters.samples,
                   (unsigned long long)gateway->node.counters.results);
     for (size_t item = 0; item < DAVAR_HEALTH_COUNT; item++) {
         if (gateway->health.count[item] > 0U) {

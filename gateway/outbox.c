@@ -21,8 +21,8 @@ void outbox_put_all(outbox_t *outbox, davar_encoder_t *encoder)
 
 void outbox_flush(outbox_t *outbox)
 {
-    while ((outbox->count > 0U) &&
-           (davar_link_send(outbox->link, &outbox->frame[outbox->first]) != DAVAR_PORT_SEND_AGAIN)) {
+    while ((outbox->count > 0U) && (davar_link_send(outbox->link, &outbox->frame[outbox->first]) !=
+                                    DAVAR_PORT_SEND_AGAIN)) {
         outbox->first = (outbox->first + 1U) % OUTBOX_FRAMES;
         outbox->count--;
     }

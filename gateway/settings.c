@@ -15,40 +15,54 @@
 static const char HELP[] =
     "usage: davar-node --source SRC --rate HZ --lsb DPS --out LINK [options]\n"
     "\n"
-    "Reads the counts of one gyro axis, follows their Allan variance, sends the results to a CAN bus or a serial line\n"
+    "Reads the counts of one gyro axis, follows their Allan variance, sends the results to a CAN "
+    "bus or a serial line\n"
     "(lib/WIRE.md). One channel: for more axes start one davar-node each, with --channel 0, 1, 2.\n"
     "\n"
-    "  --source SRC      '-', a file or a FIFO with a count per line, or value:PATH, a file that is read anew for "
+    "  --source SRC      '-', a file or a FIFO with a count per line, or value:PATH, a file that "
+    "is read anew for "
     "each\n"
-    "                    sample (an IIO in_anglvel_x_raw); value: needs --edges. Lines may begin with notes (#) and "
+    "                    sample (an IIO in_anglvel_x_raw); value: needs --edges. Lines may begin "
+    "with notes (#) and "
     "one\n"
-    "                    header; from then on a line that is no whole number is a lost sample: a fault, and a gap\n"
-    "  --edges CHIP:LINE take one sample per rising edge of a data-ready line. An edge that was lost is a lost "
+    "                    header; from then on a line that is no whole number is a lost sample: a "
+    "fault, and a gap\n"
+    "  --edges CHIP:LINE take one sample per rising edge of a data-ready line. An edge that was "
+    "lost is a lost "
     "sample:\n"
     "                    a gap in the data, and its line of a recorded file is skipped\n"
     "  --rate HZ         sample rate\n"
     "  --lsb DPS         size of a count in deg/s\n"
     "  --bits N          width of a count, 2 to 32 (default 24)\n"
-    "  --policy or|glr   who decides the window's length: the paper's law (default), or a likelihood ratio that says\n"
+    "  --policy or|glr   who decides the window's length: the paper's law (default), or a "
+    "likelihood ratio that says\n"
     "                    when the noise has changed (docs/FIRMWARE.md)\n"
-    "  --false-alarms-per-hour X    --cut-interval S    glr: what you accept while nothing changes (0.01, 300)\n"
+    "  --false-alarms-per-hour X    --cut-interval S    glr: what you accept while nothing changes "
+    "(0.01, 300)\n"
     "  --long-cluster N  glr: slow changes too, of N samples: 40, 80, .. 480\n"
-    "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, 100, 100; glr: "
+    "  --window-max N    --window-min N    --segment N    --stride K    samples (default 600, 400, "
+    "100, 100; glr: "
     "6000,\n"
     "                    20, 0, 100)\n"
-    "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty and prints its name\n"
+    "  --out LINK        can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty and prints "
+    "its name\n"
     "  --content WHAT    summary, full (default), intervals or fd\n"
-    "  --raw             frames of the counts too, for davarlab live --raw (bus load: lib/WIRE.md)\n"
+    "  --raw             frames of the counts too, for davarlab live --raw (bus load: "
+    "lib/WIRE.md)\n"
     "  --base HEX        CAN identifier of channel 0 (default 5D0);  --channel N  (default 0)\n"
     "  --baud N          of the serial line (default: as it is)\n"
     "  --wait            start even when the interface or tty is not there yet\n"
-    "  --alarm CHIP:LINE high while the noise is unstable; glr: for --alarm-off seconds after a change\n"
-    "  --alarm-on S      unstable for so long before it rises (default 0);  --alarm-off S  stable before it falls (1)\n"
+    "  --alarm CHIP:LINE high while the noise is unstable; glr: for --alarm-off seconds after a "
+    "change\n"
+    "  --alarm-on S      unstable for so long before it rises (default 0);  --alarm-off S  stable "
+    "before it falls (1)\n"
     "  --help\n"
     "\n"
-    "A lost link is waited for; what could not be sent is counted in DAVAR_Health. Ends at the end of the source, or "
+    "A lost link is waited for; what could not be sent is counted in DAVAR_Health. Ends at the end "
+    "of the source, or "
     "at\n"
-    "SIGINT or SIGTERM, with every counter sent once more. Exit status: 0 done, 2 bad option or source.\n";
+    "SIGINT or SIGTERM, with every counter sent once more. Exit status: 0 done, 2 bad option or "
+    "source.\n";
 
 void settings_help(void)
 {
@@ -97,9 +111,9 @@ static const entry_t TABLE[] = {
 static bool set_content(node_settings_t *settings, const char *text)
 {
     static const char *const WORDS[] = {"summary", "full", "intervals", "fd"};
-    static const uint32_t CONTENT_BITS[] = {0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
-                                            DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS,
-                                            DAVAR_SEND_FD};
+    static const uint32_t CONTENT_BITS[] = {
+        0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
+        DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS, DAVAR_SEND_FD};
     for (size_t i = 0; i < 4U; i++) {
         if (strcmp(text, WORDS[i]) == 0) {
             settings->content = CONTENT_BITS[i];
@@ -174,19 +188,21 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
     struct option options[ENTRIES + 1U] = {{0}};
     int found = 0;
     for (size_t i = 0; i < ENTRIES; i++) {
-        options[i] = (struct option){TABLE[i].name, (TABLE[i].kind == FLAG) ? no_argument : required_argument, NULL,
-                                     (int)(i + 256U)};
+        options[i] = (struct option){TABLE[i].name,
+                                     (TABLE[i].kind == FLAG) ? no_argument : required_argument,
+                                     NULL, (int)(i + 256U)};
     }
     opterr = 0;
     while ((found = getopt_long(argc, argv, ":", options, NULL)) != -1) {
         if (found < 256) {
-            (void)snprintf(why, size, "%s '%s' (see --help)", (found == ':') ? "no value for" : "unknown option",
-                           argv[optind - 1]);
+            (void)snprintf(why, size, "%s '%s' (see --help)",
+                           (found == ':') ? "no value for" : "unknown option", argv[optind - 1]);
             return false;
         }
         const entry_t *entry = &TABLE[found - 256];
         if (!apply(settings, entry, optarg)) {
-            (void)snprintf(why, size, "--%s: %s expected, found '%s'", entry->name, expected(entry), optarg);
+            (void)snprintf(why, size, "--%s: %s expected, found '%s'", entry->name, expected(entry),
+                           optarg);
             return false;
         }
     }
@@ -218,7 +234,8 @@ static void fill_window(davar_config_t *config)
 
 static bool check(const node_settings_t *settings, char *why, size_t size)
 {
-    const char *missing = (settings->source == NULL) ? "source" : ((settings->out == NULL) ? "out" : NULL);
+    const char *missing =
+        (settings->source == NULL) ? "source" : ((settings->out == NULL) ? "out" : NULL);
     if (missing != NULL) {
         (void)snprintf(why, size, "--%s: is needed (see --help)", missing);
         return false;
@@ -228,11 +245,13 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
         return false;
     }
     if ((settings->base > DAVAR_WIRE_LAST_ID) || (settings->channel > 34U)) {
-        (void)snprintf(why, size, "--%s: beyond 11-bit identifiers", (settings->channel > 34U) ? "channel" : "base");
+        (void)snprintf(why, size, "--%s: beyond 11-bit identifiers",
+                       (settings->channel > 34U) ? "channel" : "base");
         return false;
     }
     if ((settings->alarm_on_s > 0.0) && (settings->config.law == &davar_law_glr_q31)) {
-        (void)snprintf(why, size, "--alarm-on: not with --policy glr, whose alarms are over at once");
+        (void)snprintf(why, size,
+                       "--alarm-on: not with --policy glr, whose alarms are over at once");
         return false;
     }
     if ((settings->alarm_on_s > ALARM_S_MAX) || (settings->alarm_off_s > ALARM_S_MAX)) {
@@ -282,8 +301,10 @@ bool settings_parse(node_settings_t *settings, int argc, char **argv, char *why,
         return false;
     }
     settings->config.taus = settings->taus;
-    settings->config.tau_count = davar_taus_octave(settings->config.window.longest, settings->taus, DAVAR_TAUS_MAX);
-    const davar_status_t status = davar_memory_size_q31(&settings->config) > 0U ? DAVAR_OK : DAVAR_ERR_NULL;
+    settings->config.tau_count =
+        davar_taus_octave(settings->config.window.longest, settings->taus, DAVAR_TAUS_MAX);
+    const davar_status_t status =
+        davar_memory_size_q31(&settings->config) > 0U ? DAVAR_OK : DAVAR_ERR_NULL;
     if (settings->help || (status == DAVAR_OK)) {
         return true;
     }

@@ -74,20 +74,23 @@ static bool find_line(const source_t *source, size_t *length)
 {
     const char *end = memchr(source->text, '\n', source->held);
     *length = (end != NULL) ? (size_t)(end - source->text) : source->held;
-    return (end != NULL) || (source->ended && (source->held > 0U)) || (source->held == sizeof source->text);
+    return (end != NULL) || (source->ended && (source->held > 0U)) ||
+           (source->held == sizeof source->text);
 }
 
 static void drop_line(source_t *source, size_t length)
 {
     const size_t all = (length < source->held) ? length + 1U : length;
-    source->too_long = (all == sizeof source->text) && (length == all); /* and its rest is no line */
+    source->too_long =
+        (all == sizeof source->text) && (length == all); /* and its rest is no line */
     source->held -= all;
     memmove(source->text, source->text + all, source->held);
 }
 
 static source_read_t fill(source_t *source)
 {
-    const ssize_t got = read(source->descriptor, source->text + source->held, sizeof source->text - source->held);
+    const ssize_t got =
+        read(source->descriptor, source->text + source->held, sizeof source->text - source->held);
     if (got > 0) {
         source->held += (size_t)got;
         return SOURCE_SAMPLE;
@@ -98,7 +101,8 @@ static source_read_t fill(source_t *source)
 
 static bool is_no_number(const char *text, size_t length)
 {
-    return (length == 3U) && ((strncasecmp(text, "nan", 3) == 0) || (strncasecmp(text, "inf", 3) == 0));
+    return (length == 3U) &&
+           ((strncasecmp(text, "nan", 3) == 0) || (strncasecmp(text, "inf", 3) == 0));
 }
 
 /* Empty lines and notes (#), then one line that begins with a letter. Behind it, and behind the first count, every line is a

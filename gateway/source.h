@@ -6,7 +6,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-typedef enum { SOURCE_AGAIN = 0, SOURCE_SAMPLE = 1, SOURCE_END = 2, SOURCE_FAULT = -1 } source_read_t;
+typedef enum {
+    SOURCE_AGAIN = 0,
+    SOURCE_SAMPLE = 1,
+    SOURCE_END = 2,
+    SOURCE_FAULT = -1
+} source_read_t;
 
 typedef struct {
     int descriptor;

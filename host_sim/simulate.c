@@ -30,7 +30,8 @@ typedef struct {
 static bool fail_short(const run_t *run, sim_error_t *error)
 {
     return sim_fail(error, "%s: too short: %" PRIu64 " samples, one epoch needs at least %" PRIu64,
-                    run->options->recording, run->recording.rows, settings_samples_needed(&run->settings.config));
+                    run->options->recording, run->recording.rows,
+                    settings_samples_needed(&run->settings.config));
 }
 
 static bool load(run_t *run, sim_error_t *error)

@@ -81,7 +81,8 @@ bool davar_python_configure(davar_python_t *run, uint64_t *needed)
     return true;
 }
 
-bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_t count, size_t *bad)
+bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_t count,
+                        size_t *bad)
 {
     const unit_t unit = counted ? UNIT_COUNTS : UNIT_DPS;
     for (size_t i = 0; i < count; i++) {
@@ -94,17 +95,19 @@ bool davar_python_admit(davar_python_t *run, bool counted, double *values, size_
     return true;
 }
 
-bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *adev_dps, const double *tolerance,
-                        size_t count)
+bool davar_python_model(davar_python_t *run, const uint32_t *m, const double *adev_dps,
+                        const double *tolerance, size_t count)
 {
     for (size_t i = 0; (i < count) && (i < MODEL_MAX); i++) {
         run->model[i] = (davar_model_tau_t){m[i], adev_dps[i], tolerance[i]};
     }
-    if ((count > MODEL_MAX) || !davar_monitor_init(&run->monitor, run->model, (uint8_t)count, DAVAR_MONITOR_MEMORY)) {
-        return sim_fail(&run->error,
-                        "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "
-                        "tolerances not below 0",
-                        MODEL_MAX);
+    if ((count > MODEL_MAX) ||
+        !davar_monitor_init(&run->monitor, run->model, (uint8_t)count, DAVAR_MONITOR_MEMORY)) {
+        return sim_fail(
+            &run->error,
+            "--model-table: 1 to %u cluster sizes expected, each once, with deviations above 0 and "
+            "tolerances not below 0",
+            MODEL_MAX);
     }
     run->model_count = count;
     return true;
@@ -122,14 +125,16 @@ static bool model_fits(davar_python_t *run)
         }
     }
     return (run->model_count == 0U) ||
-           sim_fail(&run->error, "--model-table: none of its cluster sizes is among those of the results");
+           sim_fail(&run->error,
+                    "--model-table: none of its cluster sizes is among those of the results");
 }
 
 bool davar_python_start(davar_python_t *run, double rate_hz, double low, double high)
 {
     const extent_t extent = {.low = low, .high = high};
     run->quantisation = quantise_plan(&run->options, &extent);
-    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->options, &run->error) ||
+    if (!engine_start(&run->engine, &run->settings, &run->quantisation, rate_hz, 1U, &run->options,
+                      &run->error) ||
         !model_fits(run)) {
         return false;
     }
@@ -222,7 +227,8 @@ static size_t take_row(davar_python_t *run, double *table, size_t capacity, size
 }
 
 /* One chunk, as far as there is room for rows. Returns the samples that went in. */
-static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_t capacity, size_t *written)
+static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_t capacity,
+                         size_t *written)
 {
     size_t done = 0;
     while ((done < count) && (*written < capacity)) {
@@ -236,8 +242,8 @@ static size_t push_chunk(davar_python_t *run, size_t count, double *table, size_
     return done;
 }
 
-size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *table, size_t capacity,
-                         size_t *taken)
+size_t davar_python_push(davar_python_t *run, const double *values, size_t count, double *table,
+                         size_t capacity, size_t *taken)
 {
     size_t written = 0;
     *taken = 0;
@@ -266,7 +272,8 @@ size_t davar_python_flush(davar_python_t *run, double *table, size_t capacity)
 void davar_python_health(const davar_python_t *run, uint32_t *counters)
 {
     const davar_health_t health = davar_health(run->engine.instances);
-    const uint32_t all[] = {health.gaps,   health.missing, health.saturated, health.not_finite, health.restarts,
-                            health.missed, health.cuts,    health.alarms,    health.shocks};
+    const uint32_t all[] = {health.gaps,       health.missing,  health.saturated,
+                            health.not_finite, health.restarts, health.missed,
+                            health.cuts,       health.alarms,   health.shocks};
     memcpy(counters, all, sizeof all);
 }

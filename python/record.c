@@ -15,7 +15,8 @@ typedef struct {
 } sum_t;
 
 /* Cumulative sums modulo 2^64, the first 0: their differences are exact as long as they fit. */
-static void accumulate(const double *values, size_t count, double centre, double step, uint64_t *total)
+static void accumulate(const double *values, size_t count, double centre, double step,
+                       uint64_t *total)
 {
     uint64_t sum = 0;
     total[0] = 0;
@@ -53,8 +54,9 @@ static sum_t squares_of(const uint64_t *total, const size_t *ends, size_t runs, 
     return sum;
 }
 
-bool davar_python_adev(const double *values, size_t count, double centre, double step, const size_t *ends, size_t runs,
-                       const uint32_t *m, size_t taus, double *rows)
+bool davar_python_adev(const double *values, size_t count, double centre, double step,
+                       const size_t *ends, size_t runs, const uint32_t *m, size_t taus,
+                       double *rows)
 {
     uint64_t *total = calloc(count + 1U, sizeof *total);
     if (total == NULL) {
@@ -63,7 +65,8 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
     accumulate(values, count, centre, step, total);
     for (size_t t = 0; t < taus; t++) {
         const sum_t sum = squares_of(total, ends, runs, m[t]);
-        const double mean = (double)sum.squares / (2.0 * (double)sum.count); /* 0 / 0 is NaN: none */
+        const double mean =
+            (double)sum.squares / (2.0 * (double)sum.count); /* 0 / 0 is NaN: none */
         rows[t] = sqrt(mean) / m[t] * step;
         rows[taus + t] = (double)sum.count;
     }
@@ -71,8 +74,8 @@ bool davar_python_adev(const double *values, size_t count, double centre, double
     return true;
 }
 
-bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count, double rate_hz,
-                            double unit_per_count, double *limits)
+bool davar_python_intervals(const uint32_t *m, const double *rows, uint8_t taus, uint32_t count,
+                            double rate_hz, double unit_per_count, double *limits)
 {
     davar_result_t *result = calloc(1U, sizeof *result);
     davar_plan_t *plan = calloc(1U, sizeof *plan);

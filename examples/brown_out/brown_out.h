@@ -4,7 +4,8 @@
 
 #include "davar/davar.h"
 
-#define BROWN_OUT_SLOT 4096U /* bytes of each of the two slots: at least davar_state_bytes(), whole pages of flash */
+#define BROWN_OUT_SLOT                                                                             \
+    4096U /* bytes of each of the two slots: at least davar_state_bytes(), whole pages of flash */
 
 /* Before the interrupt is enabled. DAVAR_OK, or why not; *is_restored: it goes on where the newest image was saved. */
 davar_status_t brown_out_start(bool *is_restored);

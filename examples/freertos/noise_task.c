@@ -102,8 +102,8 @@ davar_status_t noise_start(void)
     if (status == DAVAR_OK) {
         queue = xQueueCreate(QUEUE_BLOCKS, sizeof(block_t));
         configASSERT(queue != NULL);
-        const BaseType_t made =
-            xTaskCreate(noise_task, "noise", STACK_BYTES / sizeof(StackType_t), NULL, tskIDLE_PRIORITY + 1, NULL);
+        const BaseType_t made = xTaskCreate(noise_task, "noise", STACK_BYTES / sizeof(StackType_t),
+                                            NULL, tskIDLE_PRIORITY + 1, NULL);
         configASSERT(made == pdPASS);
         (void)made;
     }

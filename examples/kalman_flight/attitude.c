@@ -27,11 +27,12 @@ static void inverse(const matrix_t a, matrix_t out)
             const int s = (j + 2) % 3;
             const int u = (i + 1) % 3;
             const int v = (i + 2) % 3;
-            out[i][j] =
-                (a[r][u] * a[s][v]) - (a[r][v] * a[s][u]); /* the cofactor: its sign follows from turning round */
+            out[i][j] = (a[r][u] * a[s][v]) -
+                        (a[r][v] * a[s][u]); /* the cofactor: its sign follows from turning round */
         }
     }
-    const double determinant = (a[0][0] * out[0][0]) + (a[0][1] * out[1][0]) + (a[0][2] * out[2][0]);
+    const double determinant =
+        (a[0][0] * out[0][0]) + (a[0][1] * out[1][0]) + (a[0][2] * out[2][0]);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             out[i][j] /= determinant;
@@ -49,7 +50,8 @@ void quaternion_product(const double a[4], const double b[4], double out[4])
 
 void quaternion_of(const double rotation[3], double out[4])
 {
-    const double angle = sqrt((rotation[0] * rotation[0]) + (rotation[1] * rotation[1]) + (rotation[2] * rotation[2]));
+    const double angle = sqrt((rotation[0] * rotation[0]) + (rotation[1] * rotation[1]) +
+                              (rotation[2] * rotation[2]));
     const double scale = (angle > 1e-12) ? (sin(angle / 2.0) / angle) : 0.5;
     for (int i = 0; i < 3; i++) {
         out[i] = scale * rotation[i];
@@ -73,13 +75,15 @@ static void turn_by(attitude_t *attitude, const double rotation[3])
     double next[4];
     quaternion_of(rotation, turn);
     quaternion_product(attitude->q, turn, next);
-    const double norm = sqrt((next[0] * next[0]) + (next[1] * next[1]) + (next[2] * next[2]) + (next[3] * next[3]));
+    const double norm =
+        sqrt((next[0] * next[0]) + (next[1] * next[1]) + (next[2] * next[2]) + (next[3] * next[3]));
     for (int i = 0; i < 4; i++) {
         attitude->q[i] = next[i] / norm;
     }
 }
 
-void attitude_start(attitude_t *attitude, const double q[4], double attitude_sigma, double bias_sigma)
+void attitude_start(attitude_t *attitude, const double q[4], double attitude_sigma,
+                    double bias_sigma)
 {
     memset(attitude, 0, sizeof *attitude);
     memcpy(attitude->q, q, sizeof attitude->q);
@@ -89,14 +93,16 @@ void attitude_start(attitude_t *attitude, const double q[4], double attitude_sig
     }
 }
 
-void attitude_propagate(attitude_t *attitude, const double rate[3], double step_s, const double noise[3], double walk)
+void attitude_propagate(attitude_t *attitude, const double rate[3], double step_s,
+                        const double noise[3], double walk)
 {
     double turn[3];
     for (int i = 0; i < 3; i++) {
         turn[i] = (rate[i] - attitude->bias[i]) * step_s;
     }
     turn_by(attitude, turn);
-    const matrix_t m = {{1.0, turn[2], -turn[1]}, {-turn[2], 1.0, turn[0]}, {turn[1], -turn[0], 1.0}};
+    const matrix_t m = {
+        {1.0, turn[2], -turn[1]}, {-turn[2], 1.0, turn[0]}, {turn[1], -turn[0], 1.0}};
     matrix_t moved;
     matrix_t aa;
     matrix_t ab;
@@ -105,10 +111,12 @@ void attitude_propagate(attitude_t *attitude, const double rate[3], double step_
     product(m, attitude->ab, 0, ab);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            attitude->aa[i][j] = aa[i][j] - (step_s * (ab[i][j] + ab[j][i])) + (step_s * step_s * attitude->bb[i][j]);
+            attitude->aa[i][j] = aa[i][j] - (step_s * (ab[i][j] + ab[j][i])) +
+                                 (step_s * step_s * attitude->bb[i][j]);
             attitude->ab[i][j] = ab[i][j] - (step_s * attitude->bb[i][j]);
         }
-        attitude->aa[i][i] += noise[i] * noise[i] * step_s; /* the process noise that davar measures */
+        attitude->aa[i][i] +=
+            noise[i] * noise[i] * step_s; /* the process noise that davar measures */
         attitude->bb[i][i] += walk * walk * step_s;
     }
 }

@@ -17,11 +17,13 @@ void quaternion_of(const double rotation[3], double out[4]);
 /* The small rotation from a to b. */
 void quaternion_between(const double a[4], const double b[4], double rotation[3]);
 
-void attitude_start(attitude_t *attitude, const double q[4], double attitude_sigma, double bias_sigma);
+void attitude_start(attitude_t *attitude, const double q[4], double attitude_sigma,
+                    double bias_sigma);
 
 /* One sample of the gyro. noise: angle random walk of each axis, rad/sqrt(s): what this example feeds. walk: of the bias,
  * rad/s/sqrt(s). */
-void attitude_propagate(attitude_t *attitude, const double rate[3], double step_s, const double noise[3], double walk);
+void attitude_propagate(attitude_t *attitude, const double rate[3], double step_s,
+                        const double noise[3], double walk);
 
 /* An attitude that was measured, sigma of each axis in rad. */
 void attitude_update(attitude_t *attitude, const double measured[4], double sigma);

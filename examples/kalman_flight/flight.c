@@ -65,7 +65,8 @@ static double gauss(void)
 /* Truth in deg/sqrt(h). */
 static double arw_at(int second, int steady)
 {
-    return (!steady && (second >= phases[1].from) && (second < phases[1].to)) ? LOUD * BENCH : BENCH;
+    return (!steady && (second >= phases[1].from) && (second < phases[1].to)) ? LOUD * BENCH
+                                                                              : BENCH;
 }
 
 static int is_law(const char *law)
@@ -104,7 +105,8 @@ static void listen(double arw[3])
         }
         const davar_coefficient_t *const white = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
         (void)davar_fit_white(&plan, config.rate_hz, &result);
-        const double said = white->present ? white->value : result.tau[0].adev * 60.0 / sqrt(RATE_HZ);
+        const double said =
+            white->present ? white->value : result.tau[0].adev * 60.0 / sqrt(RATE_HZ);
         arw[axis] = (isfinite(said) && (said > 0.0)) ? said : arw[axis];
     }
 }
@@ -138,9 +140,11 @@ static void fly(int steady)
         double rate[3];
         double turn[3];
         for (int i = 0; i < 3; i++) {
-            const double motion = MOTION_DPS * sin(6.283185307179586 * n / RATE_HZ / (40.0 + (10.0 * i)));
+            const double motion =
+                MOTION_DPS * sin(6.283185307179586 * n / RATE_HZ / (40.0 + (10.0 * i)));
             bias[i] += BIAS_WALK * gauss() / sqrt(RATE_HZ);
-            count[i] = (int16_t)lround((motion + bias[i] + (now / 60.0 * sqrt(RATE_HZ) * gauss())) / LSB_DPS);
+            count[i] = (int16_t)lround((motion + bias[i] + (now / 60.0 * sqrt(RATE_HZ) * gauss())) /
+                                       LSB_DPS);
             rate[i] = count[i] * LSB_DPS * RADIAN;
             turn[i] = motion * RADIAN / RATE_HZ;
             arw[AS_ON_THE_BENCH][i] = BENCH;
@@ -187,7 +191,8 @@ static void fly(int steady)
 /* A bound of chi-square over its degrees of freedom, 95 % with the other one (Wilson & Hilferty 1931). */
 static double bound(double degrees, double sign)
 {
-    const double root = 1.0 - (2.0 / (9.0 * degrees)) + (sign * 1.95996 * sqrt(2.0 / (9.0 * degrees)));
+    const double root =
+        1.0 - (2.0 / (9.0 * degrees)) + (sign * 1.95996 * sqrt(2.0 / (9.0 * degrees)));
     return root * root * root;
 }
 
@@ -208,8 +213,8 @@ static void report(int flights)
                 within += ((mean > low) && (mean < high)) ? 1 : 0;
             }
             const double seconds = phases[p].to - phases[p].from;
-            printf("%s,%s,%.5f,%.3f,%.3f\n", phases[p].name, beliefs[k], sqrt(square / seconds), nees / seconds,
-                   within / seconds);
+            printf("%s,%s,%.5f,%.3f,%.3f\n", phases[p].name, beliefs[k], sqrt(square / seconds),
+                   nees / seconds, within / seconds);
         }
     }
 }
@@ -225,8 +230,8 @@ static int write_course(const char *path, int flights)
     for (int s = 0; s < SECONDS; s++) {
         for (int k = 0; k < BELIEFS; k++) {
             const double all = 3.0 * flights;
-            fprintf(file, "%d,%s,%.6f,%.4f,%.4f\n", s + 1, beliefs[k], sqrt(seen[s][k].square / all),
-                    seen[s][k].nees / all, seen[s][k].fed / all);
+            fprintf(file, "%d,%s,%.6f,%.4f,%.4f\n", s + 1, beliefs[k],
+                    sqrt(seen[s][k].square / all), seen[s][k].nees / all, seen[s][k].fed / all);
         }
     }
     return (fclose(file) == 0) ? 0 : 1;
@@ -247,13 +252,15 @@ int main(int argc, char **argv)
         }
         if (strcmp(argv[i], "--law") == 0 && is_law(value)) {
             law = value;
-        } else if (strcmp(argv[i], "--flights") == 0 && (flights = strtol(value, NULL, 10)) > 0 && flights <= 100000) {
+        } else if (strcmp(argv[i], "--flights") == 0 && (flights = strtol(value, NULL, 10)) > 0 &&
+                   flights <= 100000) {
         } else if (strcmp(argv[i], "--seed") == 0 && *value != '\0') {
             state = strtoull(value, NULL, 10);
         } else if (strcmp(argv[i], "--csv") == 0 && *value != '\0') {
             course = value;
         } else {
-            fprintf(stderr, "usage: flight [--law glr|or|fixed] [--flights N] [--seed S] [--steady] [--csv FILE]\n");
+            fprintf(stderr, "usage: flight [--law glr|or|fixed] [--flights N] [--seed S] "
+                            "[--steady] [--csv FILE]\n");
             return 2;
         }
         i++;

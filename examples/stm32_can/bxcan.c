@@ -18,7 +18,8 @@
 #define TIR_TXRQ (UINT32_C(1) << 0)
 #define TIR_STID 21U
 
-_Static_assert((offsetof(bxcan_registers_t, ESR) == 0x18) && (offsetof(bxcan_registers_t, mailbox) == 0x180),
+_Static_assert((offsetof(bxcan_registers_t, ESR) == 0x18) &&
+                   (offsetof(bxcan_registers_t, mailbox) == 0x180),
                "RM0090 32.9");
 
 uint32_t bxcan_timing(uint32_t divider, uint32_t segment1, uint32_t segment2)
@@ -29,7 +30,8 @@ uint32_t bxcan_timing(uint32_t divider, uint32_t segment1, uint32_t segment2)
 void bxcan_start(bxcan_t *can, bxcan_registers_t *registers, uint32_t timing)
 {
     *can = (bxcan_t){.registers = registers, .timing = timing};
-    registers->MCR = MCR_INRQ | MCR_TXFP | MCR_ABOM; /* and out of SLEEP, which is set behind a reset */
+    registers->MCR =
+        MCR_INRQ | MCR_TXFP | MCR_ABOM; /* and out of SLEEP, which is set behind a reset */
 }
 
 void bxcan_poll(bxcan_t *can)
@@ -49,7 +51,8 @@ void bxcan_poll(bxcan_t *can)
 
 static uint32_t word_of(const uint8_t *data)
 {
-    return data[0] | ((uint32_t)data[1] << 8U) | ((uint32_t)data[2] << 16U) | ((uint32_t)data[3] << 24U);
+    return data[0] | ((uint32_t)data[1] << 8U) | ((uint32_t)data[2] << 16U) |
+           ((uint32_t)data[3] << 24U);
 }
 
 bool bxcan_send(bxcan_t *can, const davar_frame_t *frame)

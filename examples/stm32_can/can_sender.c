@@ -13,7 +13,8 @@ static bool holds; /* a frame waits for room */
 static can_send_t send;
 static void *controller;
 
-void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t how, void *with)
+void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t how,
+                      void *with)
 {
     (void)davar_encoder_init(&encoder, config, DAVAR_WIRE_BASE, 0U,
                              fd ? DAVAR_SEND_FD : (DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS));

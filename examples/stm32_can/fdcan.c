@@ -22,18 +22,22 @@
 #define ELEMENT_FD (UINT32_C(3) << 20) /* FDF and BRS */
 #define DLC_OF_64 15U
 
-_Static_assert((offsetof(fdcan_registers_t, CCCR) == 0x18) && (offsetof(fdcan_registers_t, PSR) == 0x44) &&
-                   (offsetof(fdcan_registers_t, TXBC) == 0xC0) && (offsetof(fdcan_registers_t, TXBAR) == 0xCC),
+_Static_assert((offsetof(fdcan_registers_t, CCCR) == 0x18) &&
+                   (offsetof(fdcan_registers_t, PSR) == 0x44) &&
+                   (offsetof(fdcan_registers_t, TXBC) == 0xC0) &&
+                   (offsetof(fdcan_registers_t, TXBAR) == 0xCC),
                "RM0440 44.4");
 
 uint32_t fdcan_timing(uint32_t divider, uint32_t segment1, uint32_t segment2)
 {
-    return ((segment2 - 1U) << 25U) | ((divider - 1U) << 16U) | ((segment1 - 1U) << 8U) | (segment2 - 1U);
+    return ((segment2 - 1U) << 25U) | ((divider - 1U) << 16U) | ((segment1 - 1U) << 8U) |
+           (segment2 - 1U);
 }
 
 uint32_t fdcan_data_timing(uint32_t divider, uint32_t segment1, uint32_t segment2)
 {
-    return ((divider - 1U) << 16U) | ((segment1 - 1U) << 8U) | ((segment2 - 1U) << 4U) | (segment2 - 1U);
+    return ((divider - 1U) << 16U) | ((segment1 - 1U) << 8U) | ((segment2 - 1U) << 4U) |
+           (segment2 - 1U);
 }
 
 void fdcan_start(fdcan_t *can)
@@ -67,20 +71,23 @@ void fdcan_poll(fdcan_t *can)
 
 static uint32_t word_of(const uint8_t *data)
 {
-    return data[0] | ((uint32_t)data[1] << 8U) | ((uint32_t)data[2] << 16U) | ((uint32_t)data[3] << 24U);
+    return data[0] | ((uint32_t)data[1] << 8U) | ((uint32_t)data[2] << 16U) |
+           ((uint32_t)data[3] << 24U);
 }
 
 bool fdcan_send(fdcan_t *can, const davar_frame_t *frame)
 {
     const uint32_t status = can->registers->TXFQS;
     const bool is_fd = (frame->length == 64U);
-    if (!can->is_running || can->is_off || ((status & TXFQS_FULL) != 0U) || (!is_fd && (frame->length > 8U))) {
+    if (!can->is_running || can->is_off || ((status & TXFQS_FULL) != 0U) ||
+        (!is_fd && (frame->length > 8U))) {
         return false;
     }
     const uint32_t put = (status >> TXFQS_PUT) & 3U;
     fdcan_buffer_t *const buffer = &can->buffers[put];
     buffer->word[0] = (uint32_t)frame->identifier << ELEMENT_ID;
-    buffer->word[1] = ((is_fd ? DLC_OF_64 : frame->length) << ELEMENT_DLC) | (is_fd ? ELEMENT_FD : 0U);
+    buffer->word[1] =
+        ((is_fd ? DLC_OF_64 : frame->length) << ELEMENT_DLC) | (is_fd ? ELEMENT_FD : 0U);
     for (uint32_t i = 0U; i < ((frame->length + 3U) / 4U); i++) {
         buffer->word[2U + i] = word_of(&frame->data[4U * i]);
     }

@@ -5,7 +5,7 @@
 typedef enum {
     DECIMAL_OK = 0,
     DECIMAL_SYNTAX, /* no decimal number here: also hexadecimal, nan and inf, which strtod would take */
-    DECIMAL_RANGE   /* a decimal number, but beyond the largest double */
+    DECIMAL_RANGE /* a decimal number, but beyond the largest double */
 } decimal_status_t;
 
 /* Reads [+-]digits[.digits][e[+-]digits] at *cursor, with at least one digit before the exponent and no leading space.

@@ -35,7 +35,8 @@ void stop_catch(void)
     for (size_t i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
         const bool is_limit = (SIGNALS[i] == SIGALRM) || (SIGNALS[i] == SIGPROF);
         struct sigaction before;
-        if ((sigaction(SIGNALS[i], NULL, &before) == 0) && (is_limit || (before.sa_handler == SIG_DFL))) {
+        if ((sigaction(SIGNALS[i], NULL, &before) == 0) &&
+            (is_limit || (before.sa_handler == SIG_DFL))) {
             (void)sigaction(SIGNALS[i], &action, NULL);
         }
     }

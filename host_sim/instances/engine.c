@@ -18,8 +18,8 @@ static size_t memory_size(davar_port_number_t number, const davar_config_t *conf
     }
 }
 
-static davar_status_t init(davar_port_number_t number, davar_t *davar, const davar_config_t *config, void *memory,
-                           size_t bytes)
+static davar_status_t init(davar_port_number_t number, davar_t *davar, const davar_config_t *config,
+                           void *memory, size_t bytes)
 {
     switch (number) {
     case DAVAR_PORT_Q15:
@@ -32,7 +32,8 @@ static davar_status_t init(davar_port_number_t number, davar_t *davar, const dav
     }
 }
 
-static void configure(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz)
+static void configure(engine_t *engine, const settings_t *settings,
+                      const quantisation_t *quantisation, double rate_hz)
 {
     engine->config = settings->config;
     engine->config.rate_hz = rate_hz;
@@ -41,7 +42,8 @@ static void configure(engine_t *engine, const settings_t *settings, const quanti
     engine->config.sample_bits = quantisation->sample_bits;
     engine->number = quantisation->number;
     davar_policy_retype(&engine->config, engine->number != DAVAR_PORT_Q15);
-    if ((engine->number == DAVAR_PORT_Q15) && (memory_size(DAVAR_PORT_Q15, &engine->config) == 0U)) {
+    if ((engine->number == DAVAR_PORT_Q15) &&
+        (memory_size(DAVAR_PORT_Q15, &engine->config) == 0U)) {
         engine->number = DAVAR_PORT_Q31;
         davar_policy_retype(&engine->config, true);
     }
@@ -59,8 +61,8 @@ static bool allocate(engine_t *engine, size_t words, sim_error_t *error)
     return true;
 }
 
-bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz,
-                  size_t count, const options_t *options, sim_error_t *error)
+bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
+                  double rate_hz, size_t count, const options_t *options, sim_error_t *error)
 {
     *engine = (engine_t){.count = count};
     configure(engine, settings, quantisation, rate_hz);
@@ -69,12 +71,14 @@ bool engine_start(engine_t *engine, const settings_t *settings, const quantisati
     if (!allocate(engine, words, error)) {
         return false;
     }
-    davar_plan_init(&engine->plan, engine->config.taus, engine->config.tau_count); /* the same in all channels */
+    davar_plan_init(&engine->plan, engine->config.taus,
+                    engine->config.tau_count); /* the same in all channels */
     for (size_t c = 0; c < count; c++) {
-        engine->channels[c] =
-            (davar_node_channel_t){.davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
-        const davar_status_t status = init(engine->number, &engine->instances[c], &engine->config,
-                                           engine->memory + c * words, words * sizeof *engine->memory);
+        engine->channels[c] = (davar_node_channel_t){
+            .davar = &engine->instances[c], .number = engine->number, .plan = &engine->plan};
+        const davar_status_t status =
+            init(engine->number, &engine->instances[c], &engine->config, engine->memory + c * words,
+                 words * sizeof *engine->memory);
         if (status != DAVAR_OK) {
             return settings_fail(status, options, error);
         }

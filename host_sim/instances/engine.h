@@ -19,8 +19,8 @@ typedef struct {
 /* Allocates and starts `count` instances. A recording of 16-bit counts runs as q15 unless the library finds its windows
  * too large for that, then as q31 with the same results. `settings` must outlive the engine; do not move the engine.
  * False: refused by the library (the message names the option), or no memory. */
-bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation, double rate_hz,
-                  size_t count, const options_t *options, sim_error_t *error);
+bool engine_start(engine_t *engine, const settings_t *settings, const quantisation_t *quantisation,
+                  double rate_hz, size_t count, const options_t *options, sim_error_t *error);
 
 /* The weather of one more channel: gaps and missing of one (they are the same in all), the rest summed. */
 void engine_add_health(davar_health_t *sum, const davar_health_t *one);

@@ -27,8 +27,10 @@ static bool find_columns(reader_t *reader, sim_error_t *error)
     for (size_t c = 0; c < COLUMN_COUNT; c++) {
         reader->place[c] = header_find(&reader->header, COLUMN[c]);
         if ((reader->place[c] == HEADER_NONE) && (c != COLUMN_TAU)) {
-            return sim_fail(error, "%s: no column %s (found: %s); tools/davarlab export MODEL -o TABLE.csv writes one",
-                            reader->lines.name, COLUMN[c], header_list(&reader->header, names, sizeof names));
+            return sim_fail(
+                error,
+                "%s: no column %s (found: %s); tools/davarlab export MODEL -o TABLE.csv writes one",
+                reader->lines.name, COLUMN[c], header_list(&reader->header, names, sizeof names));
         }
     }
     return true;
@@ -52,14 +54,16 @@ static bool check_tau(const reader_t *reader, sim_error_t *error)
     }
     const double tau_s = value_of(reader, COLUMN_M) / reader->rate_hz;
     const bool good = (fabs(value_of(reader, COLUMN_TAU) - tau_s) <= TAU_TOLERANCE * tau_s);
-    return good || refuse(reader, COLUMN_TAU, "made for another sample rate than that of the recording", error);
+    return good || refuse(reader, COLUMN_TAU,
+                          "made for another sample rate than that of the recording", error);
 }
 
 static bool take_row(const reader_t *reader, model_table_t *table, sim_error_t *error)
 {
     const double m = value_of(reader, COLUMN_M);
     const davar_model_tau_t tau = {(uint32_t)(((m >= 1.0) && (m <= UINT32_MAX)) ? m : 0.0),
-                                   value_of(reader, COLUMN_ADEV), value_of(reader, COLUMN_TOLERANCE)};
+                                   value_of(reader, COLUMN_ADEV),
+                                   value_of(reader, COLUMN_TOLERANCE)};
     if ((tau.m == 0U) || (fabs((double)tau.m - m) > 0.0)) {
         return refuse(reader, COLUMN_M, "not a cluster size", error);
     }
@@ -90,10 +94,12 @@ static bool read_rows(reader_t *reader, model_table_t *table, sim_error_t *error
         const lines_status_t status = lines_next(&reader->lines, &text, &length, error);
         if (status != LINES_LINE) {
             return (status == LINES_END) &&
-                   ((table->count > 0U) || sim_fail(error, "%s: no cluster size in it", reader->lines.name));
+                   ((table->count > 0U) ||
+                    sim_fail(error, "%s: no cluster size in it", reader->lines.name));
         }
-        if (!text_is_blank(text) && (!row_parse(&reader->lines, text, length, &reader->header, reader->value, error) ||
-                                     !take_row(reader, table, error))) {
+        if (!text_is_blank(text) &&
+            (!row_parse(&reader->lines, text, length, &reader->header, reader->value, error) ||
+             !take_row(reader, table, error))) {
             return false;
         }
     }

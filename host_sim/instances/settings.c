@@ -86,12 +86,13 @@ static void set_taus(settings_t *settings, const options_t *options)
         }
         break;
     case TAUS_GEOMETRIC:
-        config->tau_count =
-            davar_taus_geometric(config->window.longest, (uint8_t)options->taus_wanted, settings->taus, DAVAR_TAUS_MAX);
+        config->tau_count = davar_taus_geometric(
+            config->window.longest, (uint8_t)options->taus_wanted, settings->taus, DAVAR_TAUS_MAX);
         break;
     case TAUS_OCTAVE:
     default:
-        config->tau_count = davar_taus_octave(config->window.longest, settings->taus, DAVAR_TAUS_MAX);
+        config->tau_count =
+            davar_taus_octave(config->window.longest, settings->taus, DAVAR_TAUS_MAX);
         break;
     }
 }
@@ -111,8 +112,9 @@ bool settings_make(settings_t *settings, const options_t *options, sim_error_t *
     set_tracking(config, options);
     set_taus(settings, options);
     /* A grid remembers the gaps of the newest window and of the next: one gap in front of each sample at most. */
-    config->window.gaps_max =
-        (config->window.longest < (UINT16_MAX / 2U)) ? (uint16_t)(2U * config->window.longest) : UINT16_MAX;
+    config->window.gaps_max = (config->window.longest < (UINT16_MAX / 2U))
+                                  ? (uint16_t)(2U * config->window.longest)
+                                  : UINT16_MAX;
     config->window.mirrored_end = (config->window.mode == DAVAR_MODE_CENTRED);
     return settings_check(settings, options, error);
 }
@@ -133,8 +135,9 @@ bool settings_check(const settings_t *settings, const options_t *options, sim_er
     uint64_t no_memory[1] = {0};
     davar_config_t config = settings->config;
     config.sample_bits = widest_count(options);
-    const davar_status_t status = (options->arith == ARITH_FLOAT) ? davar_init_f32(&probe, &config, no_memory, 0)
-                                                                  : davar_init_q31(&probe, &config, no_memory, 0);
+    const davar_status_t status = (options->arith == ARITH_FLOAT)
+                                      ? davar_init_f32(&probe, &config, no_memory, 0)
+                                      : davar_init_q31(&probe, &config, no_memory, 0);
     const bool accepted = (status == DAVAR_OK) || (status == DAVAR_ERR_MEMORY_SIZE);
     return accepted || settings_fail(status, options, error);
 }
@@ -169,7 +172,8 @@ static const char *option_of(davar_status_t status, const options_t *options)
     if ((status == DAVAR_ERR_SCALE) && (options->arith == ARITH_FLOAT)) {
         return "--full-scale";
     }
-    const bool known = ((size_t)status < sizeof OPTION / sizeof OPTION[0]) && (OPTION[status] != NULL);
+    const bool known =
+        ((size_t)status < sizeof OPTION / sizeof OPTION[0]) && (OPTION[status] != NULL);
     return known ? OPTION[status] : "internal";
 }
 
@@ -183,7 +187,8 @@ bool settings_fail(davar_status_t status, const options_t *options, sim_error_t 
 uint64_t settings_samples_needed(const davar_config_t *config)
 {
     const uint64_t stride = config->stride;
-    if ((config->window.mode == DAVAR_MODE_TRAILING) || ((config->law != NULL) && (config->law->push != NULL))) {
+    if ((config->window.mode == DAVAR_MODE_TRAILING) ||
+        ((config->law != NULL) && (config->law->push != NULL))) {
         return (config->window.shortest + stride - 1U) / stride * stride;
     }
     const uint64_t half = config->window.longest / 2U;

@@ -15,7 +15,8 @@ static bool has_tau(const model_table_t *table, const davar_config_t *config)
     return false;
 }
 
-bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine, sim_error_t *error)
+bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine,
+                sim_error_t *error)
 {
     if (options->model_table == NULL) {
         return true;
@@ -24,7 +25,8 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
         return false;
     }
     if (!has_tau(&watch->table, &engine->config)) {
-        return sim_fail(error, "--model-table: %s: none of its cluster sizes is among those of --taus",
+        return sim_fail(error,
+                        "--model-table: %s: none of its cluster sizes is among those of --taus",
                         options->model_table);
     }
     watch->monitor = calloc(engine->count, sizeof *watch->monitor);
@@ -32,7 +34,8 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
         return sim_fail(error, "out of memory");
     }
     for (size_t c = 0; c < engine->count; c++) {
-        if (!davar_monitor_init(&watch->monitor[c], watch->table.tau, watch->table.count, DAVAR_MONITOR_MEMORY)) {
+        if (!davar_monitor_init(&watch->monitor[c], watch->table.tau, watch->table.count,
+                                DAVAR_MONITOR_MEMORY)) {
             return sim_fail(error, "--model-table: %s: refused", options->model_table);
         }
     }

@@ -14,7 +14,8 @@ typedef struct {
 
 /* Reads the table of --model-table and starts the monitors; nothing to do without one. Do not move the watch afterwards.
  * False: a bad table, no cluster size that the results have too, or no memory. */
-bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine, sim_error_t *error);
+bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine,
+                sim_error_t *error);
 
 /* The newest result of a channel against the table; null without one. Valid until the next call. */
 const davar_misfit_t *watch_look(watch_t *watch, size_t channel, const davar_result_t *result);

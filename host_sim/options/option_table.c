@@ -52,7 +52,8 @@ static bool apply_gap(options_t *options, const char *text, sim_error_t *error)
     if (!value_positive("gap", text, &options->gap_factor, error)) {
         return false;
     }
-    return (options->gap_factor > 1.0) || sim_fail(error, "--gap: must be above 1, found '%s'", text);
+    return (options->gap_factor > 1.0) ||
+           sim_fail(error, "--gap: must be above 1, found '%s'", text);
 }
 
 static bool apply_arith(options_t *options, const char *text, sim_error_t *error)
@@ -112,7 +113,8 @@ static bool apply_mode(options_t *options, const char *text, sim_error_t *error)
     return good;
 }
 
-static bool apply_count(const char *option, const char *text, optional_u32_t *count, sim_error_t *error)
+static bool apply_count(const char *option, const char *text, optional_u32_t *count,
+                        sim_error_t *error)
 {
     count->given = true;
     return value_u32(option, text, &count->value, error);
@@ -181,7 +183,8 @@ static bool apply_kurtosis(options_t *options, const char *text, sim_error_t *er
 static bool apply_contribution(options_t *options, const char *text, sim_error_t *error)
 {
     options->contribution.given = true;
-    return value_range("contribution", text, &options->contribution.low, &options->contribution.high, error);
+    return value_range("contribution", text, &options->contribution.low,
+                       &options->contribution.high, error);
 }
 
 static bool apply_geometric(options_t *options, const char *text, sim_error_t *error)
@@ -192,8 +195,9 @@ static bool apply_geometric(options_t *options, const char *text, sim_error_t *e
         return false;
     }
     if ((options->taus_wanted == 0U) || (options->taus_wanted > DAVAR_TAUS_MAX)) {
-        return sim_fail(error, "--taus: geometric:N with N from 1 to %u expected, found 'geometric%s'", DAVAR_TAUS_MAX,
-                        text);
+        return sim_fail(error,
+                        "--taus: geometric:N with N from 1 to %u expected, found 'geometric%s'",
+                        DAVAR_TAUS_MAX, text);
     }
     return true;
 }
@@ -209,7 +213,8 @@ static bool apply_taus(options_t *options, const char *text, sim_error_t *error)
         return apply_geometric(options, text + word, error);
     }
     if ((text[0] < '0') || (text[0] > '9')) {
-        return sim_fail(error, "--taus: octave, geometric[:N] or N,N,... expected, found '%s'", text);
+        return sim_fail(error, "--taus: octave, geometric[:N] or N,N,... expected, found '%s'",
+                        text);
     }
     options->taus_kind = TAUS_LIST;
     return value_u32_list("taus", text, options->taus, DAVAR_TAUS_MAX, &options->tau_count, error);
@@ -229,7 +234,8 @@ static bool apply_out(options_t *options, const char *text, sim_error_t *error)
             return true;
         }
     }
-    return sim_fail(error, "--out: one of csv, jsonl, can:IFACE, slcan:PATH expected, found '%s'", text);
+    return sim_fail(error, "--out: one of csv, jsonl, can:IFACE, slcan:PATH expected, found '%s'",
+                    text);
 }
 
 static bool apply_can_base(options_t *options, const char *text, sim_error_t *error)
@@ -239,7 +245,8 @@ static bool apply_can_base(options_t *options, const char *text, sim_error_t *er
     const size_t prefix = ((text[0] == '0') && ((text[1] == 'x') || (text[1] == 'X'))) ? 2U : 0U;
     const bool digits = (strspn(text + prefix, "0123456789abcdefABCDEF") == strlen(text + prefix));
     if (!digits || (text[prefix] == '\0') || (value > DAVAR_WIRE_LAST_ID)) {
-        return sim_fail(error, "--can-base: a hexadecimal identifier up to 7F0 expected, found '%s'", text);
+        return sim_fail(
+            error, "--can-base: a hexadecimal identifier up to 7F0 expected, found '%s'", text);
     }
     options->can_base = (uint32_t)value;
     return true;
@@ -248,8 +255,9 @@ static bool apply_can_base(options_t *options, const char *text, sim_error_t *er
 static bool apply_can_content(options_t *options, const char *text, sim_error_t *error)
 {
     static const char *const WORDS[] = {"summary", "full", "intervals", "fd"};
-    static const uint32_t CONTENT[] = {0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
-                                       DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS, DAVAR_SEND_FD};
+    static const uint32_t CONTENT[] = {
+        0U, DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS,
+        DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS, DAVAR_SEND_FD};
     size_t choice = 0;
     const bool good = value_choice("can-content", text, WORDS, 4, &choice, error);
     options->can_content = CONTENT[choice];
@@ -284,7 +292,8 @@ static bool apply_pace(options_t *options, const char *text, sim_error_t *error)
         return true;
     }
     if (!value_positive("pace", text, &options->pace, error)) {
-        return sim_fail(error, "--pace: max, realtime or a number above zero expected, found '%s'", text);
+        return sim_fail(error, "--pace: max, realtime or a number above zero expected, found '%s'",
+                        text);
     }
     return true;
 }

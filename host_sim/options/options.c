@@ -16,9 +16,10 @@ static void fill_long_options(struct option *long_options)
 {
     size_t i = 0;
     for (; (i < OPTIONS_MAX) && (OPTION_TABLE[i].name != NULL); i++) {
-        long_options[i] = (struct option){.name = OPTION_TABLE[i].name,
-                                          .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
-                                          .val = CODE_FIRST + (int)i};
+        long_options[i] = (struct option){
+            .name = OPTION_TABLE[i].name,
+            .has_arg = (OPTION_TABLE[i].apply != NULL) ? required_argument : no_argument,
+            .val = CODE_FIRST + (int)i};
     }
     long_options[i] = (struct option){0};
 }
@@ -39,7 +40,8 @@ static options_status_t apply_flag(options_t *options, const char *name)
     return OPTIONS_RUN;
 }
 
-static options_status_t apply_entry(options_t *options, const option_entry_t *entry, sim_error_t *error)
+static options_status_t apply_entry(options_t *options, const option_entry_t *entry,
+                                    sim_error_t *error)
 {
     if (entry->apply == NULL) {
         return apply_flag(options, entry->name);
@@ -71,7 +73,8 @@ static bool fail_unknown(char **argv, sim_error_t *error)
     }
     /* The first byte of a longer character leaves getopt in the middle of its word. */
     const bool inside = (optopt != 0) && (argv[optind] != NULL) && (argv[optind][0] == '-');
-    return sim_fail(error, "unknown option '%s' (see --help)", argv[inside ? optind : (optind - 1)]);
+    return sim_fail(error, "unknown option '%s' (see --help)",
+                    argv[inside ? optind : (optind - 1)]);
 }
 
 static options_status_t walk(options_t *options, int argc, char **argv, sim_error_t *error)
@@ -132,7 +135,8 @@ options_status_t options_parse(options_t *options, int argc, char **argv, sim_er
         status = OPTIONS_BAD;
     }
     if ((status == OPTIONS_RUN) && options->raw && (options->device != NULL)) {
-        (void)sim_fail(error, "--raw: not with --device, which takes all samples before the first result");
+        (void)sim_fail(error,
+                       "--raw: not with --device, which takes all samples before the first result");
         status = OPTIONS_BAD;
     }
     if ((status == OPTIONS_RUN) && options->raw && (options->out != OUT_LINK)) {

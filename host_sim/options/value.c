@@ -28,7 +28,8 @@ static bool scan_u32(const char **cursor, uint32_t *value, bool *overflow)
 static bool fail_u32(const char *option, const char *text, bool overflow, sim_error_t *error)
 {
     return sim_fail(error, "--%s: %s, found '%s'", option,
-                    overflow ? "number too large (at most 4294967295)" : "not a whole number", text);
+                    overflow ? "number too large (at most 4294967295)" : "not a whole number",
+                    text);
 }
 
 bool value_u32(const char *option, const char *text, uint32_t *value, sim_error_t *error)
@@ -41,13 +42,14 @@ bool value_u32(const char *option, const char *text, uint32_t *value, sim_error_
     return true;
 }
 
-bool value_u32_list(const char *option, const char *text, uint32_t *values, size_t capacity, size_t *count,
-                    sim_error_t *error)
+bool value_u32_list(const char *option, const char *text, uint32_t *values, size_t capacity,
+                    size_t *count, sim_error_t *error)
 {
     bool overflow = false;
     const char *cursor = text;
     for (*count = 0; *count < capacity; cursor++) {
-        if (!scan_u32(&cursor, &values[*count], &overflow) || ((*cursor != ',') && (*cursor != '\0'))) {
+        if (!scan_u32(&cursor, &values[*count], &overflow) ||
+            ((*cursor != ',') && (*cursor != '\0'))) {
             return fail_u32(option, text, overflow, error);
         }
         (*count)++;
@@ -70,7 +72,8 @@ bool value_positive(const char *option, const char *text, double *value, sim_err
     return true;
 }
 
-bool value_range(const char *option, const char *text, double *low, double *high, sim_error_t *error)
+bool value_range(const char *option, const char *text, double *low, double *high,
+                 sim_error_t *error)
 {
     const char *cursor = text;
     bool good = (decimal_parse(&cursor, low) == DECIMAL_OK) && (*cursor == ':');
@@ -91,13 +94,14 @@ static void list_words(const char *const *words, size_t count, char *text, size_
 {
     size_t used = 0;
     for (size_t w = 0; (w < count) && (used < size); w++) {
-        const int wrote = snprintf(text + used, size - used, "%s%s", (w > 0U) ? ", " : "", words[w]);
+        const int wrote =
+            snprintf(text + used, size - used, "%s%s", (w > 0U) ? ", " : "", words[w]);
         used += (wrote > 0) ? (size_t)wrote : 0U;
     }
 }
 
-bool value_choice(const char *option, const char *text, const char *const *words, size_t count, size_t *choice,
-                  sim_error_t *error)
+bool value_choice(const char *option, const char *text, const char *const *words, size_t count,
+                  size_t *choice, sim_error_t *error)
 {
     for (size_t w = 0; w < count; w++) {
         if (strcmp(text, words[w]) == 0) {

@@ -11,7 +11,8 @@ void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel)
     rows_out_put(rows, "\n");
 }
 
-void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row)
+void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
+                 const epoch_row_t *row)
 {
     char text[CELL_TEXT_BYTES];
     if (channel != NULL) {

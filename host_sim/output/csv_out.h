@@ -9,6 +9,7 @@
 void csv_out_header(rows_out_t *rows, const fields_t *fields, bool with_channel);
 
 /* channel: null when the header has no such column. */
-void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row);
+void csv_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
+                 const epoch_row_t *row);
 
 #endif

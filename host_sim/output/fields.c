@@ -83,7 +83,8 @@ static cell_t show_young(const epoch_row_t *row, uint32_t index)
 static cell_t show_changed(const epoch_row_t *row, uint32_t index)
 {
     (void)index;
-    return (row->result->change.m > 0U) ? integer_cell(row->result->change.m) : (cell_t){.kind = CELL_ABSENT};
+    return (row->result->change.m > 0U) ? integer_cell(row->result->change.m)
+                                        : (cell_t){.kind = CELL_ABSENT};
 }
 
 static cell_t show_older(const epoch_row_t *row, uint32_t index)
@@ -228,7 +229,8 @@ static void add_monitor(fields_t *fields, const fields_setup_t *setup)
     const field_t health = {"model_health", show_model_health, 0U};
     add_all(fields, &health, 1U);
     for (uint32_t t = 0; t < setup->tau_count; t++) {
-        add_tau(fields, "model_deviation", setup->taus[t], (field_t){.show = show_model_deviation, .index = t});
+        add_tau(fields, "model_deviation", setup->taus[t],
+                (field_t){.show = show_model_deviation, .index = t});
     }
 }
 

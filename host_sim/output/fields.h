@@ -44,7 +44,8 @@ typedef struct {
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
     bool tracked;   /* policy glr */
-    bool details;   /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
+    bool
+        details; /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
 } fields_setup_t;
 
 void fields_make(fields_t *fields, const fields_setup_t *setup);

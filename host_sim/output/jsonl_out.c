@@ -17,7 +17,8 @@ static void write_string(rows_out_t *rows, const char *text)
     rows_out_put(rows, "\"");
 }
 
-void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row)
+void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
+                   const epoch_row_t *row)
 {
     char text[CELL_TEXT_BYTES];
     rows_out_put(rows, "{\"channel\":");

@@ -6,6 +6,7 @@
 #include "output/rows_out.h"
 
 /* */
-void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel, const epoch_row_t *row);
+void jsonl_out_row(rows_out_t *rows, const fields_t *fields, const char *channel,
+                   const epoch_row_t *row);
 
 #endif

@@ -5,8 +5,8 @@
 #include "output/csv_out.h"
 #include "output/jsonl_out.h"
 
-bool output_open(output_t *output, const options_t *options, const engine_t *engine, const selection_t *selection,
-                 sim_error_t *error)
+bool output_open(output_t *output, const options_t *options, const engine_t *engine,
+                 const selection_t *selection, sim_error_t *error)
 {
     output->format = options->out;
     output->selection = selection;
@@ -29,12 +29,14 @@ static void write_csv(output_t *output, size_t channel, const epoch_row_t *row)
     if (output->rows == 1U) {
         csv_out_header(&output->text, &output->fields, named);
     }
-    csv_out_row(&output->text, &output->fields, named ? output->selection->name[channel] : NULL, row);
+    csv_out_row(&output->text, &output->fields, named ? output->selection->name[channel] : NULL,
+                row);
 }
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result), plain->time_s};
+    const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result),
+                                 plain->time_s};
     const epoch_row_t *row = &watched;
     if (stop_asked(error)) {
         return false;

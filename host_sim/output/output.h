@@ -24,8 +24,8 @@ typedef struct {
 
 /* All of it belongs to the caller and must outlive the output. False: a bad --model-table, or the
  * link of --out cannot be opened. */
-bool output_open(output_t *output, const options_t *options, const engine_t *engine, const selection_t *selection,
-                 sim_error_t *error);
+bool output_open(output_t *output, const options_t *options, const engine_t *engine,
+                 const selection_t *selection, sim_error_t *error);
 
 /* Writes one row, before the first one the header; `misfit` of the row is filled in here. False: the stream takes no more,
  * or a signal asks to stop. */

@@ -12,9 +12,10 @@ static void note_units(const selection_t *selection)
 {
     for (size_t c = 0; c < selection->count; c++) {
         if (selection->unit[c] == UNIT_OTHER) {
-            (void)fprintf(
-                stderr, "davar-sim: note: column %s is no rate in deg/s: read its own unit for deg/s in the results\n",
-                selection->name[c]);
+            (void)fprintf(stderr,
+                          "davar-sim: note: column %s is no rate in deg/s: read its own unit for "
+                          "deg/s in the results\n",
+                          selection->name[c]);
         }
     }
 }
@@ -23,7 +24,8 @@ static void note_scale(const options_t *options, const quantisation_t *quantisat
 {
     if ((options->arith == ARITH_FIXED) && !(options->lsb > 0.0)) {
         (void)fprintf(stderr, "davar-sim: note: no --lsb: counts of 2^%d = %.9g are used\n",
-                      (int)lround(log2(quantisation->unit_per_count)), quantisation->unit_per_count);
+                      (int)lround(log2(quantisation->unit_per_count)),
+                      quantisation->unit_per_count);
     }
 }
 
@@ -31,12 +33,14 @@ static void note_scale(const options_t *options, const quantisation_t *quantisat
 static void note_coarse(const extent_t *extent, const quantisation_t *quantisation)
 {
     const double largest = fmax(fabs(extent->low), fabs(extent->high));
-    const double resolution =
-        (quantisation->number == DAVAR_PORT_F32) ? largest * (double)FLT_EPSILON : quantisation->step;
+    const double resolution = (quantisation->number == DAVAR_PORT_F32)
+                                  ? largest * (double)FLT_EPSILON
+                                  : quantisation->step;
     const double span = extent->high - extent->low;
     if ((span > 0.0) && (span < COARSE_LEVELS * resolution) && (span < 0.5 * largest)) {
         (void)fprintf(stderr,
-                      "davar-sim: note: the values differ by %.3g only and the arithmetic resolves %.3g: subtract a"
+                      "davar-sim: note: the values differ by %.3g only and the arithmetic resolves "
+                      "%.3g: subtract a"
                       " constant from the column first\n",
                       span, resolution);
     }
@@ -64,13 +68,15 @@ static void note_unused_options(const options_t *options, const selection_t *sel
         note_unused("lsb", "--arith float takes the values as they are");
     }
     if ((options->bits > 0U) && (is_float || !(options->lsb > 0.0))) {
-        note_unused("bits", is_float ? "--arith float has no counts" : "without --lsb counts have 32 bits");
+        note_unused("bits",
+                    is_float ? "--arith float has no counts" : "without --lsb counts have 32 bits");
     }
     if ((options->policy != DAVAR_POLICY_GLR) &&
-        ((options->false_alarms_per_hour > 0.0) || (options->cut_interval_s > 0.0) || options->block.given ||
-         options->shock_blocks.given || options->long_cluster.given)) {
-        note_unused("false-alarms-per-hour, --cut-interval, --block, --shock-blocks or --long-cluster",
-                    "it belongs to --policy glr");
+        ((options->false_alarms_per_hour > 0.0) || (options->cut_interval_s > 0.0) ||
+         options->block.given || options->shock_blocks.given || options->long_cluster.given)) {
+        note_unused(
+            "false-alarms-per-hour, --cut-interval, --block, --shock-blocks or --long-cluster",
+            "it belongs to --policy glr");
     }
     if ((options->full_scale > 0.0) && !is_float) {
         note_unused("full-scale", "it belongs to --arith float");
@@ -83,15 +89,17 @@ static void note_timing(const options_t *options, const timing_t *timing)
         return;
     }
     const double share = 100.0 * (double)timing->gaps / (double)timing->steps;
-    (void)fprintf(stderr, "davar-sim: note: %s: %.6g Hz from the median time step", options->recording,
-                  timing->rate_hz);
+    (void)fprintf(stderr, "davar-sim: note: %s: %.6g Hz from the median time step",
+                  options->recording, timing->rate_hz);
     if (timing->mean_rate_hz > 0.0) {
         (void)fprintf(stderr, ", %.6g Hz on average", timing->mean_rate_hz);
     }
-    (void)fprintf(stderr,
-                  ", %" PRIu64 " gaps (%.2g %% of the steps); if the samples are evenly spaced and only their time"
-                  " stamps are not, give --rate",
-                  timing->gaps, share);
+    (void)fprintf(
+        stderr,
+        ", %" PRIu64
+        " gaps (%.2g %% of the steps); if the samples are evenly spaced and only their time"
+        " stamps are not, give --rate",
+        timing->gaps, share);
     if (timing->mean_rate_hz > 0.0) {
         (void)fprintf(stderr, " %.4g", timing->mean_rate_hz);
     }
@@ -101,8 +109,8 @@ static void note_timing(const options_t *options, const timing_t *timing)
 static void note_contradiction(const timing_t *timing)
 {
     if (timing_is_contradicted(timing)) {
-        (void)fprintf(stderr, "davar-sim: note: --rate %.6g is used; the time stamps say %.6g Hz\n", timing->rate_hz,
-                      timing->stamped_hz);
+        (void)fprintf(stderr, "davar-sim: note: --rate %.6g is used; the time stamps say %.6g Hz\n",
+                      timing->rate_hz, timing->stamped_hz);
     }
 }
 
@@ -121,24 +129,25 @@ void report_notes(const options_t *options, const recording_t *recording, const 
 
 void report_weather(const davar_health_t *health)
 {
-    if ((health->gaps | health->missing | health->saturated | health->not_finite | health->restarts | health->missed) ==
-        0U) {
+    if ((health->gaps | health->missing | health->saturated | health->not_finite |
+         health->restarts | health->missed) == 0U) {
         return;
     }
     (void)fprintf(stderr,
-                  "davar-sim: %" PRIu32 " gaps (%" PRIu32 " samples missing), %" PRIu32 " samples saturated, %" PRIu32
-                  " windows restarted, %" PRIu32 " results missed\n",
-                  health->gaps, health->missing, health->saturated, health->restarts, health->missed);
+                  "davar-sim: %" PRIu32 " gaps (%" PRIu32 " samples missing), %" PRIu32
+                  " samples saturated, %" PRIu32 " windows restarted, %" PRIu32 " results missed\n",
+                  health->gaps, health->missing, health->saturated, health->restarts,
+                  health->missed);
 }
 
 void report_coarse(uint64_t coarse, uint64_t rows)
 {
     if (coarse > 0U) {
-        (void)fprintf(
-            stderr,
-            "davar-sim: note: %" PRIu64 " of %" PRIu64
-            " results: the noise is below half a count, so rounding hides the angle random walk; record with a"
-            " finer count (--details: its upper limit)\n",
-            coarse, rows);
+        (void)fprintf(stderr,
+                      "davar-sim: note: %" PRIu64 " of %" PRIu64
+                      " results: the noise is below half a count, so rounding hides the angle "
+                      "random walk; record with a"
+                      " finer count (--details: its upper limit)\n",
+                      coarse, rows);
     }
 }

@@ -62,8 +62,8 @@ static void take_back(const char *text, size_t written)
     }
     struct stat status;
     const off_t at = lseek(STDOUT_FILENO, 0, SEEK_CUR);
-    if ((part > 0U) && (fstat(STDOUT_FILENO, &status) == 0) && S_ISREG(status.st_mode) && (status.st_size == at) &&
-        (ftruncate(STDOUT_FILENO, at - (off_t)part) == 0)) {
+    if ((part > 0U) && (fstat(STDOUT_FILENO, &status) == 0) && S_ISREG(status.st_mode) &&
+        (status.st_size == at) && (ftruncate(STDOUT_FILENO, at - (off_t)part) == 0)) {
         (void)lseek(STDOUT_FILENO, at - (off_t)part, SEEK_SET);
     }
 }

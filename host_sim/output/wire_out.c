@@ -18,24 +18,29 @@ static bool make_encoders(wire_out_t *wire, const options_t *options, sim_error_
     }
     const uint8_t session = davar_link_session();
     for (size_t c = 0; c < wire->engine->count; c++) {
-        const bool fits = (c <= UINT8_MAX) && davar_encoder_init(&wire->encoder[c], &wire->engine->config,
-                                                                 (uint16_t)options->can_base, (uint8_t)c,
-                                                                 (uint8_t)(options->can_content | DAVAR_SEND_MONITOR |
-                                                                           (options->raw ? DAVAR_SEND_RAW : 0U)));
+        const bool fits = (c <= UINT8_MAX) &&
+                          davar_encoder_init(&wire->encoder[c], &wire->engine->config,
+                                             (uint16_t)options->can_base, (uint8_t)c,
+                                             (uint8_t)(options->can_content | DAVAR_SEND_MONITOR |
+                                                       (options->raw ? DAVAR_SEND_RAW : 0U)));
         if (!fits) {
-            return sim_fail(error, "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
-                            c, wire->engine->count, options->can_base);
+            return sim_fail(
+                error,
+                "--can-base: channel %zu of %zu does not fit into 11-bit identifiers from 0x%X on",
+                c, wire->engine->count, options->can_base);
         }
         davar_encoder_session(&wire->encoder[c], session);
     }
     return true;
 }
 
-bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine, sim_error_t *error)
+bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine,
+                   sim_error_t *error)
 {
     char why[512];
-    const davar_link_options_t wanted = {
-        .where = options->link, .fd = (options->can_content & DAVAR_SEND_FD) != 0U, .baud = options->baud};
+    const davar_link_options_t wanted = {.where = options->link,
+                                         .fd = (options->can_content & DAVAR_SEND_FD) != 0U,
+                                         .baud = options->baud};
     *wire = (wire_out_t){.engine = engine};
     if (!make_encoders(wire, options, error)) {
         return false;
@@ -45,7 +50,8 @@ bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *e
         return sim_fail(error, "--out: %s", why);
     }
     if (!davar_link_is_up(wire->link)) {
-        (void)fprintf(stderr, "davar-sim: slcan on %s: waiting for a reader\n", davar_link_name(wire->link));
+        (void)fprintf(stderr, "davar-sim: slcan on %s: waiting for a reader\n",
+                      davar_link_name(wire->link));
     }
     return true;
 }
@@ -115,7 +121,8 @@ bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, s
     return send_all(wire, channel, error);
 }
 
-static bool encode_raw(davar_encoder_t *encoder, const raw_run_t *run, size_t channel, size_t i, davar_frame_t *frame)
+static bool encode_raw(davar_encoder_t *encoder, const raw_run_t *run, size_t channel, size_t i,
+                       davar_frame_t *frame)
 {
     const davar_port_samples_t *samples = &run->samples[channel];
     const uint64_t index = run->first + i;
@@ -132,7 +139,8 @@ bool wire_out_raw(wire_out_t *wire, const raw_run_t *run, sim_error_t *error)
     davar_frame_t frame;
     for (size_t i = 0; i < run->count; i++) {
         for (size_t c = 0; c < wire->engine->count; c++) {
-            if (encode_raw(&wire->encoder[c], run, c, i, &frame) && !send_frame(wire, &frame, error)) {
+            if (encode_raw(&wire->encoder[c], run, c, i, &frame) &&
+                !send_frame(wire, &frame, error)) {
                 return false;
             }
         }

@@ -23,7 +23,8 @@ typedef struct {
 } raw_run_t;
 
 /* Opens the link of --out. With slcan:pty the name of the pty goes to standard error. */
-bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine, sim_error_t *error);
+bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *engine,
+                   sim_error_t *error);
 
 /* Sends the frames of one result, the monitor's too where the row has a misfit; waits while there is no room. False: the link is lost. */
 bool wire_out_result(wire_out_t *wire, size_t channel, const epoch_row_t *row, sim_error_t *error);

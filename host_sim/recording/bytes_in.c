@@ -27,8 +27,8 @@ static int open_descriptor(const char *name)
 static bool is_standard_output(const struct stat *status)
 {
     struct stat output;
-    return S_ISREG(status->st_mode) && (fstat(STDOUT_FILENO, &output) == 0) && (output.st_dev == status->st_dev) &&
-           (output.st_ino == status->st_ino);
+    return S_ISREG(status->st_mode) && (fstat(STDOUT_FILENO, &output) == 0) &&
+           (output.st_dev == status->st_dev) && (output.st_ino == status->st_ino);
 }
 
 /* /dev/zero has no end, and other devices may act when they are read. */
@@ -53,7 +53,8 @@ static bool inspect(bytes_in_t *in, const char *name, sim_error_t *error)
         return sim_fail(error, "%s: is standard output too: results would be read as data", name);
     }
     in->file_bytes = S_ISREG(status.st_mode) ? (uint64_t)status.st_size : 0U;
-    in->at_end = S_ISREG(status.st_mode) && (status.st_size == 0); /* a file of /proc would be waited for */
+    in->at_end =
+        S_ISREG(status.st_mode) && (status.st_size == 0); /* a file of /proc would be waited for */
     return true;
 }
 
@@ -106,7 +107,8 @@ static const char *recognise(bytes_in_t *in)
             return problem;
         }
     }
-    const bool packed = (in->left >= 2U) && (in->next[0] == GZIP_FIRST) && (in->next[1] == GZIP_SECOND);
+    const bool packed =
+        (in->left >= 2U) && (in->next[0] == GZIP_FIRST) && (in->next[1] == GZIP_SECOND);
     in->place = packed ? BYTES_MEMBER : BYTES_PLAIN;
     return NULL;
 }
@@ -165,7 +167,8 @@ static const char *unpack(bytes_in_t *in, void *to, size_t room, size_t *got)
     }
     const uint64_t given = in->given + *got;
     if ((given > GROWTH_FREE) && (given / GROWTH_MAX > in->taken)) {
-        return "gzip data of more than 64 MiB and 100 times its size; not a recording (if it is one, unpack it first)";
+        return "gzip data of more than 64 MiB and 100 times its size; not a recording (if it is "
+               "one, unpack it first)";
     }
     return NULL;
 }

@@ -15,32 +15,36 @@ static bool check_text(const lines_t *lines, const char *text, size_t length, si
     for (size_t i = 0; i < length; i++) {
         const unsigned char byte = (unsigned char)text[i];
         if (((byte < 0x20U) && (byte != '\t')) || (byte == 0x7FU)) {
-            return sim_fail(error, "%s:%" PRIu64 ": not a text recording, found byte 0x%02x", lines->name,
-                            lines->number, byte);
+            return sim_fail(error, "%s:%" PRIu64 ": not a text recording, found byte 0x%02x",
+                            lines->name, lines->number, byte);
         }
     }
     return true;
 }
 
-static bool check_name(const header_t *header, const lines_t *lines, const char *name, sim_error_t *error)
+static bool check_name(const header_t *header, const lines_t *lines, const char *name,
+                       sim_error_t *error)
 {
     const size_t number = header->count + 1U;
     if (number > HEADER_COLUMNS_MAX) {
-        return sim_fail(error, "%s:%" PRIu64 ": more than %u columns", lines->name, lines->number, HEADER_COLUMNS_MAX);
+        return sim_fail(error, "%s:%" PRIu64 ": more than %u columns", lines->name, lines->number,
+                        HEADER_COLUMNS_MAX);
     }
     if (*name == '\0') {
-        return sim_fail(error, "%s:%" PRIu64 ": column %zu: empty name in the header row", lines->name, lines->number,
-                        number);
+        return sim_fail(error, "%s:%" PRIu64 ": column %zu: empty name in the header row",
+                        lines->name, lines->number, number);
     }
     if (header_find(header, name) != HEADER_NONE) {
-        return sim_fail(error, "%s:%" PRIu64 ": column %zu: name used twice in the header row, found '%s'", lines->name,
-                        lines->number, number, name);
+        return sim_fail(error,
+                        "%s:%" PRIu64 ": column %zu: name used twice in the header row, found '%s'",
+                        lines->name, lines->number, number, name);
     }
     const char *cursor = name;
     double value = 0.0;
     if ((decimal_parse(&cursor, &value) == DECIMAL_OK) && (*cursor == '\0')) {
-        return sim_fail(error, "%s:%" PRIu64 ": column %zu: no header row: a column name expected, found '%s'",
-                        lines->name, lines->number, number, name);
+        return sim_fail(
+            error, "%s:%" PRIu64 ": column %zu: no header row: a column name expected, found '%s'",
+            lines->name, lines->number, number, name);
     }
     return true;
 }
@@ -68,11 +72,13 @@ static bool split(header_t *header, const lines_t *lines, sim_error_t *error)
 static bool find_row(lines_t *lines, char **text, size_t *length, sim_error_t *error)
 {
     lines_status_t status = lines_next(lines, text, length, error);
-    while ((status == LINES_LINE) && ((**text == '#') || ((*length == strlen(*text)) && text_is_blank(*text)))) {
+    while ((status == LINES_LINE) &&
+           ((**text == '#') || ((*length == strlen(*text)) && text_is_blank(*text)))) {
         status = lines_next(lines, text, length, error);
     }
     if (status == LINES_END) {
-        return sim_fail(error, "%s:%" PRIu64 ": empty recording: no header row", lines->name, lines->number);
+        return sim_fail(error, "%s:%" PRIu64 ": empty recording: no header row", lines->name,
+                        lines->number);
     }
     return (status == LINES_LINE);
 }
@@ -108,7 +114,8 @@ const char *header_list(const header_t *header, char *text, size_t size)
     size_t used = 0;
     text[0] = '\0';
     for (size_t c = 0; (c < header->count) && (used < size); c++) {
-        const int wrote = snprintf(text + used, size - used, "%s%s", (c > 0U) ? ", " : "", header->name[c]);
+        const int wrote =
+            snprintf(text + used, size - used, "%s%s", (c > 0U) ? ", " : "", header->name[c]);
         used += (wrote > 0) ? (size_t)wrote : 0U;
     }
     return text;

@@ -25,7 +25,8 @@ bool lines_open(lines_t *lines, const char *name, sim_error_t *error)
 static bool read_more(lines_t *lines, sim_error_t *error)
 {
     size_t got = 0;
-    const char *problem = bytes_in_read(&lines->in, lines->buffer + lines->end, LINES_LENGTH_MAX - lines->end, &got);
+    const char *problem =
+        bytes_in_read(&lines->in, lines->buffer + lines->end, LINES_LENGTH_MAX - lines->end, &got);
     if (problem != NULL) {
         return sim_fail(error, "%s:%" PRIu64 ": %s", lines->name, lines->number, problem);
     }
@@ -42,8 +43,8 @@ static bool fill(lines_t *lines, sim_error_t *error)
     lines->begin = 0;
     lines->end = kept;
     if (kept == LINES_LENGTH_MAX) {
-        return sim_fail(error, "%s:%" PRIu64 ": line longer than %zu bytes; not a recording", lines->name,
-                        lines->number + 1U, LINES_LENGTH_MAX);
+        return sim_fail(error, "%s:%" PRIu64 ": line longer than %zu bytes; not a recording",
+                        lines->name, lines->number + 1U, LINES_LENGTH_MAX);
     }
     return read_more(lines, error);
 }

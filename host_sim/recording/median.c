@@ -110,7 +110,8 @@ static void find_successor(void *context, const uint64_t *keys, size_t count)
 }
 
 /* The element behind the one found: its equal, or the next larger one. */
-static bool select_next(const spool_t *times, const search_t *found, uint64_t *next, sim_error_t *error)
+static bool select_next(const spool_t *times, const search_t *found, uint64_t *next,
+                        sim_error_t *error)
 {
     if (found->rank + 1U < found->same) {
         *next = found->prefix;
@@ -122,7 +123,8 @@ static bool select_next(const spool_t *times, const search_t *found, uint64_t *n
     return good;
 }
 
-static bool find_middle(const spool_t *times, search_t *search, double *median_s, sim_error_t *error)
+static bool find_middle(const spool_t *times, search_t *search, double *median_s,
+                        sim_error_t *error)
 {
     const uint64_t steps = times->records - 1U;
     search->rank = (steps - 1U) / 2U;

@@ -9,10 +9,12 @@
 #define FULL_SCALE_MIN 0x1p-66      /* the library refuses a full scale below 1e-20 */
 #define COUNT_WIDE_MAX 2147483646.0 /* 2^31 - 1 is the rail, which counts as saturated */
 
-static const char *admit_count(const options_t *options, unit_t unit, double value, double *admitted)
+static const char *admit_count(const options_t *options, unit_t unit, double value,
+                               double *admitted)
 {
     const double limit = ldexp(1.0, (int)((options->bits > 0U) ? options->bits : BITS_DEFAULT) - 1);
-    const double count = (unit == UNIT_COUNTS) ? value : round(value * unit_factor(unit) / options->lsb);
+    const double count =
+        (unit == UNIT_COUNTS) ? value : round(value * unit_factor(unit) / options->lsb);
     if ((unit == UNIT_COUNTS) && (fabs(value - round(value)) > 0.0)) {
         return "not a whole count";
     }
@@ -37,7 +39,8 @@ static const char *admit_rate(const options_t *options, unit_t unit, double valu
 const char *quantise_admit(const options_t *options, unit_t unit, double value, double *admitted)
 {
     const bool counted = (options->arith == ARITH_FIXED) && (options->lsb > 0.0);
-    return counted ? admit_count(options, unit, value, admitted) : admit_rate(options, unit, value, admitted);
+    return counted ? admit_count(options, unit, value, admitted)
+                   : admit_rate(options, unit, value, admitted);
 }
 
 static double largest(const extent_t *extent)
@@ -80,8 +83,11 @@ static quantisation_t plan_finest(const extent_t *extent)
     if (round(largest(extent) / step) > COUNT_WIDE_MAX) {
         step *= 2.0;
     }
-    return (quantisation_t){
-        .number = DAVAR_PORT_Q31, .unit_per_count = step, .full_scale = 1.0, .sample_bits = BITS_WIDE, .step = step};
+    return (quantisation_t){.number = DAVAR_PORT_Q31,
+                            .unit_per_count = step,
+                            .full_scale = 1.0,
+                            .sample_bits = BITS_WIDE,
+                            .step = step};
 }
 
 static quantisation_t plan_float(const options_t *options, const extent_t *extent)

@@ -19,7 +19,8 @@ typedef struct {
     double unit_per_count; /* fixed: size of a count; float: 1 */
     double full_scale;     /* float */
     uint8_t sample_bits;   /* fixed */
-    double step;           /* admitted numbers are divided by this before rounding; 1 when they are counts already */
+    double
+        step; /* admitted numbers are divided by this before rounding; 1 when they are counts already */
 } quantisation_t;
 
 /* Turns one value of a column into what the spool keeps: a count (fixed with --lsb) or a rate. Returns null, or what is

@@ -19,7 +19,8 @@ typedef struct {
     uint64_t blank_line; /* number of the first blank line since the last row; 0: none */
 } row_buffer_t;
 
-static bool admit_time(recording_t *recording, const lines_t *lines, row_buffer_t *row, sim_error_t *error)
+static bool admit_time(recording_t *recording, const lines_t *lines, row_buffer_t *row,
+                       sim_error_t *error)
 {
     const double time_s = row->value[recording->selection.time];
     if ((recording->rows > 0U) && (time_s < row->newest_time_s)) {
@@ -35,8 +36,8 @@ static void widen(extent_t *extent, double admitted)
     extent->high = (admitted > extent->high) ? admitted : extent->high;
 }
 
-static bool admit_samples(recording_t *recording, const options_t *options, const lines_t *lines, row_buffer_t *row,
-                          sim_error_t *error)
+static bool admit_samples(recording_t *recording, const options_t *options, const lines_t *lines,
+                          row_buffer_t *row, sim_error_t *error)
 {
     const selection_t *selection = &recording->selection;
     for (size_t c = 0; c < selection->count; c++) {
@@ -59,15 +60,15 @@ static bool note_blank(const lines_t *lines, row_buffer_t *row)
     return true;
 }
 
-static bool take_line(recording_t *recording, const options_t *options, const lines_t *lines, const char *text,
-                      size_t length, row_buffer_t *row, sim_error_t *error)
+static bool take_line(recording_t *recording, const options_t *options, const lines_t *lines,
+                      const char *text, size_t length, row_buffer_t *row, sim_error_t *error)
 {
     if (text_is_blank(text) && (text_skip_blanks(text) == text + length)) {
         return note_blank(lines, row);
     }
     if (row->blank_line != 0U) {
-        return sim_fail(error, "%s:%" PRIu64 ": column %s: empty row between rows, found ''", lines->name,
-                        row->blank_line, recording->header.name[0]);
+        return sim_fail(error, "%s:%" PRIu64 ": column %s: empty row between rows, found ''",
+                        lines->name, row->blank_line, recording->header.name[0]);
     }
     if (!row_parse(lines, text, length, &recording->header, row->value, error)) {
         return false;
@@ -79,8 +80,8 @@ static bool take_line(recording_t *recording, const options_t *options, const li
     return admit_samples(recording, options, lines, row, error);
 }
 
-static bool read_rows(recording_t *recording, const options_t *options, lines_t *lines, row_buffer_t *row,
-                      progress_t *progress, sim_error_t *error)
+static bool read_rows(recording_t *recording, const options_t *options, lines_t *lines,
+                      row_buffer_t *row, progress_t *progress, sim_error_t *error)
 {
     char *text = NULL;
     size_t length = 0;
@@ -95,13 +96,15 @@ static bool read_rows(recording_t *recording, const options_t *options, lines_t 
         status = lines_next(lines, &text, &length, error);
     }
     if ((status == LINES_END) && (recording->rows == 0U)) {
-        return sim_fail(error, "%s:%" PRIu64 ": no rows behind the header", lines->name, lines->number);
+        return sim_fail(error, "%s:%" PRIu64 ": no rows behind the header", lines->name,
+                        lines->number);
     }
     return (status == LINES_END) && spool_flush(&recording->samples, error) &&
            (!recording->has_time || spool_flush(&recording->times, error));
 }
 
-static bool prepare(recording_t *recording, const options_t *options, lines_t *lines, sim_error_t *error)
+static bool prepare(recording_t *recording, const options_t *options, lines_t *lines,
+                    sim_error_t *error)
 {
     if (!header_read(&recording->header, lines, error) ||
         !selection_make(&recording->selection, &recording->header, options, error)) {
@@ -113,8 +116,8 @@ static bool prepare(recording_t *recording, const options_t *options, lines_t *l
            (!recording->has_time || spool_open(&recording->times, 1U, error));
 }
 
-static bool load(recording_t *recording, const options_t *options, lines_t *lines, progress_t *progress,
-                 sim_error_t *error)
+static bool load(recording_t *recording, const options_t *options, lines_t *lines,
+                 progress_t *progress, sim_error_t *error)
 {
     if (!prepare(recording, options, lines, error)) {
         return false;
@@ -128,7 +131,8 @@ static bool load(recording_t *recording, const options_t *options, lines_t *line
     return good;
 }
 
-bool recording_load(recording_t *recording, const options_t *options, progress_t *progress, sim_error_t *error)
+bool recording_load(recording_t *recording, const options_t *options, progress_t *progress,
+                    sim_error_t *error)
 {
     *recording = (recording_t){0};
     lines_t lines;

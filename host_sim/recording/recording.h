@@ -20,7 +20,8 @@ typedef struct {
 
 /* Reads and checks every field of every row. False: the message names file, line and column; nothing has been printed.
  * Memory is bounded: samples go to a temporary file. */
-bool recording_load(recording_t *recording, const options_t *options, progress_t *progress, sim_error_t *error);
+bool recording_load(recording_t *recording, const options_t *options, progress_t *progress,
+                    sim_error_t *error);
 
 /* Allowed after a failed load. */
 void recording_free(recording_t *recording);

@@ -33,8 +33,8 @@ static const char *describe(const char *field, size_t length, decimal_status_t s
     return (status == DECIMAL_RANGE) ? "number too large" : "not a number";
 }
 
-static bool fail_field(const lines_t *lines, const char *column, const char *field, decimal_status_t status,
-                       sim_error_t *error)
+static bool fail_field(const lines_t *lines, const char *column, const char *field,
+                       decimal_status_t status, sim_error_t *error)
 {
     size_t length = strcspn(field, ",");
     while ((length > 0U) && ((field[length - 1U] == ' ') || (field[length - 1U] == '\t'))) {
@@ -42,29 +42,34 @@ static bool fail_field(const lines_t *lines, const char *column, const char *fie
     }
     const char *what = describe(field, length, status);
     const bool cut = (length > FOUND_CHARACTERS_MAX);
-    return sim_fail(error, "%s:%" PRIu64 ": column %s: %s, found '%.*s%s'", lines->name, lines->number, column, what,
-                    cut ? FOUND_CHARACTERS_MAX : (int)length, field, cut ? "..." : "");
+    return sim_fail(error, "%s:%" PRIu64 ": column %s: %s, found '%.*s%s'", lines->name,
+                    lines->number, column, what, cut ? FOUND_CHARACTERS_MAX : (int)length, field,
+                    cut ? "..." : "");
 }
 
-static bool fail_short(const lines_t *lines, const header_t *header, size_t found, sim_error_t *error)
+static bool fail_short(const lines_t *lines, const header_t *header, size_t found,
+                       sim_error_t *error)
 {
-    return sim_fail(error, "%s:%" PRIu64 ": column %s: row too short: %zu columns in the header, found %zu",
-                    lines->name, lines->number, header->name[found], header->count, found);
+    return sim_fail(
+        error, "%s:%" PRIu64 ": column %s: row too short: %zu columns in the header, found %zu",
+        lines->name, lines->number, header->name[found], header->count, found);
 }
 
-static bool fail_long(const lines_t *lines, const header_t *header, const char *rest, sim_error_t *error)
+static bool fail_long(const lines_t *lines, const header_t *header, const char *rest,
+                      sim_error_t *error)
 {
     size_t found = header->count + 1U;
     for (const char *comma = strchr(rest, ','); comma != NULL; comma = strchr(comma + 1, ',')) {
         found++;
     }
-    return sim_fail(error, "%s:%" PRIu64 ": column %zu: row too long: %zu columns in the header, found %zu",
-                    lines->name, lines->number, header->count + 1U, header->count, found);
+    return sim_fail(
+        error, "%s:%" PRIu64 ": column %zu: row too long: %zu columns in the header, found %zu",
+        lines->name, lines->number, header->count + 1U, header->count, found);
 }
 
 /* Reads the field at *cursor and moves behind its spaces, onto a comma or the end. */
-static bool parse_field(const lines_t *lines, const char **cursor, const char *column, double *value,
-                        sim_error_t *error)
+static bool parse_field(const lines_t *lines, const char **cursor, const char *column,
+                        double *value, sim_error_t *error)
 {
     const char *field = text_skip_blanks(*cursor);
     const char *end = field;
@@ -77,8 +82,8 @@ static bool parse_field(const lines_t *lines, const char **cursor, const char *c
     return true;
 }
 
-bool row_parse(const lines_t *lines, const char *text, size_t length, const header_t *header, double *values,
-               sim_error_t *error)
+bool row_parse(const lines_t *lines, const char *text, size_t length, const header_t *header,
+               double *values, sim_error_t *error)
 {
     const char *cursor = text;
     for (size_t c = 0; c < header->count; c++) {
@@ -95,13 +100,15 @@ bool row_parse(const lines_t *lines, const char *text, size_t length, const head
         return fail_long(lines, header, cursor + 1, error);
     }
     if (cursor != text + length) {
-        return sim_fail(error, "%s:%" PRIu64 ": not a text recording, found byte 0x00", lines->name, lines->number);
+        return sim_fail(error, "%s:%" PRIu64 ": not a text recording, found byte 0x00", lines->name,
+                        lines->number);
     }
     return true;
 }
 
-bool row_fail(const lines_t *lines, const char *column, const char *what, double found, sim_error_t *error)
+bool row_fail(const lines_t *lines, const char *column, const char *what, double found,
+              sim_error_t *error)
 {
-    return sim_fail(error, "%s:%" PRIu64 ": column %s: %s, found '%.15g'", lines->name, lines->number, column, what,
-                    found);
+    return sim_fail(error, "%s:%" PRIu64 ": column %s: %s, found '%.15g'", lines->name,
+                    lines->number, column, what, found);
 }

@@ -5,13 +5,14 @@
 
 #define LIST_BYTES 600
 
-static bool add(selection_t *selection, const header_t *header, size_t column, const options_t *options,
-                sim_error_t *error)
+static bool add(selection_t *selection, const header_t *header, size_t column,
+                const options_t *options, sim_error_t *error)
 {
     const char *name = header->name[column];
     const unit_t unit = unit_of(name);
     if ((unit == UNIT_COUNTS) && !(options->lsb > 0.0)) {
-        return sim_fail(error, "%s: column %s: counts need --lsb (deg/s per count)", options->recording, name);
+        return sim_fail(error, "%s: column %s: counts need --lsb (deg/s per count)",
+                        options->recording, name);
     }
     selection->column[selection->count] = column;
     selection->unit[selection->count] = unit;
@@ -20,14 +21,14 @@ static bool add(selection_t *selection, const header_t *header, size_t column, c
     return true;
 }
 
-static bool add_named(selection_t *selection, const header_t *header, const char *name, const options_t *options,
-                      sim_error_t *error)
+static bool add_named(selection_t *selection, const header_t *header, const char *name,
+                      const options_t *options, sim_error_t *error)
 {
     const size_t column = header_find(header, name);
     if (column == HEADER_NONE) {
         char list[LIST_BYTES];
-        return sim_fail(error, "%s: no column '%s' (--column); it has: %s", options->recording, name,
-                        header_list(header, list, sizeof list));
+        return sim_fail(error, "%s: no column '%s' (--column); it has: %s", options->recording,
+                        name, header_list(header, list, sizeof list));
     }
     for (size_t c = 0; c < selection->count; c++) {
         if (selection->column[c] == column) {
@@ -53,18 +54,20 @@ static size_t find_default(const header_t *header, size_t time)
     return (others == 1U) ? other : HEADER_NONE;
 }
 
-static bool add_default(selection_t *selection, const header_t *header, const options_t *options, sim_error_t *error)
+static bool add_default(selection_t *selection, const header_t *header, const options_t *options,
+                        sim_error_t *error)
 {
     const size_t column = find_default(header, selection->time);
     if (column == HEADER_NONE) {
         char list[LIST_BYTES];
-        return sim_fail(error, "%s: no gyro_* column; choose with --column from: %s", options->recording,
-                        header_list(header, list, sizeof list));
+        return sim_fail(error, "%s: no gyro_* column; choose with --column from: %s",
+                        options->recording, header_list(header, list, sizeof list));
     }
     return add(selection, header, column, options, error);
 }
 
-bool selection_make(selection_t *selection, const header_t *header, const options_t *options, sim_error_t *error)
+bool selection_make(selection_t *selection, const header_t *header, const options_t *options,
+                    sim_error_t *error)
 {
     *selection = (selection_t){.time = header_find(header, "time_s")};
     if (options->column_count == 0U) {
@@ -78,7 +81,8 @@ bool selection_make(selection_t *selection, const header_t *header, const option
         }
     }
     if ((selection->time == HEADER_NONE) && !(options->rate_hz > 0.0)) {
-        return sim_fail(error, "%s: no column time_s and no --rate: the sample rate is unknown", options->recording);
+        return sim_fail(error, "%s: no column time_s and no --rate: the sample rate is unknown",
+                        options->recording);
     }
     return true;
 }

@@ -16,6 +16,7 @@ typedef struct {
 
 /* The columns asked for; without a wish the first gyro_*, else the only one that is not time_s. False: unknown or repeated
  * column, no clear default (the message lists what there is), counts without --lsb, or neither time_s nor --rate. */
-bool selection_make(selection_t *selection, const header_t *header, const options_t *options, sim_error_t *error);
+bool selection_make(selection_t *selection, const header_t *header, const options_t *options,
+                    sim_error_t *error);
 
 #endif

@@ -18,7 +18,8 @@ const char *spool_folder(void)
 
 static bool fail_file(sim_error_t *error, const char *doing)
 {
-    return sim_fail(error, "temporary file in %s (TMPDIR): %s: %s", spool_folder(), doing, strerror(errno));
+    return sim_fail(error, "temporary file in %s (TMPDIR): %s: %s", spool_folder(), doing,
+                    strerror(errno));
 }
 
 static bool make_unnamed(spool_t *spool, char *path, sim_error_t *error)
@@ -90,7 +91,8 @@ bool spool_put(spool_t *spool, const double *record, sim_error_t *error)
     return (spool->buffered < spool->capacity) || spool_flush(spool, error);
 }
 
-bool spool_read(const spool_t *spool, uint64_t first, size_t count, double *records, sim_error_t *error)
+bool spool_read(const spool_t *spool, uint64_t first, size_t count, double *records,
+                sim_error_t *error)
 {
     const size_t record_bytes = spool->width * sizeof(double);
     char *bytes = (char *)records;

@@ -31,7 +31,8 @@ bool spool_put(spool_t *spool, const double *record, sim_error_t *error);
 bool spool_flush(spool_t *spool, sim_error_t *error);
 
 /* Reads `count` records from record `first` on; they must exist. */
-bool spool_read(const spool_t *spool, uint64_t first, size_t count, double *records, sim_error_t *error);
+bool spool_read(const spool_t *spool, uint64_t first, size_t count, double *records,
+                sim_error_t *error);
 
 /* Allowed on a spool that is all zero or whose open failed. */
 void spool_close(spool_t *spool);

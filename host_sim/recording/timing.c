@@ -23,8 +23,8 @@ static bool mean_rate(double *rate_hz, const recording_t *recording, sim_error_t
     return true;
 }
 
-static bool rate_from_stamps(timing_t *timing, const recording_t *recording, const options_t *options,
-                             sim_error_t *error)
+static bool rate_from_stamps(timing_t *timing, const recording_t *recording,
+                             const options_t *options, sim_error_t *error)
 {
     if (recording->rows < 2U) {
         return sim_fail(error, "%s: one row only: too short to know the rate", options->recording);
@@ -34,7 +34,8 @@ static bool rate_from_stamps(timing_t *timing, const recording_t *recording, con
         return false;
     }
     if (!(timing->period_s > 0.0) || !isfinite(1.0 / timing->period_s)) {
-        return sim_fail(error, "%s: column time_s: zero rate: the median time step is 0; give --rate",
+        return sim_fail(error,
+                        "%s: column time_s: zero rate: the median time step is 0; give --rate",
                         options->recording);
     }
     timing->rate_hz = 1.0 / timing->period_s;
@@ -57,7 +58,8 @@ static bool count_gaps(timing_t *timing, const recording_t *recording, sim_error
     return true;
 }
 
-bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options, sim_error_t *error)
+bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options,
+                 sim_error_t *error)
 {
     const bool given = (options->rate_hz > 0.0);
     *timing = (timing_t){.rate_hz = options->rate_hz, .steps = recording->rows - 1U};
@@ -88,12 +90,14 @@ uint32_t timing_missing(const timing_t *timing, double step_s)
 
 bool timing_is_contradicted(const timing_t *timing)
 {
-    return (timing->stamped_hz > 0.0) && (fabs(timing->stamped_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
+    return (timing->stamped_hz > 0.0) &&
+           (fabs(timing->stamped_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
 }
 
 bool timing_is_doubtful(const timing_t *timing)
 {
-    const bool rates_differ = (timing->mean_rate_hz > 0.0) &&
-                              (fabs(timing->mean_rate_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
+    const bool rates_differ =
+        (timing->mean_rate_hz > 0.0) &&
+        (fabs(timing->mean_rate_hz - timing->rate_hz) > DOUBTFUL_RATE * timing->rate_hz);
     return rates_differ || ((double)timing->gaps > DOUBTFUL_GAPS * (double)timing->steps);
 }

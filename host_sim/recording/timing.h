@@ -9,13 +9,14 @@ typedef struct {
     double period_s;
     double gap_limit_s;  /* a longer step is a gap; infinite: no gaps are looked for */
     double mean_rate_hz; /* rows over time; 0 when the time stamps do not matter */
-    double stamped_hz;   /* with --rate: rows over time all the same, for a note; 0: no time stamps */
-    uint64_t gaps;       /* steps that are gaps */
+    double stamped_hz; /* with --rate: rows over time all the same, for a note; 0: no time stamps */
+    uint64_t gaps;     /* steps that are gaps */
     uint64_t steps;
 } timing_t;
 
 /* Without --rate the period is the median time step. False: one row only, a median step of zero, or a spool fault. */
-bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options, sim_error_t *error);
+bool timing_find(timing_t *timing, const recording_t *recording, const options_t *options,
+                 sim_error_t *error);
 
 /* Samples that a step of so many seconds leaves out: 0 when it is no gap. */
 uint32_t timing_missing(const timing_t *timing, double step_s);

@@ -18,8 +18,8 @@ bool chunk_open(chunk_t *chunk, size_t channels, sim_error_t *error)
     return true;
 }
 
-static void convert_channel(chunk_t *chunk, const quantisation_t *quantisation, davar_port_number_t number,
-                            size_t channels, size_t c)
+static void convert_channel(chunk_t *chunk, const quantisation_t *quantisation,
+                            davar_port_number_t number, size_t channels, size_t c)
 {
     const double *admitted = chunk->record + c;
     for (size_t i = 0; i < chunk->count; i++, admitted += channels) {
@@ -40,8 +40,8 @@ static void convert_channel(chunk_t *chunk, const quantisation_t *quantisation, 
 }
 
 /* The very first row has none before it. */
-static bool find_missing(chunk_t *chunk, const recording_t *recording, const timing_t *timing, size_t newest,
-                         sim_error_t *error)
+static bool find_missing(chunk_t *chunk, const recording_t *recording, const timing_t *timing,
+                         size_t newest, sim_error_t *error)
 {
     memset(chunk->missing, 0, CHUNK_ROWS * sizeof chunk->missing[0]);
     if (!recording->has_time || (timing->gaps == 0U)) {
@@ -82,7 +82,8 @@ size_t chunk_run(const chunk_t *chunk, size_t from)
     return end - from;
 }
 
-davar_port_samples_t chunk_samples(const chunk_t *chunk, davar_port_number_t number, size_t channel, size_t from)
+davar_port_samples_t chunk_samples(const chunk_t *chunk, davar_port_number_t number, size_t channel,
+                                   size_t from)
 {
     const size_t at = channel * CHUNK_ROWS + from;
     davar_port_samples_t samples = {0};

@@ -37,7 +37,8 @@ bool chunk_next(chunk_t *chunk, const recording_t *recording, const timing_t *ti
 size_t chunk_run(const chunk_t *chunk, size_t from);
 
 /* Where the samples of a channel begin, from row `from` of the chunk on. */
-davar_port_samples_t chunk_samples(const chunk_t *chunk, davar_port_number_t number, size_t channel, size_t from);
+davar_port_samples_t chunk_samples(const chunk_t *chunk, davar_port_number_t number, size_t channel,
+                                   size_t from);
 
 /* Allowed after a failed open. */
 void chunk_close(chunk_t *chunk);

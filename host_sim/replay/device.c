@@ -21,8 +21,10 @@ typedef struct {
 
 static bool make_places(places_t *places, sim_error_t *error)
 {
-    const int length = snprintf(places->folder, sizeof places->folder, "%s/davar-device-XXXXXX", spool_folder());
-    if ((length < 0) || ((size_t)length >= sizeof places->folder) || (mkdtemp(places->folder) == NULL)) {
+    const int length =
+        snprintf(places->folder, sizeof places->folder, "%s/davar-device-XXXXXX", spool_folder());
+    if ((length < 0) || ((size_t)length >= sizeof places->folder) ||
+        (mkdtemp(places->folder) == NULL)) {
         return sim_fail(error, "--device: no folder for its files in %s (TMPDIR)", spool_folder());
     }
     (void)snprintf(places->job, sizeof places->job, "%s/job", places->folder);
@@ -37,7 +39,8 @@ static void remove_places(const places_t *places)
     (void)rmdir(places->folder);
 }
 
-static void write_part(FILE *file, const davar_port_block_t *block, const engine_t *engine, size_t from, size_t count)
+static void write_part(FILE *file, const davar_port_block_t *block, const engine_t *engine,
+                       size_t from, size_t count)
 {
     const uint32_t head[2] = {(from == 0U) ? block->missing : 0U, (uint32_t)count};
     const size_t bytes = (engine->number == DAVAR_PORT_Q15) ? sizeof(int16_t) : sizeof(int32_t);
@@ -57,7 +60,8 @@ static void write_block(FILE *file, const davar_port_block_t *block, const engin
     }
 }
 
-static bool write_job(const places_t *places, replay_t *replay, const engine_t *engine, sim_error_t *error)
+static bool write_job(const places_t *places, replay_t *replay, const engine_t *engine,
+                      sim_error_t *error)
 {
     FILE *file = fopen(places->job, "wb");
     if (file == NULL) {
@@ -100,10 +104,12 @@ static const char *cause(int status)
 static bool run_device(const char *command, const places_t *places, sim_error_t *error)
 {
     char line[4096];
-    if (snprintf(line, sizeof line, "%s %s %s", command, places->job, places->results) >= (int)sizeof line) {
+    if (snprintf(line, sizeof line, "%s %s %s", command, places->job, places->results) >=
+        (int)sizeof line) {
         return sim_fail(error, "--device: the command is too long");
     }
-    const int status = system(line); /* NOLINT(cert-env33-c): a command line is what the option takes */
+    const int status =
+        system(line); /* NOLINT(cert-env33-c): a command line is what the option takes */
     const int code = ((status != -1) && WIFEXITED(status)) ? WEXITSTATUS(status) : -1;
     return (code == 0) || sim_fail(error, "--device: %s (exit status %d)", cause(code), code);
 }
@@ -122,12 +128,14 @@ static bool fail_broken(const results_t *results, sim_error_t *error)
     return sim_fail(error, "%s: the device's results are not whole", results->path);
 }
 
-static bool take_result(results_t *results, const davar_port_t *port, uint64_t *words, sim_error_t *error)
+static bool take_result(results_t *results, const davar_port_t *port, uint64_t *words,
+                        sim_error_t *error)
 {
     static davar_result_t result;
     const size_t rest = davar_job_result_rest(words);
     size_t channel;
-    if ((rest != results->rest) || (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, results->file) != rest)) {
+    if ((rest != results->rest) ||
+        (fread(&words[DAVAR_JOB_HEAD], sizeof words[0], rest, results->file) != rest)) {
         return fail_broken(results, error);
     }
     davar_job_decode_result(&channel, &result, words);
@@ -160,13 +168,14 @@ static bool take_all(results_t *results, const davar_port_t *port, sim_error_t *
     return true;
 }
 
-static bool read_results(const places_t *places, replay_t *replay, const engine_t *engine, davar_health_t *health,
-                         sim_error_t *error)
+static bool read_results(const places_t *places, replay_t *replay, const engine_t *engine,
+                         davar_health_t *health, sim_error_t *error)
 {
     results_t results = {.file = fopen(places->results, "rb"),
                          .path = places->results,
                          .channels = engine->count,
-                         .rest = (6U * (size_t)engine->config.tau_count) + ((size_t)4U * DAVAR_COEFFICIENT_COUNT)};
+                         .rest = (6U * (size_t)engine->config.tau_count) +
+                                 ((size_t)4U * DAVAR_COEFFICIENT_COUNT)};
     if (results.file == NULL) {
         return sim_fail(error, "%s: the device left no results", places->results);
     }
@@ -177,14 +186,15 @@ static bool read_results(const places_t *places, replay_t *replay, const engine_
     return good;
 }
 
-bool device_replay(const char *command, replay_t *replay, const engine_t *engine, davar_health_t *health,
-                   sim_error_t *error)
+bool device_replay(const char *command, replay_t *replay, const engine_t *engine,
+                   davar_health_t *health, sim_error_t *error)
 {
     places_t places;
     if (!make_places(&places, error)) {
         return false;
     }
-    const bool good = write_job(&places, replay, engine, error) && run_device(command, &places, error) &&
+    const bool good = write_job(&places, replay, engine, error) &&
+                      run_device(command, &places, error) &&
                       read_results(&places, replay, engine, health, error);
     remove_places(&places);
     return good;

@@ -8,7 +8,7 @@
 /* Writes the job that `replay` would feed to `engine`, runs "COMMAND JOB RESULTS" (files of its own, removed again), and
  * sends what the device found through the replay's port; *health is the weather that the device met. False: the error
  * names the command or the file. */
-bool device_replay(const char *command, replay_t *replay, const engine_t *engine, davar_health_t *health,
-                   sim_error_t *error);
+bool device_replay(const char *command, replay_t *replay, const engine_t *engine,
+                   davar_health_t *health, sim_error_t *error);
 
 #endif

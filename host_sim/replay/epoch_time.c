@@ -14,7 +14,8 @@ static bool load(epoch_time_t *epoch_time, uint64_t epoch, sim_error_t *error)
     const uint64_t left = epoch_time->recording->rows - epoch;
     epoch_time->first = epoch;
     epoch_time->count = (left < EPOCH_TIME_CACHE) ? (size_t)left : EPOCH_TIME_CACHE;
-    return spool_read(&epoch_time->recording->times, epoch, epoch_time->count, epoch_time->time_s, error);
+    return spool_read(&epoch_time->recording->times, epoch, epoch_time->count, epoch_time->time_s,
+                      error);
 }
 
 bool epoch_time_find(epoch_time_t *epoch_time, uint64_t epoch, double *time_s, sim_error_t *error)
@@ -23,7 +24,8 @@ bool epoch_time_find(epoch_time_t *epoch_time, uint64_t epoch, double *time_s, s
         *time_s = (double)epoch / epoch_time->rate_hz;
         return true;
     }
-    const bool cached = (epoch >= epoch_time->first) && (epoch - epoch_time->first < epoch_time->count);
+    const bool cached =
+        (epoch >= epoch_time->first) && (epoch - epoch_time->first < epoch_time->count);
     if (!cached && !load(epoch_time, epoch, error)) {
         return false;
     }

@@ -36,6 +36,7 @@ void pace_wait(const pace_t *pace, uint64_t sample)
     const double due_s = pace->start_s + ((double)sample + 1.0) / pace->samples_per_s;
     const double until_s = fmin(due_s, sim_clock_s() + NAP_MAX_S);
     const double whole_s = floor(until_s);
-    const struct timespec deadline = {.tv_sec = (time_t)whole_s, .tv_nsec = (long)(1e9 * (until_s - whole_s))};
+    const struct timespec deadline = {.tv_sec = (time_t)whole_s,
+                                      .tv_nsec = (long)(1e9 * (until_s - whole_s))};
     (void)clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, NULL);
 }

@@ -8,7 +8,8 @@
 static uint64_t sample_index(const replay_t *replay)
 {
     const chunk_t *chunk = &replay->chunk;
-    const uint32_t missing = (replay->position < chunk->count) ? chunk->missing[replay->position] : 0U;
+    const uint32_t missing =
+        (replay->position < chunk->count) ? chunk->missing[replay->position] : 0U;
     return chunk->first + replay->position + replay->lost + missing;
 }
 
@@ -29,28 +30,31 @@ static davar_port_read_t hand_out(replay_t *replay, size_t rows, davar_port_bloc
 {
     const uint32_t missing = replay->chunk.missing[replay->position];
     for (size_t c = 0; c < replay->setup.recording->selection.count; c++) {
-        replay->samples[c] = chunk_samples(&replay->chunk, replay->setup.number, c, replay->position);
+        replay->samples[c] =
+            chunk_samples(&replay->chunk, replay->setup.number, c, replay->position);
     }
     *block = (davar_port_block_t){.samples = replay->samples, .count = rows, .missing = missing};
     const raw_run_t run = {replay->samples, replay->setup.number, sample_index(replay), rows};
     replay->lost += missing;
     replay->position += rows;
-    return output_raw(replay->setup.output, &run, replay->error) ? DAVAR_PORT_READ_BLOCK : DAVAR_PORT_READ_FAULT;
+    return output_raw(replay->setup.output, &run, replay->error) ? DAVAR_PORT_READ_BLOCK
+                                                                 : DAVAR_PORT_READ_FAULT;
 }
 
 static bool load(replay_t *replay)
 {
     const replay_setup_t *setup = &replay->setup;
     replay->position = 0;
-    return chunk_next(&replay->chunk, setup->recording, setup->timing, setup->quantisation, setup->number,
-                      replay->error);
+    return chunk_next(&replay->chunk, setup->recording, setup->timing, setup->quantisation,
+                      setup->number, replay->error);
 }
 
 static davar_port_read_t read_rows(void *context, davar_port_block_t *block)
 {
     replay_t *replay = context;
     const uint64_t row = replay->chunk.first + replay->position;
-    progress_tell(replay->setup.progress, "running", (double)row / (double)replay->setup.recording->rows, row);
+    progress_tell(replay->setup.progress, "running",
+                  (double)row / (double)replay->setup.recording->rows, row);
     if (stop_asked(replay->error)) {
         return DAVAR_PORT_READ_FAULT;
     }

@@ -25,16 +25,27 @@ class Davar(ConanFile):
         """The project table of pyproject.toml, which export puts beside the recipe in the cache."""
         here = Path(self.recipe_folder)
         table = here / "pyproject.toml"
-        text = (table if table.is_file() else here / "../../pyproject.toml").read_text(encoding="utf-8")
+        text = (table if table.is_file() else here / "../../pyproject.toml").read_text(
+            encoding="utf-8"
+        )
         project = tomllib.loads(text)["project"]
-        self.license, self.homepage, self.author = project["license"], project["urls"]["Homepage"], project["authors"][0]["name"]
+        self.license, self.homepage, self.author = (
+            project["license"],
+            project["urls"]["Homepage"],
+            project["authors"][0]["name"],
+        )
 
     def export(self):
         copy(self, "pyproject.toml", str(Path(self.recipe_folder, "../..")), self.export_folder)
 
     def set_version(self):
-        header = Path(self.recipe_folder, "../../lib/include/davar/version.h").read_text(encoding="utf-8")
-        self.version = ".".join(re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+        header = Path(self.recipe_folder, "../../lib/include/davar/version.h").read_text(
+            encoding="utf-8"
+        )
+        self.version = ".".join(
+            re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1]
+            for part in ("MAJOR", "MINOR", "PATCH")
+        )
 
     def export_sources(self):
         root = str(Path(self.recipe_folder, "../.."))
@@ -45,12 +56,16 @@ class Davar(ConanFile):
         cmake_layout(self)
 
     def _choices(self):
-        return {"DAVAR_TAUS_MAX": int(str(self.options.taus_max)),
-                **{f"DAVAR_{name.upper()}": int(bool(self.options.get_safe(name))) for name in CHOICES}}
+        return {
+            "DAVAR_TAUS_MAX": int(str(self.options.taus_max)),
+            **{f"DAVAR_{name.upper()}": int(bool(self.options.get_safe(name))) for name in CHOICES},
+        }
 
     def generate(self):
         toolchain = CMakeToolchain(self)
-        toolchain.cache_variables.update({"DAVAR_BUILD_TESTS": False, "DAVAR_BUILD_SIM": False, **self._choices()})
+        toolchain.cache_variables.update(
+            {"DAVAR_BUILD_TESTS": False, "DAVAR_BUILD_SIM": False, **self._choices()}
+        )
         toolchain.generate()
 
     def build(self):

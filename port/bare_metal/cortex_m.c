@@ -60,7 +60,8 @@ void board_tick_every(uint32_t microseconds)
 uint32_t board_instructions_since(uint32_t mark)
 {
     const uint64_t ticks = (mark - SYSTICK_VALUE) & SYSTICK_MASK;
-    return (uint32_t)(((ticks * 1000U) + (128U * BOARD_CLOCK_PER_US)) / (256U * BOARD_CLOCK_PER_US));
+    return (uint32_t)(((ticks * 1000U) + (128U * BOARD_CLOCK_PER_US)) /
+                      (256U * BOARD_CLOCK_PER_US));
 }
 
 void board_fault(void)
@@ -73,7 +74,8 @@ __attribute__((weak)) void board_tick(void) {}
 
 void board_reset(void)
 {
-    memcpy(&image_data_start, &image_data_load, (size_t)((uintptr_t)&image_data_end - (uintptr_t)&image_data_start));
+    memcpy(&image_data_start, &image_data_load,
+           (size_t)((uintptr_t)&image_data_end - (uintptr_t)&image_data_start));
     memset(&image_bss_start, 0, (size_t)((uintptr_t)&image_bss_end - (uintptr_t)&image_bss_start));
     board_start();
     board_exit(main());
@@ -86,6 +88,6 @@ __attribute__((section(".vectors"), used)) static const struct {
     handler_t handler[15];
 } vectors = {
     &image_stack_top,
-    {board_reset, board_fault, board_fault, board_fault, board_fault, board_fault, 0, 0, 0, 0, board_fault, board_fault,
-     0, board_fault, board_tick},
+    {board_reset, board_fault, board_fault, board_fault, board_fault, board_fault, 0, 0, 0, 0,
+     board_fault, board_fault, 0, board_fault, board_tick},
 };

@@ -21,11 +21,13 @@ void board_trap(void);
 static uint32_t tick_period;
 
 /* slli x0, ebreak, srai x0 must stand together, uncompressed, in one page. */
-__attribute__((noinline, aligned(16))) intptr_t semihosting_call(int operation, const void *parameters)
+__attribute__((noinline, aligned(16))) intptr_t semihosting_call(int operation,
+                                                                 const void *parameters)
 {
     register intptr_t a0 __asm__("a0") = operation;
     register const void *a1 __asm__("a1") = parameters;
-    __asm__ volatile(".option push\n\t.option norvc\n\t.balign 16\n\tslli x0, x0, 0x1f\n\tebreak\n\tsrai x0, x0, 7\n\t"
+    __asm__ volatile(".option push\n\t.option norvc\n\t.balign 16\n\tslli x0, x0, "
+                     "0x1f\n\tebreak\n\tsrai x0, x0, 7\n\t"
                      ".option pop"
                      : "+r"(a0)
                      : "r"(a1)
@@ -36,7 +38,9 @@ __attribute__((noinline, aligned(16))) intptr_t semihosting_call(int operation, 
 void board_start(void)
 {
 #if defined(__riscv_flen)
-    __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrs mstatus, %0\n\t.option pop" ::"r"(FLOATING_POINT));
+    __asm__ volatile(
+        ".option push\n\t.option arch, +zicsr\n\tcsrs mstatus, %0\n\t.option pop" ::"r"(
+            FLOATING_POINT));
 #endif
 }
 
@@ -60,7 +64,8 @@ __attribute__((interrupt, aligned(4))) void board_trap(void)
 {
     static uint64_t due;
     intptr_t cause;
-    __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrr %0, mcause\n\t.option pop" : "=r"(cause));
+    __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrr %0, mcause\n\t.option pop"
+                     : "=r"(cause));
     if (cause >= 0) {
         board_text("fault\n");
         board_exit(99);
@@ -79,7 +84,8 @@ void board_tick_every(uint32_t microseconds)
 {
     tick_period = microseconds * BOARD_CLOCK_PER_US;
     compare_at((uint64_t)board_clock() + tick_period);
-    __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrw mtvec, %0\n\tcsrs mie, %1\n\tcsrs mstatus, %2\n\t"
+    __asm__ volatile(".option push\n\t.option arch, +zicsr\n\tcsrw mtvec, %0\n\tcsrs mie, "
+                     "%1\n\tcsrs mstatus, %2\n\t"
                      ".option pop" ::"r"(&board_trap),
                      "r"(TIMER_INTERRUPT), "r"(INTERRUPTS)
                      : "memory");
@@ -100,6 +106,7 @@ void board_begin(void)
 /* The first instructions: there is no stack yet. */
 __attribute__((naked, section(".vectors"))) void board_reset(void)
 {
-    __asm__(".option push\n\t.option norelax\n\tla gp, __global_pointer$\n\t.option pop\n\tla sp, image_stack_top\n\t"
+    __asm__(".option push\n\t.option norelax\n\tla gp, __global_pointer$\n\t.option pop\n\tla sp, "
+            "image_stack_top\n\t"
             "call board_begin");
 }

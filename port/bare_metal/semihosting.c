@@ -25,7 +25,8 @@ void board_text(const char *text)
 
 int board_open(const char *path, bool for_writing)
 {
-    const uintptr_t block[3] = {(uintptr_t)path, for_writing ? MODE_WRITE : MODE_READ, strlen(path)};
+    const uintptr_t block[3] = {(uintptr_t)path, for_writing ? MODE_WRITE : MODE_READ,
+                                strlen(path)};
     return (int)semihosting_call(SYS_OPEN, block);
 }
 

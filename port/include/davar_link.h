@@ -16,10 +16,11 @@ extern "C" {
 typedef struct davar_link davar_link_t;
 
 typedef struct {
-    const char *where; /* can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty: see davar_link_name */
-    bool fd;           /* CAN FD frames too; not on a serial line */
-    uint32_t baud;     /* of a serial line; 0: leave it as it is */
-    bool wait;         /* open even when the interface, the file or the peer is not there yet */
+    const char *
+        where; /* can:IFACE, slcan:PATH (a tty), or slcan:pty, which makes a pty: see davar_link_name */
+    bool fd;       /* CAN FD frames too; not on a serial line */
+    uint32_t baud; /* of a serial line; 0: leave it as it is */
+    bool wait;     /* open even when the interface, the file or the peer is not there yet */
 } davar_link_options_t;
 
 /* Opens a link, for the caller to close. Null: `why` (of `size` bytes) says what is wrong, without a newline. */

@@ -43,26 +43,29 @@ typedef union {
 typedef struct {
     const davar_port_samples_t *samples; /* one entry per channel, in channel order */
     size_t count;                        /* samples per channel, >= 1 */
-    uint32_t missing;                    /* sample periods lost just before the first of them; 0: none */
+    uint32_t missing; /* sample periods lost just before the first of them; 0: none */
 } davar_port_block_t;
 
 typedef enum {
-    DAVAR_PORT_READ_FAULT = -1, /* the source failed; the node counts it and asks again if it is stepped again */
-    DAVAR_PORT_READ_AGAIN = 0,  /* nothing now, try again; *block is untouched */
-    DAVAR_PORT_READ_BLOCK = 1,  /* *block is filled */
-    DAVAR_PORT_READ_END = 2     /* no sample will ever come again; read is not called after this */
+    DAVAR_PORT_READ_FAULT =
+        -1, /* the source failed; the node counts it and asks again if it is stepped again */
+    DAVAR_PORT_READ_AGAIN = 0, /* nothing now, try again; *block is untouched */
+    DAVAR_PORT_READ_BLOCK = 1, /* *block is filled */
+    DAVAR_PORT_READ_END = 2    /* no sample will ever come again; read is not called after this */
 } davar_port_read_t;
 
 typedef enum {
-    DAVAR_PORT_SEND_FAULT = -1, /* this result cannot be delivered, now or later: the node counts it and drops it */
-    DAVAR_PORT_SEND_AGAIN = 0,  /* no room now, try again: the node offers the same result at its next step */
-    DAVAR_PORT_SEND_DONE = 1    /* delivered, or copied into the port's own queue */
+    DAVAR_PORT_SEND_FAULT =
+        -1, /* this result cannot be delivered, now or later: the node counts it and drops it */
+    DAVAR_PORT_SEND_AGAIN =
+        0, /* no room now, try again: the node offers the same result at its next step */
+    DAVAR_PORT_SEND_DONE = 1 /* delivered, or copied into the port's own queue */
 } davar_port_send_t;
 
 /* What is reported through fault(). */
 typedef enum {
     DAVAR_PORT_FAULT_READ = 0, /* read returned DAVAR_PORT_READ_FAULT */
-    DAVAR_PORT_FAULT_SEND      /* send returned DAVAR_PORT_SEND_FAULT; one result of one channel was lost */
+    DAVAR_PORT_FAULT_SEND /* send returned DAVAR_PORT_SEND_FAULT; one result of one channel was lost */
 } davar_port_fault_t;
 
 /* A port. Must outlive the node that uses it; may live in flash. */

@@ -44,7 +44,8 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
         (uint64_t)number,
         channels,
         davar_law_id(config),
-#define FIELD(member, kind, low, high, usual, status, option, unit, help) WORD_OF_##kind(config->member),
+#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
+    WORD_OF_##kind(config->member),
 #include "davar/config_fields.inc"
     };
     memcpy(words, fields, sizeof fields);
@@ -61,8 +62,8 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
     job->channels = (uint32_t)words[2];
     config->law = davar_policy_law((davar_policy_t)words[3], job->number != DAVAR_PORT_Q15);
     config->taus = job->taus;
-#define FIELD(member, kind, low, high, usual, status, option, unit, help)                                              \
-    config->member = OF_WORD_##kind(*word);                                                                            \
+#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
+    config->member = OF_WORD_##kind(*word);                                                        \
     word++;
 #include "davar/config_fields.inc"
     const bool all_read = (word == &words[DAVAR_JOB_SETTINGS]);
@@ -75,7 +76,8 @@ bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS])
     return true;
 }
 
-size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uint64_t words[DAVAR_JOB_RESULT_WORDS])
+size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
+                               uint64_t words[DAVAR_JOB_RESULT_WORDS])
 {
     const uint64_t head[DAVAR_JOB_HEAD] = {channel,
                                            result->epoch,
@@ -99,27 +101,36 @@ size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uin
     uint64_t *word = &words[DAVAR_JOB_HEAD];
     for (uint32_t t = 0U; t < result->tau_count; t++, word += 6) {
         const davar_adev_t *const tau = &result->tau[t];
-        const uint64_t fields[6] = {
-            tau->m, tau->differences, bits_of(tau->adev), bits_of(tau->low), bits_of(tau->high), bits_of(tau->edf)};
+        const uint64_t fields[6] = {tau->m,
+                                    tau->differences,
+                                    bits_of(tau->adev),
+                                    bits_of(tau->low),
+                                    bits_of(tau->high),
+                                    bits_of(tau->edf)};
         memcpy(word, fields, sizeof fields);
     }
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++, word += 4) {
         const davar_coefficient_t *const one = &result->coefficient[k];
-        const uint64_t fields[4] = {one->present ? 1U : 0U, bits_of(one->value), bits_of(one->low), bits_of(one->high)};
+        const uint64_t fields[4] = {one->present ? 1U : 0U, bits_of(one->value), bits_of(one->low),
+                                    bits_of(one->high)};
         memcpy(word, fields, sizeof fields);
     }
     return (size_t)(word - words);
 }
 
-void davar_job_encode_health(size_t channel, const davar_health_t *health, uint64_t head[DAVAR_JOB_HEAD])
+void davar_job_encode_health(size_t channel, const davar_health_t *health,
+                             uint64_t head[DAVAR_JOB_HEAD])
 {
     const uint64_t fields[DAVAR_JOB_HEAD] = {
-        HEALTH,           channel,        health->gaps, health->missing, health->saturated, health->not_finite,
-        health->restarts, health->missed, health->cuts, health->alarms,  health->shocks};
+        HEALTH,           channel,           health->gaps,
+        health->missing,  health->saturated, health->not_finite,
+        health->restarts, health->missed,    health->cuts,
+        health->alarms,   health->shocks};
     memcpy(head, fields, sizeof fields);
 }
 
-bool davar_job_decode_health(size_t *channel, davar_health_t *health, const uint64_t head[DAVAR_JOB_HEAD])
+bool davar_job_decode_health(size_t *channel, davar_health_t *health,
+                             const uint64_t head[DAVAR_JOB_HEAD])
 {
     *channel = (size_t)head[1];
     *health = (davar_health_t){.gaps = (uint32_t)head[2],
@@ -137,11 +148,13 @@ bool davar_job_decode_health(size_t *channel, davar_health_t *health, const uint
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD])
 {
     const uint64_t taus = head[8];
-    return ((taus >= 1U) && (taus <= DAVAR_TAUS_MAX)) ? ((6U * (size_t)taus) + ((size_t)4U * DAVAR_COEFFICIENT_COUNT))
-                                                      : 0U;
+    return ((taus >= 1U) && (taus <= DAVAR_TAUS_MAX))
+               ? ((6U * (size_t)taus) + ((size_t)4U * DAVAR_COEFFICIENT_COUNT))
+               : 0U;
 }
 
-void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint64_t words[DAVAR_JOB_RESULT_WORDS])
+void davar_job_decode_result(size_t *channel, davar_result_t *result,
+                             const uint64_t words[DAVAR_JOB_RESULT_WORDS])
 {
     *channel = (size_t)words[0];
     result->epoch = words[1];
@@ -156,8 +169,8 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint
     result->young = words[10] != 0U;
     result->cut_age_samples = (uint32_t)words[11];
     result->dispersion = double_of(words[12]);
-    result->change =
-        (davar_change_t){(uint32_t)words[13], double_of(words[14]), double_of(words[15]), double_of(words[16])};
+    result->change = (davar_change_t){(uint32_t)words[13], double_of(words[14]),
+                                      double_of(words[15]), double_of(words[16])};
     result->noise = (davar_noise_t)words[17];
     result->unit_per_count = 0.0; /* fitted already */
     const uint64_t *word = &words[DAVAR_JOB_HEAD];
@@ -167,7 +180,8 @@ void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint
         result->tau[t] = tau;
     }
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++, word += 4) {
-        const davar_coefficient_t one = {word[0] != 0U, double_of(word[1]), double_of(word[2]), double_of(word[3])};
+        const davar_coefficient_t one = {word[0] != 0U, double_of(word[1]), double_of(word[2]),
+                                         double_of(word[3])};
         result->coefficient[k] = one;
     }
 }

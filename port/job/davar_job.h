@@ -21,7 +21,8 @@ extern "C" {
 #define DAVAR_JOB_SETTINGS 28U
 #define DAVAR_JOB_WORDS (DAVAR_JOB_SETTINGS + DAVAR_JOB_TAUS)
 #define DAVAR_JOB_HEAD 18U
-#define DAVAR_JOB_RESULT_WORDS (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
+#define DAVAR_JOB_RESULT_WORDS                                                                     \
+    (DAVAR_JOB_HEAD + (6U * DAVAR_TAUS_MAX) + (4U * DAVAR_COEFFICIENT_COUNT))
 
 typedef struct {
     davar_config_t config; /* its taus are those below */
@@ -38,18 +39,22 @@ void davar_job_encode(const davar_config_t *config, davar_port_number_t number, 
 bool davar_job_decode(davar_job_t *job, const uint64_t words[DAVAR_JOB_WORDS]);
 
 /* Returns how many words were filled. */
-size_t davar_job_encode_result(size_t channel, const davar_result_t *result, uint64_t words[DAVAR_JOB_RESULT_WORDS]);
+size_t davar_job_encode_result(size_t channel, const davar_result_t *result,
+                               uint64_t words[DAVAR_JOB_RESULT_WORDS]);
 
 /* Fills the head that tells the health of a channel. */
-void davar_job_encode_health(size_t channel, const davar_health_t *health, uint64_t head[DAVAR_JOB_HEAD]);
+void davar_job_encode_health(size_t channel, const davar_health_t *health,
+                             uint64_t head[DAVAR_JOB_HEAD]);
 
 /* True when the head is one of health. */
-bool davar_job_decode_health(size_t *channel, davar_health_t *health, const uint64_t head[DAVAR_JOB_HEAD]);
+bool davar_job_decode_health(size_t *channel, davar_health_t *health,
+                             const uint64_t head[DAVAR_JOB_HEAD]);
 
 /* Words that follow the head of a result; 0: no head of a result that this build can hold. */
 size_t davar_job_result_rest(const uint64_t head[DAVAR_JOB_HEAD]);
 
-void davar_job_decode_result(size_t *channel, davar_result_t *result, const uint64_t words[DAVAR_JOB_RESULT_WORDS]);
+void davar_job_decode_result(size_t *channel, davar_result_t *result,
+                             const uint64_t words[DAVAR_JOB_RESULT_WORDS]);
 
 #ifdef __cplusplus
 }

@@ -23,7 +23,8 @@ struct gpio_output {
     struct gpiod_line *line;
 };
 
-static struct gpiod_line *get_line(const char *where, struct gpiod_chip **chip, char *why, size_t size)
+static struct gpiod_line *get_line(const char *where, struct gpiod_chip **chip, char *why,
+                                   size_t size)
 {
     char name[CHIP_BYTES];
     unsigned offset = 0;
@@ -46,7 +47,8 @@ static struct gpiod_line *get_line(const char *where, struct gpiod_chip **chip, 
 
 static void refuse(const char *where, struct gpiod_chip *chip, char *why, size_t size)
 {
-    (void)snprintf(why, size, "%s: %s", where, (errno == EBUSY) ? "busy: another program holds it" : strerror(errno));
+    (void)snprintf(why, size, "%s: %s", where,
+                   (errno == EBUSY) ? "busy: another program holds it" : strerror(errno));
     gpiod_chip_close(chip);
 }
 
@@ -76,7 +78,8 @@ int gpio_edges_descriptor(const gpio_edges_t *edges)
 static uint32_t lost_since(const gpio_edges_t *edges, uint64_t now_ns)
 {
     const uint64_t passed = now_ns - edges->last_ns;
-    const bool known = (edges->last_ns > 0U) && (edges->period_ns > 0U) && (now_ns > edges->last_ns);
+    const bool known =
+        (edges->last_ns > 0U) && (edges->period_ns > 0U) && (now_ns > edges->last_ns);
     const uint64_t periods = known ? (passed + edges->period_ns / 2U) / edges->period_ns : 1U;
     return (periods > 1U) ? (uint32_t)(periods - 1U) : 0U;
 }

@@ -29,7 +29,8 @@ static struct gpiod_chip *open_chip(const char *name)
 {
     char path[PATH_BYTES];
     const bool number = (strspn(name, "0123456789") == strlen(name));
-    (void)snprintf(path, sizeof path, "%s%s", (name[0] == '/') ? "" : (number ? "/dev/gpiochip" : "/dev/"), name);
+    (void)snprintf(path, sizeof path, "%s%s",
+                   (name[0] == '/') ? "" : (number ? "/dev/gpiochip" : "/dev/"), name);
     return gpiod_chip_open(path);
 }
 
@@ -40,9 +41,10 @@ static struct gpiod_line_request *request_line(struct gpiod_chip *chip, unsigned
     struct gpiod_request_config *config = gpiod_request_config_new();
     struct gpiod_line_request *request = NULL;
     if ((settings != NULL) && (lines != NULL) && (config != NULL)) {
-        (void)gpiod_line_settings_set_direction(settings,
-                                                output ? GPIOD_LINE_DIRECTION_OUTPUT : GPIOD_LINE_DIRECTION_INPUT);
-        (void)gpiod_line_settings_set_edge_detection(settings, output ? GPIOD_LINE_EDGE_NONE : GPIOD_LINE_EDGE_RISING);
+        (void)gpiod_line_settings_set_direction(settings, output ? GPIOD_LINE_DIRECTION_OUTPUT
+                                                                 : GPIOD_LINE_DIRECTION_INPUT);
+        (void)gpiod_line_settings_set_edge_detection(settings, output ? GPIOD_LINE_EDGE_NONE
+                                                                      : GPIOD_LINE_EDGE_RISING);
         (void)gpiod_line_settings_set_output_value(settings, GPIOD_LINE_VALUE_INACTIVE);
         gpiod_request_config_set_consumer(config, CONSUMER);
         if (gpiod_line_config_add_line_settings(lines, &line, 1, settings) == 0) {
@@ -57,7 +59,8 @@ static struct gpiod_line_request *request_line(struct gpiod_chip *chip, unsigned
     return request;
 }
 
-static struct gpiod_line_request *request_where(const char *where, bool output, unsigned *line, char *why, size_t size)
+static struct gpiod_line_request *request_where(const char *where, bool output, unsigned *line,
+                                                char *why, size_t size)
 {
     char name[CHIP_BYTES];
     if (!gpio_split(where, name, sizeof name, line)) {
@@ -110,7 +113,8 @@ gpio_read_t gpio_edges_read(gpio_edges_t *edges, uint32_t *lost)
     if (waits == 0) {
         return GPIO_NO_EDGE;
     }
-    if ((waits < 0) || (gpiod_line_request_read_edge_events(edges->request, edges->buffer, 1) != 1)) {
+    if ((waits < 0) ||
+        (gpiod_line_request_read_edge_events(edges->request, edges->buffer, 1) != 1)) {
         return GPIO_FAULT;
     }
     struct gpiod_edge_event *event = gpiod_edge_event_buffer_get_event(edges->buffer, 0);
@@ -145,7 +149,8 @@ gpio_output_t *gpio_output_open(const char *where, char *why, size_t size)
 bool gpio_output_set(gpio_output_t *output, bool high)
 {
     return gpiod_line_request_set_value(output->request, output->line,
-                                        high ? GPIOD_LINE_VALUE_ACTIVE : GPIOD_LINE_VALUE_INACTIVE) == 0;
+                                        high ? GPIOD_LINE_VALUE_ACTIVE
+                                             : GPIOD_LINE_VALUE_INACTIVE) == 0;
 }
 
 void gpio_output_close(gpio_output_t *output)

@@ -60,8 +60,8 @@ static const char *parse(const char *where, const link_kind_t **kind)
     return (strncmp(where, "slcan:", 6) == 0) ? where + 6 : NULL;
 }
 
-static bool check(const davar_link_options_t *options, const char *name, const link_kind_t *kind, char *why,
-                  size_t size)
+static bool check(const davar_link_options_t *options, const char *name, const link_kind_t *kind,
+                  char *why, size_t size)
 {
     if ((name == NULL) || (*name == '\0') || (strlen(name) >= LINK_NAME_BYTES)) {
         (void)snprintf(why, size, "can:IFACE or slcan:PATH expected, found '%s'", options->where);
@@ -105,7 +105,8 @@ const char *davar_link_name(const davar_link_t *link)
 
 davar_port_send_t davar_link_send(davar_link_t *link, const davar_frame_t *frame)
 {
-    const davar_port_send_t answer = (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : link->kind->send(link, frame);
+    const davar_port_send_t answer =
+        (link->descriptor < 0) ? DAVAR_PORT_SEND_FAULT : link->kind->send(link, frame);
     if (answer == DAVAR_PORT_SEND_AGAIN) {
         link_count(link, DAVAR_HEALTH_SEND_RETRIES, 1U);
     } else if (answer == DAVAR_PORT_SEND_FAULT) {
@@ -156,7 +157,8 @@ void davar_link_wait(davar_link_t *link, uint32_t milliseconds)
 
 void davar_link_health(const davar_link_t *link, davar_wire_health_t *health)
 {
-    for (size_t item = DAVAR_HEALTH_FRAMES_DROPPED; item <= (size_t)DAVAR_HEALTH_NOISE_BYTES; item++) {
+    for (size_t item = DAVAR_HEALTH_FRAMES_DROPPED; item <= (size_t)DAVAR_HEALTH_NOISE_BYTES;
+         item++) {
         health->count[item] = link->count[item];
     }
 }

@@ -10,7 +10,8 @@
 
 /* Functions of one kind of link. */
 typedef struct {
-    bool (*open)(davar_link_t *link, char *why, size_t size); /* false: not there (yet); nothing stays open */
+    bool (*open)(davar_link_t *link, char *why,
+                 size_t size); /* false: not there (yet); nothing stays open */
     davar_port_send_t (*send)(davar_link_t *link, const davar_frame_t *frame);
     void (*poll)(davar_link_t *link);
     void (*drain)(davar_link_t *link);

@@ -27,12 +27,14 @@ static bool bind_interface(int descriptor, const davar_link_t *link)
 {
     struct ifreq request = {0};
     struct sockaddr_can address = {.can_family = AF_CAN};
-    memcpy(request.ifr_name, link->name, strlen(link->name)); /* shorter than IFNAMSIZ: open_can has checked */
+    memcpy(request.ifr_name, link->name,
+           strlen(link->name)); /* shorter than IFNAMSIZ: open_can has checked */
     if (ioctl(descriptor, SIOCGIFINDEX, &request) != 0) {
         return false;
     }
     address.can_ifindex = request.ifr_ifindex;
-    if ((ioctl(descriptor, SIOCGIFMTU, &request) != 0) || (link->options.fd && (request.ifr_mtu < (int)CANFD_MTU))) {
+    if ((ioctl(descriptor, SIOCGIFMTU, &request) != 0) ||
+        (link->options.fd && (request.ifr_mtu < (int)CANFD_MTU))) {
         errno = EMSGSIZE;
         return false;
     }
@@ -50,8 +52,10 @@ static bool open_can(davar_link_t *link, char *why, size_t size)
         return false;
     }
     const int descriptor = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
-    if ((descriptor < 0) || !set_options(descriptor, link->options.fd) || !bind_interface(descriptor, link)) {
-        const char *cause = (errno == EMSGSIZE) ? "the interface is not set to CAN FD (mtu 72)" : strerror(errno);
+    if ((descriptor < 0) || !set_options(descriptor, link->options.fd) ||
+        !bind_interface(descriptor, link)) {
+        const char *cause =
+            (errno == EMSGSIZE) ? "the interface is not set to CAN FD (mtu 72)" : strerror(errno);
         (void)snprintf(why, size, "can:%s: %s", link->name, cause);
         (void)((descriptor >= 0) && (close(descriptor) == 0));
         return false;
@@ -67,8 +71,9 @@ static davar_port_send_t send_can(davar_link_t *link, const davar_frame_t *frame
         return DAVAR_PORT_SEND_AGAIN;
     }
     const bool fd = frame->length > 8U;
-    struct canfd_frame out = {
-        .can_id = frame->identifier, .len = frame->length, .flags = fd ? CANFD_BRS : 0U}; /* data at the fast rate */
+    struct canfd_frame out = {.can_id = frame->identifier,
+                              .len = frame->length,
+                              .flags = fd ? CANFD_BRS : 0U}; /* data at the fast rate */
     memcpy(out.data, frame->data, frame->length);
     const size_t size = fd ? CANFD_MTU : CAN_MTU;
     if (write(link->descriptor, &out, size) == (ssize_t)size) {
@@ -84,7 +89,8 @@ static davar_port_send_t send_can(davar_link_t *link, const davar_frame_t *frame
 static void note_error(davar_link_t *link, const struct can_frame *frame)
 {
     const bool control = (frame->can_id & CAN_ERR_CRTL) != 0U;
-    const bool passive = control && ((frame->data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0U);
+    const bool passive =
+        control && ((frame->data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0U);
     if (passive && !link->passive) {
         link_count(link, DAVAR_HEALTH_ERROR_PASSIVE, 1U);
     }

@@ -23,14 +23,16 @@
 static const struct {
     uint32_t baud;
     speed_t code;
-} speeds[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},   {57600, B57600},     {115200, B115200},
-              {230400, B230400}, {460800, B460800}, {921600, B921600}, {1000000, B1000000}, {3000000, B3000000}};
+} speeds[] = {{9600, B9600},       {19200, B19200},    {38400, B38400},   {57600, B57600},
+              {115200, B115200},   {230400, B230400},  {460800, B460800}, {921600, B921600},
+              {1000000, B1000000}, {3000000, B3000000}};
 
 static bool set_speed(struct termios *line, uint32_t baud)
 {
     for (size_t i = 0; i < sizeof speeds / sizeof speeds[0]; i++) {
         if (speeds[i].baud == baud) {
-            return (cfsetispeed(line, speeds[i].code) == 0) && (cfsetospeed(line, speeds[i].code) == 0);
+            return (cfsetispeed(line, speeds[i].code) == 0) &&
+                   (cfsetospeed(line, speeds[i].code) == 0);
         }
     }
     errno = EINVAL;
@@ -44,7 +46,8 @@ static bool make_raw(int descriptor, uint32_t baud)
     if (tcgetattr(descriptor, &line) != 0) {
         return false;
     }
-    line.c_iflag &= ~(tcflag_t)(IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL | IXON | IXOFF);
+    line.c_iflag &=
+        ~(tcflag_t)(IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL | IXON | IXOFF);
     line.c_oflag &= ~(tcflag_t)OPOST;
     line.c_lflag &= ~(tcflag_t)(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
     line.c_cflag &= ~(tcflag_t)(CSIZE | PARENB);
@@ -56,8 +59,8 @@ static bool make_raw(int descriptor, uint32_t baud)
 static bool open_pty(davar_link_t *link)
 {
     link->descriptor = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-    if ((link->descriptor < 0) || (grantpt(link->descriptor) != 0) || (unlockpt(link->descriptor) != 0) ||
-        (fcntl(link->descriptor, F_SETFL, O_NONBLOCK) != 0)) {
+    if ((link->descriptor < 0) || (grantpt(link->descriptor) != 0) ||
+        (unlockpt(link->descriptor) != 0) || (fcntl(link->descriptor, F_SETFL, O_NONBLOCK) != 0)) {
         return false;
     }
     (void)snprintf(link->name, sizeof link->name, "%s", ptsname(link->descriptor));
@@ -128,7 +131,8 @@ static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame
     if (link->make_pty) {
         watch_peer(link);
         if (!link->peer) {
-            return (link->count[DAVAR_HEALTH_LINK_LOST] > 0U) ? DAVAR_PORT_SEND_FAULT : DAVAR_PORT_SEND_AGAIN;
+            return (link->count[DAVAR_HEALTH_LINK_LOST] > 0U) ? DAVAR_PORT_SEND_FAULT
+                                                              : DAVAR_PORT_SEND_AGAIN;
         }
     }
     if (!push_pending(link)) {
@@ -142,7 +146,8 @@ static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame
 /* Commands of an SLCAN host (O, C, S6, V, t..., and their answers) are no noise. */
 static void hear(davar_link_t *link, unsigned char byte)
 {
-    link->odd = link->odd || ((byte != '\r') && (byte != '\n') && !isalnum(byte)) || (link->heard > LINE_MAX_SLCAN);
+    link->odd = link->odd || ((byte != '\r') && (byte != '\n') && !isalnum(byte)) ||
+                (link->heard > LINE_MAX_SLCAN);
     if (byte != '\r') {
         link->heard++;
         return;
@@ -164,7 +169,8 @@ static void poll_tty(davar_link_t *link)
             hear(link, bytes[i]);
         }
     }
-    if (!link->make_pty && (((got < 0) && (errno != EAGAIN) && (errno != EINTR)) || hung_up(link))) {
+    if (!link->make_pty &&
+        (((got < 0) && (errno != EAGAIN) && (errno != EINTR)) || hung_up(link))) {
         link_lost(link);
     } else {
         (void)push_pending(link);
@@ -192,7 +198,8 @@ static void drain_tty(davar_link_t *link)
     uint64_t until = link_now_ms() + DRAIN_MS;
     uint32_t quiet = 0;
     int before = 0;
-    while ((quiet < wanted) && (link->descriptor >= 0) && !hung_up(link) && (link_now_ms() < until)) {
+    while ((quiet < wanted) && (link->descriptor >= 0) && !hung_up(link) &&
+           (link_now_ms() < until)) {
         const bool all_written = push_pending(link);
         const int unread = unread_bytes(link);
         quiet = (all_written && (unread == 0)) ? quiet + 1U : 0U;

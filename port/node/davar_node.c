@@ -16,7 +16,8 @@ static uint32_t now_us(const davar_port_t *port)
     return (port->now_us != NULL) ? port->now_us(port->context) : 0U;
 }
 
-static davar_node_state_t fault(const davar_port_t *port, davar_port_fault_t what, uint32_t *counter)
+static davar_node_state_t fault(const davar_port_t *port, davar_port_fault_t what,
+                                uint32_t *counter)
 {
     count_one(counter);
     if (port->fault != NULL) {
@@ -97,14 +98,17 @@ static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *sa
     size_t consumed = 0;
     switch (channel->number) {
     case DAVAR_PORT_Q15:
-        consumed = davar_push_until_result_q15(channel->davar, samples->q15 + channel->position, count);
+        consumed =
+            davar_push_until_result_q15(channel->davar, samples->q15 + channel->position, count);
         break;
     case DAVAR_PORT_Q31:
-        consumed = davar_push_until_result_q31(channel->davar, samples->q31 + channel->position, count);
+        consumed =
+            davar_push_until_result_q31(channel->davar, samples->q31 + channel->position, count);
         break;
     case DAVAR_PORT_F32:
     default:
-        consumed = davar_push_until_result_f32(channel->davar, samples->f32 + channel->position, count);
+        consumed =
+            davar_push_until_result_f32(channel->davar, samples->f32 + channel->position, count);
         break;
     }
     return consumed;
@@ -113,7 +117,8 @@ static size_t push(davar_node_channel_t *channel, const davar_port_samples_t *sa
 static void push_rest(davar_node_t *node, size_t c)
 {
     davar_node_channel_t *channel = &node->channels[c];
-    channel->position += push(channel, &node->block.samples[c], node->block.count - channel->position);
+    channel->position +=
+        push(channel, &node->block.samples[c], node->block.count - channel->position);
 }
 
 static void flush_one(davar_node_t *node, size_t c)
@@ -171,7 +176,8 @@ static davar_node_state_t advance(davar_node_t *node)
     return node->ended ? DAVAR_NODE_DONE : read_block(node);
 }
 
-void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t count, const davar_port_t *port)
+void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t count,
+                     const davar_port_t *port)
 {
     assert((node != NULL) && (channels != NULL) && (count > 0U));
     assert((port != NULL) && (port->read != NULL) && (port->send != NULL));

@@ -17,7 +17,8 @@ typedef struct {
     davar_port_number_t number;
     davar_plan_t *
         plan; /* of the fit, for the taus of the configuration; channels with the same may share one. Null: ADEV only */
-    size_t position; /* private: samples of the current block (after the end: flushed results) already done */
+    size_t
+        position; /* private: samples of the current block (after the end: flushed results) already done */
 } davar_node_channel_t;
 
 /* What the node did and met. Saturating. */
@@ -33,10 +34,12 @@ typedef struct {
 
 /* What a step found. */
 typedef enum {
-    DAVAR_NODE_FAULT = -1, /* read or send failed (counted, reported to the port); stepping on is allowed */
-    DAVAR_NODE_IDLE = 0,   /* nothing now: no sample waits, or no room to send; sleep if you like, then step again */
-    DAVAR_NODE_RUNNING,    /* did some work, there may be more: step again */
-    DAVAR_NODE_DONE        /* the stream ended and every result has been sent; further steps change nothing */
+    DAVAR_NODE_FAULT =
+        -1, /* read or send failed (counted, reported to the port); stepping on is allowed */
+    DAVAR_NODE_IDLE =
+        0, /* nothing now: no sample waits, or no room to send; sleep if you like, then step again */
+    DAVAR_NODE_RUNNING, /* did some work, there may be more: step again */
+    DAVAR_NODE_DONE /* the stream ended and every result has been sent; further steps change nothing */
 } davar_node_state_t;
 
 /* The node. Fields are private but for `counters`. Holds the one result that waits for the bus. */
@@ -54,7 +57,8 @@ typedef struct {
 
 /* Joins `count` (>= 1) started channels to a port. Channels and port belong to the caller and must outlive the node.
  * Null pointers, no channel, or a port without read or send are caller bugs (asserted). O(count). */
-void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t count, const davar_port_t *port);
+void davar_node_init(davar_node_t *node, davar_node_channel_t *channels, size_t count,
+                     const davar_port_t *port);
 
 /* One bounded piece of work: retry the waiting result, or push one channel up to its next result (or the end of its
  * block) and send that result, or read one block, or flush one result after the end. Never waits. Results leave epoch by

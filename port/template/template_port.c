@@ -10,8 +10,9 @@ static davar_port_read_t read_half(void *context, davar_port_block_t *block)
     }
     state->read += waiting;
     state->samples.q15 = state->counts[(state->read - 1U) % 2U];
-    *block = (davar_port_block_t){
-        .samples = &state->samples, .count = TEMPLATE_PORT_HALF, .missing = (waiting - 1U) * TEMPLATE_PORT_HALF};
+    *block = (davar_port_block_t){.samples = &state->samples,
+                                  .count = TEMPLATE_PORT_HALF,
+                                  .missing = (waiting - 1U) * TEMPLATE_PORT_HALF};
     return DAVAR_PORT_READ_BLOCK;
 }
 

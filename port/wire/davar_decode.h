@@ -13,34 +13,40 @@ typedef enum {
     DAVAR_DECODE_FOREIGN, /**< not an identifier of this base */
     DAVAR_DECODE_LENGTH,  /**< not the length of this message */
     DAVAR_DECODE_CRC,     /**< damaged */
-    DAVAR_DECODE_VALUE    /**< an index or a value that no sender writes: damage that passed the checksum */
+    DAVAR_DECODE_VALUE /**< an index or a value that no sender writes: damage that passed the checksum */
 } davar_decode_status_t;
 
 /** The content of one frame. Absent values are NaN. Units as in davar_result_t. */
 typedef struct {
     davar_message_t message;
     uint8_t channel;
-    uint8_t counter;  /**< Counter, 0..15 */
-    uint8_t result;   /**< Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
-    uint8_t session;  /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */
-    uint8_t index;    /**< TauIndex; Kind (coefficient, + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex;
+    uint8_t counter; /**< Counter, 0..15 */
+    uint8_t
+        result; /**< Result: Counter of the DAVAR_State it belongs to, 0..15; not in State, ResultFd, Raw */
+    uint8_t session; /**< DAVAR_End, DAVAR_Health, DAVAR_Setup: see davar_encoder_session */
+    uint8_t
+        index; /**< TauIndex; Kind (coefficient, + 5 for low, + 10 for high); HealthIndex; Item; MonitorIndex;
                           Form; ChangeItem; Frames */
-    float value;      /**< the float32 of the message; in DAVAR_ResultFd ARW */
-    uint32_t number;  /**< Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits),
+    float value; /**< the float32 of the message; in DAVAR_ResultFd ARW */
+    uint32_t
+        number; /**< Epoch (24 bits in DAVAR_ResultFd), health count, stride, cluster size, Index (18 bits),
                           Digest */
-    int32_t count[2]; /**< DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
+    int32_t count
+        [2]; /**< DAVAR_Raw: the counts from sample `number` on; two of a pair, one of DAVAR_RAW_COUNT */
     uint32_t window_samples;
     bool unstable;
-    float relative_uncertainty; /**< of ARW or of the Allan deviation: half the 95 % interval over the value */
-    uint8_t worst; /**< DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
+    float
+        relative_uncertainty; /**< of ARW or of the Allan deviation: half the 95 % interval over the value */
+    uint8_t
+        worst; /**< DAVAR_Monitor, health: index of the tau that decides it; DAVAR_MONITOR_NO_TAU: none */
     float kurtosis;
     float contribution;
     bool alarm; /**< DAVAR_Change: this and the next four as in davar_result_t */
     bool young;
     uint32_t change_m;
-    uint32_t cut_age_samples;                   /**< item DAVAR_CHANGE_CUT only; 2^20 - 1: that or more */
-    float dispersion;                           /**< item DAVAR_CHANGE_CUT only */
-    float adev[DAVAR_FD_TAUS];                  /**< DAVAR_ResultFd */
+    uint32_t cut_age_samples;  /**< item DAVAR_CHANGE_CUT only; 2^20 - 1: that or more */
+    float dispersion;          /**< item DAVAR_CHANGE_CUT only */
+    float adev[DAVAR_FD_TAUS]; /**< DAVAR_ResultFd */
     float coefficient[DAVAR_COEFFICIENT_COUNT]; /**< DAVAR_ResultFd */
 } davar_wire_t;
 

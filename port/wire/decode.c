@@ -51,7 +51,8 @@ static bool is_setup(const davar_wire_t *wire)
     if ((wire->index == (uint8_t)DAVAR_SETUP_RATE) || (wire->index == (uint8_t)DAVAR_SETUP_UNIT)) {
         return (wire->value > 0.0F) && is_magnitude(wire->value);
     }
-    return ((wire->index == (uint8_t)DAVAR_SETUP_STRIDE) || (wire->index >= (uint8_t)DAVAR_SETUP_TAU)) &&
+    return ((wire->index == (uint8_t)DAVAR_SETUP_STRIDE) ||
+            (wire->index >= (uint8_t)DAVAR_SETUP_TAU)) &&
            (wire->number > 0U);
 }
 
@@ -74,8 +75,8 @@ static bool is_fd(const davar_wire_t *wire)
 
 static void read_fd(const davar_frame_t *frame, davar_wire_t *wire)
 {
-    static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY, DAVAR_RATE_RANDOM_WALK,
-                                     DAVAR_RATE_RAMP};
+    static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY,
+                                     DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
     wire->number = get(frame, fd_epoch);
     wire->window_samples = get(frame, fd_window);
     wire->unstable = (get(frame, fd_unstable) != 0U);
@@ -99,7 +100,8 @@ static void read_state(const davar_frame_t *frame, davar_wire_t *wire)
     wire->unstable = (get(frame, signal_unstable) != 0U);
 }
 
-static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t count, davar_wire_t *wire)
+static bool read_index(const davar_frame_t *frame, davar_signal_t at, uint32_t count,
+                       davar_wire_t *wire)
 {
     wire->index = (uint8_t)get(frame, at);
     return wire->index < count;
@@ -130,7 +132,8 @@ static bool read_raw(const davar_frame_t *frame, davar_wire_t *wire)
         wire->count[1] = (int16_t)get(frame, signal_pair[1]);
         return true;
     }
-    wire->count[0] = (wire->index == (uint8_t)DAVAR_RAW_COUNT) ? (int32_t)get(frame, signal_value) : 0;
+    wire->count[0] =
+        (wire->index == (uint8_t)DAVAR_RAW_COUNT) ? (int32_t)get(frame, signal_value) : 0;
     return (wire->index == (uint8_t)DAVAR_RAW_COUNT) ||
            ((wire->index == (uint8_t)DAVAR_RAW_RATE) && is_magnitude(fabsf(wire->value)));
 }
@@ -173,11 +176,13 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
         wire->session = (uint8_t)get(frame, signal_session);
         break;
     case DAVAR_MESSAGE_SETUP:
-        good = read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) && is_setup(wire);
+        good =
+            read_index(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + 32U, wire) && is_setup(wire);
         wire->session = (uint8_t)get(frame, signal_session);
         break;
     case DAVAR_MESSAGE_MONITOR:
-        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) && is_monitor(wire);
+        good = read_index(frame, signal_monitor_index, DAVAR_MONITOR_HEALTH + 1U, wire) &&
+               is_monitor(wire);
         wire->worst = (uint8_t)get(frame, signal_worst_tau);
         break;
     case DAVAR_MESSAGE_RAW:
@@ -201,7 +206,8 @@ static bool read_message(const davar_frame_t *frame, davar_wire_t *wire)
 
 davar_decode_status_t davar_decode(const davar_frame_t *frame, uint16_t base, davar_wire_t *wire)
 {
-    const uint32_t offset = (uint32_t)frame->identifier - base; /* wraps below base: far beyond the last message */
+    const uint32_t offset =
+        (uint32_t)frame->identifier - base; /* wraps below base: far beyond the last message */
     const uint32_t message = offset % DAVAR_WIRE_STEP;
     if ((frame->identifier < base) || (message_length(message) == 0U)) {
         return DAVAR_DECODE_FOREIGN;

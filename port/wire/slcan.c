@@ -54,7 +54,8 @@ static bool get_head(const char *text, size_t length, davar_frame_t *frame)
 {
     uint32_t identifier = 0U;
     uint32_t bytes = 0U;
-    if ((length < HEAD) || (text[0] != 't') || !get_hex(text + 1, 3U, &identifier) || !get_hex(text + 4, 1U, &bytes)) {
+    if ((length < HEAD) || (text[0] != 't') || !get_hex(text + 1, 3U, &identifier) ||
+        !get_hex(text + 4, 1U, &bytes)) {
         return false;
     }
     *frame = (davar_frame_t){.identifier = (uint16_t)identifier, .length = (uint8_t)bytes};

@@ -17,6 +17,7 @@ SUM_BITS = 128
 
 class Adev(NamedTuple):
     """Arrays of one length (T), one entry per cluster size. NaN: the record cannot support it."""
+
     taus_s: Floats  #: averaging times, seconds
     adev: Floats  #: overlapping Allan deviation, unit of x
     low: Floats  #: 95 % interval, from the degrees of freedom of the noise mix that was found
@@ -24,9 +25,19 @@ class Adev(NamedTuple):
     n: Array  #: differences that the estimate rests on
 
 
-def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: str | None = None, *, taus_s: npt.ArrayLike | None = None,
-         clusters: npt.ArrayLike | None = None, data_type: Literal["freq", "phase"] = "freq", gaps: npt.ArrayLike | None = None,
-         time_s: npt.ArrayLike | None = None, gap: float = _samples.GAP_FACTOR, lsb: float | None = None) -> Adev:
+def adev(
+    x: npt.ArrayLike,
+    rate_hz: float | None = None,
+    taus: str | None = None,
+    *,
+    taus_s: npt.ArrayLike | None = None,
+    clusters: npt.ArrayLike | None = None,
+    data_type: Literal["freq", "phase"] = "freq",
+    gaps: npt.ArrayLike | None = None,
+    time_s: npt.ArrayLike | None = None,
+    gap: float = _samples.GAP_FACTOR,
+    lsb: float | None = None,
+) -> Adev:
     """The overlapping Allan deviation of a record, with 95 % intervals.
 
     x: samples (N) of one axis, as floats, or counts as integers (then lsb is needed). NaN, and what a masked array masks: a sample that is missing.
@@ -63,16 +74,31 @@ def adev(x: npt.ArrayLike, rate_hz: float | None = None, taus: str | None = None
     with np.errstate(over="ignore"):
         mean = float(values.mean())
     centre = mean if lsb is None else 0.0
-    largest, most = max(values.max() - centre, centre - values.min()), room(there.size, int(sizes[-1]))
+    largest, most = (
+        max(values.max() - centre, centre - values.min()),
+        room(there.size, int(sizes[-1])),
+    )
     if not np.isfinite(largest) or 0 < largest < 1e-290:
         raise ValueError("x: too large or too small for a double's range; take another unit")
-    step = finest(largest, min(2.0 ** (COUNT_BITS - 1), most)) if lsb is None else 1.0 if counted else unit
+    step = (
+        finest(largest, min(2.0 ** (COUNT_BITS - 1), most))
+        if lsb is None
+        else 1.0
+        if counted
+        else unit
+    )
     if largest / step > most:
         raise ValueError("x: counts too large for exact sums; make x float and leave lsb out")
     ends = np.array([*there.starts()[1:], there.size], np.uintp)
     rows = adev_of(values, centre, step, ends, sizes)
     rows[0] *= unit if counted else 1.0
-    low, high = limits_of(sizes, rows, there.size, clock.rate_hz, unit if lsb is not None and data_type == "freq" else 0.0)
+    low, high = limits_of(
+        sizes,
+        rows,
+        there.size,
+        clock.rate_hz,
+        unit if lsb is not None and data_type == "freq" else 0.0,
+    )
     return Adev(sizes / clock.rate_hz, rows[0], low, high, rows[1].astype(np.int64))
 
 

@@ -3,7 +3,18 @@
 import ctypes
 import os
 import re
-from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_size_t, c_uint8, c_uint32, c_uint64, c_void_p
+from ctypes import (
+    POINTER,
+    byref,
+    c_bool,
+    c_char_p,
+    c_double,
+    c_size_t,
+    c_uint8,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,12 +38,25 @@ SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "gap": (None, (c_void_p, c_uint32)),
     "push": (c_size_t, (c_void_p, c_void_p, c_size_t, c_void_p, c_size_t, POINTER(c_size_t))),
     "flush": (c_size_t, (c_void_p, c_void_p, c_size_t)),
-    "adev": (c_bool, (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p)),
+    "adev": (
+        c_bool,
+        (c_void_p, c_size_t, c_double, c_double, c_void_p, c_size_t, c_void_p, c_size_t, c_void_p),
+    ),
     "intervals": (c_bool, (c_void_p, c_void_p, c_uint8, c_uint32, c_double, c_double, c_void_p)),
     "taus": (c_uint8, (c_uint32, c_uint8, c_void_p)),
     "health": (None, (c_void_p, POINTER(c_uint32))),
 }
-HEALTH = ("gaps", "missing", "saturated", "not_finite", "restarts", "missed", "cuts", "alarms", "shocks")
+HEALTH = (
+    "gaps",
+    "missing",
+    "saturated",
+    "not_finite",
+    "restarts",
+    "missed",
+    "cuts",
+    "alarms",
+    "shocks",
+)
 TABLE = 1 << 14  # rows that are asked for at once
 TAUS_MAX = 32
 UINT32_MAX = 0xFFFFFFFF
@@ -41,13 +65,17 @@ UINT32_MAX = 0xFFFFFFFF
 @cache
 def library() -> ctypes.CDLL:
     """The library beside this file, or the one that DAVAR_LIBRARY names. Raises ImportError."""
-    path = os.environ.get("DAVAR_LIBRARY") or next(map(str, Path(__file__).parent.glob("libdavar_python.*")), "")
+    path = os.environ.get("DAVAR_LIBRARY") or next(
+        map(str, Path(__file__).parent.glob("libdavar_python.*")), ""
+    )
     try:
         if not path:
             raise OSError(f"no libdavar_python beside {__file__}")
         found = ctypes.CDLL(path)
     except OSError as why:
-        raise ImportError(f"davar: cannot load its library ({why}); install the package: pip install .") from None
+        raise ImportError(
+            f"davar: cannot load its library ({why}); install the package: pip install ."
+        ) from None
     for name, (result, arguments) in SIGNATURES.items():
         function = getattr(found, f"davar_python_{name}")
         function.restype, function.argtypes = result, arguments
@@ -57,7 +85,9 @@ def library() -> ctypes.CDLL:
 def named(text: str, taus: str = "taus") -> str:
     """A message of davar-sim with its options as arguments of Python: --window-max -> window_max, --rate -> rate_hz, --taus -> `taus`."""
     names = {"rate": "rate_hz", "taus": taus}
-    return re.sub(r"--([a-z][a-z-]*)", lambda option: names.get(option[1], option[1].replace("-", "_")), text)
+    return re.sub(
+        r"--([a-z][a-z-]*)", lambda option: names.get(option[1], option[1].replace("-", "_")), text
+    )
 
 
 class Run:
@@ -69,7 +99,11 @@ class Run:
         if not self._run:
             raise MemoryError
         for name, text in options.items():
-            self._check(self._calls.davar_python_option(self._run, name.replace("_", "-").encode(), text.encode()))
+            self._check(
+                self._calls.davar_python_option(
+                    self._run, name.replace("_", "-").encode(), text.encode()
+                )
+            )
         needed = c_uint64()
         self._check(self._calls.davar_python_configure(self._run, byref(needed)))
         self.needed = needed.value
@@ -89,7 +123,9 @@ class Run:
     def admit(self, values: Floats, counted: bool) -> int | None:
         """Changes finite float64 values in place to what push takes; the index of one that cannot be taken."""
         bad = c_size_t()
-        good = self._calls.davar_python_admit(self._run, counted, values.ctypes.data, len(values), byref(bad))
+        good = self._calls.davar_python_admit(
+            self._run, counted, values.ctypes.data, len(values), byref(bad)
+        )
         return None if good else bad.value
 
     def reason(self) -> str:
@@ -97,12 +133,18 @@ class Run:
 
     def model(self, m: npt.NDArray[np.uint32], adev_dps: Floats, tolerance: Floats) -> None:
         """Compares every result with this table of an error model. Before start."""
-        self._check(self._calls.davar_python_model(self._run, m.ctypes.data, adev_dps.ctypes.data, tolerance.ctypes.data, len(m)))
+        self._check(
+            self._calls.davar_python_model(
+                self._run, m.ctypes.data, adev_dps.ctypes.data, tolerance.ctypes.data, len(m)
+            )
+        )
 
     def start(self, rate_hz: float, low: float, high: float) -> None:
         self._check(self._calls.davar_python_start(self._run, rate_hz, low, high))
         count = self._calls.davar_python_columns(self._run)
-        self.columns = [self._calls.davar_python_column(self._run, i).decode() for i in range(count)]
+        self.columns = [
+            self._calls.davar_python_column(self._run, i).decode() for i in range(count)
+        ]
 
     def gap(self, missing: int) -> None:
         self._calls.davar_python_gap(self._run, min(int(missing), UINT32_MAX))
@@ -113,7 +155,14 @@ class Run:
         while done < len(values):
             rest = values[done:]
             table, taken = self._table(min(len(rest) // stride + 4, TABLE)), c_size_t()
-            written = self._calls.davar_python_push(self._run, rest.ctypes.data, len(rest), table.ctypes.data, table.shape[1], byref(taken))
+            written = self._calls.davar_python_push(
+                self._run,
+                rest.ctypes.data,
+                len(rest),
+                table.ctypes.data,
+                table.shape[1],
+                byref(taken),
+            )
             tables.append(table[:, :written])
             done += taken.value
         return tables
@@ -139,24 +188,49 @@ class Run:
 def taus_of(window: int, wanted: int) -> npt.NDArray[np.uint32]:
     """Cluster sizes for a record of so many samples: octaves (wanted = 0) or so many on a log scale."""
     found = np.zeros(TAUS_MAX, np.uint32)
-    return found[:library().davar_python_taus(window, wanted, found.ctypes.data)]
+    return found[: library().davar_python_taus(window, wanted, found.ctypes.data)]
 
 
-def adev_of(values: Floats, centre: float, step: float, ends: npt.NDArray[np.uintp], m: npt.NDArray[np.uint32]) -> Floats:
+def adev_of(
+    values: Floats,
+    centre: float,
+    step: float,
+    ends: npt.NDArray[np.uintp],
+    m: npt.NDArray[np.uint32],
+) -> Floats:
     """Rows deviation, number of differences, of values in whole steps from a centre (davar_python_adev)."""
     rows = np.empty((2, len(m)))
-    if not library().davar_python_adev(values.ctypes.data, len(values), centre, step, ends.ctypes.data, len(ends), m.ctypes.data, len(m),
-                                       rows.ctypes.data):
+    if not library().davar_python_adev(
+        values.ctypes.data,
+        len(values),
+        centre,
+        step,
+        ends.ctypes.data,
+        len(ends),
+        m.ctypes.data,
+        len(m),
+        rows.ctypes.data,
+    ):
         raise MemoryError
     return rows
 
 
-def limits_of(m: npt.NDArray[np.uint32], rows: Floats, count: int, rate_hz: float, unit_per_count: float = 0.0) -> Floats:
+def limits_of(
+    m: npt.NDArray[np.uint32], rows: Floats, count: int, rate_hz: float, unit_per_count: float = 0.0
+) -> Floats:
     """Rows low, high of rows of adev_of. More sizes than one fit takes: a frame that spans all of them, with some of the others beside it each time."""
     limits = np.empty((2, len(m)))
     for some in parts(m):
         sizes, these, found = m[some], np.ascontiguousarray(rows[:, some]), np.empty((2, len(some)))
-        if not library().davar_python_intervals(sizes.ctypes.data, these.ctypes.data, len(some), count, rate_hz, unit_per_count, found.ctypes.data):
+        if not library().davar_python_intervals(
+            sizes.ctypes.data,
+            these.ctypes.data,
+            len(some),
+            count,
+            rate_hz,
+            unit_per_count,
+            found.ctypes.data,
+        ):
             raise MemoryError
         limits[:, some] = found
     return limits
@@ -167,7 +241,9 @@ def parts(m: npt.NDArray[np.uint32]) -> list[npt.NDArray[np.intp]]:
     every = np.arange(len(m))
     if len(m) <= TAUS_MAX:
         return [every]
-    frame = np.unique(np.searchsorted(m, np.geomspace(m[0], m[-1], TAUS_MAX // 2)).clip(max=len(m) - 1))
+    frame = np.unique(
+        np.searchsorted(m, np.geomspace(m[0], m[-1], TAUS_MAX // 2)).clip(max=len(m) - 1)
+    )
     rest = np.setdiff1d(every, frame)
     count = -(-len(rest) // (TAUS_MAX - len(frame)))
     return [np.union1d(frame, rest[i::count]) for i in range(count)]

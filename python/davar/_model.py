@@ -21,10 +21,22 @@ def model_of(path: Path, rate_hz: float) -> tuple[npt.NDArray[np.uint32], Floats
         raise ValueError(f"model_table: {why}") from None
     absent = [column for column in COLUMNS if column not in table.columns]
     if absent:
-        raise ValueError(f"model_table: {name}: no column {absent[0]} (found: {', '.join(table.columns)}); davarlab export MODEL -o TABLE.csv writes one")
+        raise ValueError(
+            f"model_table: {name}: no column {absent[0]} (found: {', '.join(table.columns)}); davarlab export MODEL -o TABLE.csv writes one"
+        )
     m, adev, tolerance = (table[column] for column in COLUMNS)
-    if not np.all((m >= 1) & (m < 2 ** 32) & (m == np.floor(m))):
-        raise ValueError(f"model_table: {name}: column m: cluster sizes expected, whole numbers from 1 on")
-    if "tau_s" in table.columns and np.any(np.abs(table["tau_s"] - m / rate_hz) > TAU_TOLERANCE * m / rate_hz):
-        raise ValueError(f"model_table: {name}: column tau_s: made for another sample rate than {rate_hz:g} Hz")
-    return m.astype(np.uint32), np.ascontiguousarray(adev, np.float64), np.ascontiguousarray(tolerance, np.float64)
+    if not np.all((m >= 1) & (m < 2**32) & (m == np.floor(m))):
+        raise ValueError(
+            f"model_table: {name}: column m: cluster sizes expected, whole numbers from 1 on"
+        )
+    if "tau_s" in table.columns and np.any(
+        np.abs(table["tau_s"] - m / rate_hz) > TAU_TOLERANCE * m / rate_hz
+    ):
+        raise ValueError(
+            f"model_table: {name}: column tau_s: made for another sample rate than {rate_hz:g} Hz"
+        )
+    return (
+        m.astype(np.uint32),
+        np.ascontiguousarray(adev, np.float64),
+        np.ascontiguousarray(tolerance, np.float64),
+    )

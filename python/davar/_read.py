@@ -13,14 +13,29 @@ from . import lab
 from ._samples import median_step
 from ._types import Array
 
-LOGS = (b"ULog", b"\xa3\x95", b"FMT, ", b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP", b"MATLAB 5.0", b"\x93NUMPY", b"PK\x03\x04", b"PAR1", b"\x89HDF")
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)  # what davar-sim and numpy take, less infinity and NaN
+LOGS = (
+    b"ULog",
+    b"\xa3\x95",
+    b"FMT, ",
+    b"#ROSBAG",
+    b"SQLite format 3\0",
+    b"\x89MCAP",
+    b"MATLAB 5.0",
+    b"\x93NUMPY",
+    b"PK\x03\x04",
+    b"PAR1",
+    b"\x89HDF",
+)
+NUMBER = re.compile(
+    r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII
+)  # what davar-sim and numpy take, less infinity and NaN
 
 
 @dataclass
 class Recording:
     """columns: name -> samples (N), the name ending in the unit: time_s, gyro_z_dps, temp_degC ... rate_hz: from the median time step; None without
     time_s. notes: the `# key: value` lines of a CSV, or what the log says of itself. recording["gyro_z_dps"] is a column."""
+
     columns: dict[str, Array]
     rate_hz: float | None
     notes: dict[str, str] = field(default_factory=dict)
@@ -64,12 +79,17 @@ def of_log(path: str, sensor: str | None) -> Recording:
         raise ImportError(f"{path}: no CSV; other logs need the extra lab ({lab.said(absent)})")
     from davarlab.errors import BadInput  # type: ignore[import-untyped, unused-ignore]
     from davarlab.logs import door  # type: ignore[import-untyped, unused-ignore]
+
     try:
         found = door.samples(path, door.Options(sensor=sensor))
     except BadInput as why:
         raise ValueError(str(why)) from None
     columns = {name: np.asarray(column) for name, column in found.columns.items()}
-    return Recording(columns, rate_of(columns, path) or found.rate_hz, {str(key): str(value) for key, value in found.notes.items()})
+    return Recording(
+        columns,
+        rate_of(columns, path) or found.rate_hz,
+        {str(key): str(value) for key, value in found.notes.items()},
+    )
 
 
 def rate_of(columns: dict[str, Array], path: str) -> float | None:
@@ -105,14 +125,19 @@ def of_csv(path: str) -> Recording:
     names = [name.strip() for name in lines[first].split(",")]
     for name in names:
         if not name or names.count(name) > 1:
-            raise ValueError(f"{path}:{first + 1}: " + (f"column {name} is there twice" if name else "a column without a name"))
+            raise ValueError(
+                f"{path}:{first + 1}: "
+                + (f"column {name} is there twice" if name else "a column without a name")
+            )
     while lines and not lines[-1].strip():
         lines.pop()
     columns = dict(zip(names, numbers(lines, first + 1, names, path)))
     if "time_s" in columns:
         back = np.flatnonzero(np.diff(columns["time_s"]) < 0)
         if len(back):
-            raise ValueError(f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found {columns['time_s'][back[0] + 1]:.15g}")
+            raise ValueError(
+                f"{path}:{first + 3 + back[0]}: column time_s: time runs backwards, found {columns['time_s'][back[0] + 1]:.15g}"
+            )
     return Recording(columns, rate_of(columns, path), notes)
 
 
@@ -127,7 +152,9 @@ def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
     except ValueError:
         good = False
     if not good:
-        wrong = (wrong_in(row, names, f"{path}:{number}") for number, row in enumerate(rows, first + 1))
+        wrong = (
+            wrong_in(row, names, f"{path}:{number}") for number, row in enumerate(rows, first + 1)
+        )
         raise ValueError(next(filter(None, wrong), f"{path}: not a table of numbers"))
     return np.ascontiguousarray(table.T)
 

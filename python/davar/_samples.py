@@ -9,8 +9,19 @@ import numpy.typing as npt
 from ._types import Array, Floats
 
 GAP_FACTOR = 1.5  # sample periods, above which a time step is a gap
-WHOLE = ("window_max", "window_min", "segment", "grow", "shrink", "stride", "block", "shock_blocks", "long_cluster", "bits")  # options
-EXACT = 2 ** 52  # up to here a double holds every whole number, and the difference of two
+WHOLE = (
+    "window_max",
+    "window_min",
+    "segment",
+    "grow",
+    "shrink",
+    "stride",
+    "block",
+    "shock_blocks",
+    "long_cluster",
+    "bits",
+)  # options
+EXACT = 2**52  # up to here a double holds every whole number, and the difference of two
 
 
 def array_of(name: str, value: npt.ArrayLike) -> Array:
@@ -20,7 +31,9 @@ def array_of(name: str, value: npt.ArrayLike) -> Array:
     except (TypeError, ValueError, OverflowError) as why:
         raise ValueError(f"{name}: an array of numbers expected ({why})") from None
     if found.dtype.kind not in "iuf":
-        raise ValueError(f"{name}: numbers expected, found {found.dtype if found.ndim else type(value).__name__}")
+        raise ValueError(
+            f"{name}: numbers expected, found {found.dtype if found.ndim else type(value).__name__}"
+        )
     return found
 
 
@@ -28,7 +41,9 @@ def unmasked(name: str, value: npt.ArrayLike) -> Array:
     """As array_of, of an argument that cannot have missing entries."""
     found = array_of(name, value)
     if ma.is_masked(found):
-        raise ValueError(f"{name}: masked at {int(np.flatnonzero(ma.getmaskarray(found))[0])}; only x may have missing samples")
+        raise ValueError(
+            f"{name}: masked at {int(np.flatnonzero(ma.getmaskarray(found))[0])}; only x may have missing samples"
+        )
     return np.asarray(found)
 
 
@@ -37,10 +52,15 @@ def samples(x: npt.ArrayLike, lsb: float | None, one: bool = False) -> tuple[Flo
     given = array_of("x", x)
     given = given.reshape(1) if one and given.ndim == 0 else given
     if given.ndim != 1:
-        raise ValueError(f"x: one dimension expected, found shape {given.shape}" + ("; give one axis at a time, x[:, 0] or x[0]" if given.ndim else ""))
+        raise ValueError(
+            f"x: one dimension expected, found shape {given.shape}"
+            + ("; give one axis at a time, x[:, 0] or x[0]" if given.ndim else "")
+        )
     counted = given.dtype.kind in "iu"
     if counted and lsb is None:
-        raise ValueError("lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float")
+        raise ValueError(
+            "lsb: whole numbers are counts and need it (deg/s per count); for rates, make x float"
+        )
     masked = ma.getmaskarray(given) if ma.is_masked(given) else None
     values = np.ascontiguousarray(np.asarray(given), np.float64)
     if masked is not None:
@@ -61,10 +81,14 @@ def finite(values: Floats) -> bool:
 def stamps(time_s: npt.ArrayLike, count: int) -> Floats:
     found = unmasked("time_s", time_s)
     if found.shape != (count,):
-        raise ValueError(f"time_s: {count} numbers expected, as many as x, found shape {found.shape}")
+        raise ValueError(
+            f"time_s: {count} numbers expected, as many as x, found shape {found.shape}"
+        )
     found = found.astype(np.float64)
     if not np.isfinite(found).all():
-        raise ValueError(f"time_s: not a finite number at sample {int(np.flatnonzero(~np.isfinite(found))[0])}")
+        raise ValueError(
+            f"time_s: not a finite number at sample {int(np.flatnonzero(~np.isfinite(found))[0])}"
+        )
     back = np.flatnonzero(np.diff(found) < 0)
     if len(back):
         raise ValueError(f"time_s: time runs backwards at sample {int(back[0]) + 1}")
@@ -98,21 +122,32 @@ def listed(gaps: npt.ArrayLike, count: int) -> Array:
     if found.shape == (0,):
         return np.zeros(0, np.int64)
     if found.ndim != 1 or found.dtype.kind not in "iu":
-        raise ValueError(f"gaps: a list of sample indices expected, found shape {found.shape} of {found.dtype}")
+        raise ValueError(
+            f"gaps: a list of sample indices expected, found shape {found.shape} of {found.dtype}"
+        )
     wrong = found[(found < 1) | (found >= count)]
     if len(wrong):
-        raise ValueError(f"gaps: an index from 1 to {count - 1} expected (the first sample behind the gap), found {int(wrong[0])}")
+        raise ValueError(
+            f"gaps: an index from 1 to {count - 1} expected (the first sample behind the gap), found {int(wrong[0])}"
+        )
     return found.astype(np.int64)
 
 
 class Clock(NamedTuple):
     """When samples were taken. missing: samples lost in front of each (N), None: none are."""
+
     rate_hz: float
     time_s: Floats | None
     missing: Array | None
 
 
-def clock(count: int, rate_hz: float | None, time_s: npt.ArrayLike | None, gaps: npt.ArrayLike | None, factor: float) -> Clock:
+def clock(
+    count: int,
+    rate_hz: float | None,
+    time_s: npt.ArrayLike | None,
+    gaps: npt.ArrayLike | None,
+    factor: float,
+) -> Clock:
     """The Clock that the arguments describe. Raises ValueError."""
     found = None if time_s is None else stamps(time_s, count)
     missing = None if gaps is None and found is None else np.zeros(count, np.int64)
@@ -132,6 +167,7 @@ def clock(count: int, rate_hz: float | None, time_s: npt.ArrayLike | None, gaps:
 class There(NamedTuple):
     """The samples that are there. size: how many. places: their indices; None: all are there. missing: samples lost in front of each, NaN included;
     None: none are."""
+
     size: int
     places: Array | None
     missing: Array | None
@@ -145,7 +181,9 @@ class There(NamedTuple):
 
     def starts(self) -> list[int]:
         """Of the runs without a gap inside, as numbers of samples that are there: the first is 0."""
-        return [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
+        return (
+            [0] if self.missing is None else [0, *(np.flatnonzero(self.missing[1:]) + 1).tolist()]
+        )
 
 
 def there(values: Floats, missing: Array | None) -> There:
@@ -157,7 +195,13 @@ def there(values: Floats, missing: Array | None) -> There:
     if not len(places):
         return There(0, places, None)
     run = np.diff(places, prepend=-1) - 1
-    return There(len(places), places, run if missing is None else np.maximum(run, np.maximum.reduceat(missing, np.append(0, places[:-1] + 1))))
+    return There(
+        len(places),
+        places,
+        run
+        if missing is None
+        else np.maximum(run, np.maximum.reduceat(missing, np.append(0, places[:-1] + 1))),
+    )
 
 
 def text(name: str, value: Any) -> str:
@@ -171,7 +215,11 @@ def text(name: str, value: Any) -> str:
         return str(whole(name, value)) if name in WHOLE else repr(float(value))
     except (TypeError, ValueError) as why:
         said = str(why)
-        raise ValueError(said if said.startswith(f"{name}: ") else f"{name}: not a value that it takes: {value!r}") from None
+        raise ValueError(
+            said
+            if said.startswith(f"{name}: ")
+            else f"{name}: not a value that it takes: {value!r}"
+        ) from None
 
 
 def whole(name: str, value: Any) -> int:

@@ -42,7 +42,9 @@ class Epochs(dict[str, Array]):
     @property
     def clusters(self) -> Array:
         """Cluster sizes, samples (T)."""
-        return np.array([int(name[5:]) for name in self if name.startswith("adev_") and name[5:].isdigit()])
+        return np.array(
+            [int(name[5:]) for name in self if name.startswith("adev_") and name[5:].isdigit()]
+        )
 
     @property
     def taus_s(self) -> Floats:
@@ -62,15 +64,40 @@ def kind_of(name: str) -> type:
 
 
 # What dynamic() and Stream hand on to davar-sim's options as it is, by their common name.
-OPTIONS = ("lsb", "bits", "arith", "full_scale", "policy", "mode", "window_max", "window_min", "segment", "kurtosis", "contribution", "grow", "shrink",
-           "stride", "engine", "false_alarms_per_hour", "cut_interval", "block", "shock_blocks", "long_cluster")
+OPTIONS = (
+    "lsb",
+    "bits",
+    "arith",
+    "full_scale",
+    "policy",
+    "mode",
+    "window_max",
+    "window_min",
+    "segment",
+    "kurtosis",
+    "contribution",
+    "grow",
+    "shrink",
+    "stride",
+    "engine",
+    "false_alarms_per_hour",
+    "cut_interval",
+    "block",
+    "shock_blocks",
+    "long_cluster",
+)
 
 
 def run_of(given: dict[str, Any], rate_hz: float) -> Run:
     """A run with the options among these arguments; None stands for davar-sim's default. Raises ValueError."""
-    options = {name: _samples.text(name, given[name]) for name in OPTIONS if given[name] is not None}
+    options = {
+        name: _samples.text(name, given[name]) for name in OPTIONS if given[name] is not None
+    }
     what = _taus.wanted(rate_hz, given["taus"], given["clusters"], given["taus_s"])
-    run = Run({**options, "taus": _taus.option(what), **({"details": ""} if given["details"] else {})}, what.name)
+    run = Run(
+        {**options, "taus": _taus.option(what), **({"details": ""} if given["details"] else {})},
+        what.name,
+    )
     if given["model_table"] is not None:
         run.model(*model_of(given["model_table"], rate_hz))
     return run
@@ -84,7 +111,9 @@ class Feed:
         self.given = 0  # samples, NaN included
         self.taken = 0  # samples that went in
         self.ahead = 0  # missing in front of the next one
-        self.places: list[tuple[int, int]] = [(0, 0)]  # from this sample that went in on, its index is so much larger
+        self.places: list[tuple[int, int]] = [
+            (0, 0)
+        ]  # from this sample that went in on, its index is so much larger
         self.tables: list[Floats] = []
 
     def push(self, admitted: Floats, there: There, count: int) -> None:
@@ -96,7 +125,11 @@ class Feed:
             self.ahead = count - 1 - there.place(there.size - 1)
             starts = there.starts()
             for first, last in zip(starts, [*starts[1:], there.size]):
-                missing = first_missing if first == 0 or there.missing is None else int(there.missing[first])
+                missing = (
+                    first_missing
+                    if first == 0 or there.missing is None
+                    else int(there.missing[first])
+                )
                 self._push_run(admitted[first:last], missing, self.given + there.place(first))
         self.given += count
 
@@ -120,12 +153,16 @@ class Feed:
         """The rows that wait, which are then gone."""
         tables = self.tables or [np.empty((len(self.run.columns), 0))]
         self.tables = []
-        found = Epochs((name, np.concatenate([table[i] for table in tables]).astype(kind_of(name), copy=False))
-                       for i, name in enumerate(self.run.columns))
+        found = Epochs(
+            (name, np.concatenate([table[i] for table in tables]).astype(kind_of(name), copy=False))
+            for i, name in enumerate(self.run.columns)
+        )
         found.rate_hz = self.rate_hz
         starts, further = np.array(self.places).T
         found["epoch"] += further[np.searchsorted(starts, found["epoch"], side="right") - 1]
-        found["time_s"] = found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
+        found["time_s"] = (
+            found["epoch"] / self.rate_hz if time_s is None else time_s[found["epoch"]]
+        )
         return found
 
 
@@ -134,19 +171,45 @@ def admitted(run: Run, values: Floats, there: There, counted: bool) -> Floats:
     found = values.copy() if there.places is None else there.of(values)
     bad = run.admit(found, counted)
     if bad is not None:
-        raise ValueError(f"x: {run.reason()} at sample {there.place(bad)}, found {values[there.place(bad)]:.15g}")
+        raise ValueError(
+            f"x: {run.reason()} at sample {there.place(bad)}, found {values[there.place(bad)]:.15g}"
+        )
     return found
 
 
-def dynamic(x: npt.ArrayLike, rate_hz: float | None = None, *, time_s: npt.ArrayLike | None = None, gaps: npt.ArrayLike | None = None,
-            gap: float = _samples.GAP_FACTOR, lsb: float | None = None, bits: int | None = None, arith: str | None = None,
-            full_scale: float | None = None, policy: str | None = None, mode: str | None = None, window_max: int | None = None,
-            window_min: int | None = None, segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None,
-            grow: int | None = None, shrink: int | None = None, taus: str | None = None, clusters: npt.ArrayLike | None = None,
-            taus_s: npt.ArrayLike | None = None, stride: int | None = None, engine: str | None = None,
-            false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
-            shock_blocks: int | None = None, long_cluster: int | None = None, model_table: Path | None = None,
-            details: bool = False) -> Epochs:
+def dynamic(
+    x: npt.ArrayLike,
+    rate_hz: float | None = None,
+    *,
+    time_s: npt.ArrayLike | None = None,
+    gaps: npt.ArrayLike | None = None,
+    gap: float = _samples.GAP_FACTOR,
+    lsb: float | None = None,
+    bits: int | None = None,
+    arith: str | None = None,
+    full_scale: float | None = None,
+    policy: str | None = None,
+    mode: str | None = None,
+    window_max: int | None = None,
+    window_min: int | None = None,
+    segment: int | None = None,
+    kurtosis: Pair | None = None,
+    contribution: Pair | None = None,
+    grow: int | None = None,
+    shrink: int | None = None,
+    taus: str | None = None,
+    clusters: npt.ArrayLike | None = None,
+    taus_s: npt.ArrayLike | None = None,
+    stride: int | None = None,
+    engine: str | None = None,
+    false_alarms_per_hour: float | None = None,
+    cut_interval: float | None = None,
+    block: int | None = None,
+    shock_blocks: int | None = None,
+    long_cluster: int | None = None,
+    model_table: Path | None = None,
+    details: bool = False,
+) -> Epochs:
     """The dynamic Allan variance of a record: davar-sim's numbers, bit for bit.
 
     x: samples (N) of one axis: rates, deg/s, as floats, or counts as integers (then lsb is needed). NaN, and what a masked array masks: a sample
@@ -175,11 +238,15 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
     run = run_of(given, clock.rate_hz)
     there = _samples.there(values, clock.missing)
     if there.size < max(run.needed, 1):
-        raise ValueError(f"x: too short: {there.size} samples, one epoch needs at least {run.needed}")
+        raise ValueError(
+            f"x: too short: {there.size} samples, one epoch needs at least {run.needed}"
+        )
     taken = admitted(run, values, there, counted)
     low, high = float(taken.min()), float(taken.max())
     if given["lsb"] is None and max(high, -low) and not SCALES[0] < max(high, -low) < SCALES[1]:
-        raise ValueError(f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found {low:g} to {high:g}")
+        raise ValueError(
+            f"x: a largest value from {SCALES[0]:g} to {SCALES[1]:g} expected, found {low:g} to {high:g}"
+        )
     run.start(clock.rate_hz, low, high)
     feed = Feed(run, clock.rate_hz, int(given["stride"] or 1))
     feed.push(taken, there, len(values))
@@ -203,17 +270,40 @@ class Stream:
             print(stream.results().arw_deg_per_sqrt_h)
     """
 
-    def __init__(self, rate_hz: float, *, lsb: float | None = None, full_scale: float | None = None, bits: int | None = None,
-                 policy: str | None = None, mode: str | None = None, window_max: int | None = None, window_min: int | None = None,
-                 segment: int | None = None, kurtosis: Pair | None = None, contribution: Pair | None = None, grow: int | None = None,
-                 shrink: int | None = None, taus: str | None = None, clusters: npt.ArrayLike | None = None,
-                 taus_s: npt.ArrayLike | None = None, stride: int | None = None, engine: str | None = None,
-                 false_alarms_per_hour: float | None = None, cut_interval: float | None = None, block: int | None = None,
-                 shock_blocks: int | None = None, long_cluster: int | None = None, model_table: Path | None = None,
-                 details: bool = False) -> None:
+    def __init__(
+        self,
+        rate_hz: float,
+        *,
+        lsb: float | None = None,
+        full_scale: float | None = None,
+        bits: int | None = None,
+        policy: str | None = None,
+        mode: str | None = None,
+        window_max: int | None = None,
+        window_min: int | None = None,
+        segment: int | None = None,
+        kurtosis: Pair | None = None,
+        contribution: Pair | None = None,
+        grow: int | None = None,
+        shrink: int | None = None,
+        taus: str | None = None,
+        clusters: npt.ArrayLike | None = None,
+        taus_s: npt.ArrayLike | None = None,
+        stride: int | None = None,
+        engine: str | None = None,
+        false_alarms_per_hour: float | None = None,
+        cut_interval: float | None = None,
+        block: int | None = None,
+        shock_blocks: int | None = None,
+        long_cluster: int | None = None,
+        model_table: Path | None = None,
+        details: bool = False,
+    ) -> None:
         given = locals()
         if (lsb is None) == (full_scale is None):
-            raise ValueError("lsb or full_scale: a stream needs one of them, for the range of what will come is not known")
+            raise ValueError(
+                "lsb or full_scale: a stream needs one of them, for the range of what will come is not known"
+            )
         hz = _samples.positive("rate_hz", rate_hz)
         run = run_of({**given, "arith": "fixed" if full_scale is None else "float"}, hz)
         limit = 2.0 ** (int(bits or BITS) - 1)
@@ -230,7 +320,9 @@ class Stream:
         """One thread at a time, one call at a time."""
         with self._lock:
             if self._inside:
-                raise RuntimeError("davar: a Stream was called from within a call of it in the same thread (a signal handler?)")
+                raise RuntimeError(
+                    "davar: a Stream was called from within a call of it in the same thread (a signal handler?)"
+                )
             self._inside = True
             try:
                 yield self._feed

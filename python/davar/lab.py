@@ -33,4 +33,5 @@ def main() -> int:
         print(f"davarlab: {said(absent)}", file=sys.stderr)
         return 2
     from davarlab import cli  # type: ignore[import-untyped, unused-ignore]
+
     return int(cli.main(sys.argv[1:]))

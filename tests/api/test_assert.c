@@ -19,7 +19,8 @@ static void aborted(int signal_number)
 }
 
 /* True when `statement` runs into an assertion. */
-#define ASSERTS(statement) (signal(SIGABRT, aborted), (setjmp(back) != 0) ? true : ((void)(statement), false))
+#define ASSERTS(statement)                                                                         \
+    (signal(SIGABRT, aborted), (setjmp(back) != 0) ? true : ((void)(statement), false))
 
 void setUp(void)
 {

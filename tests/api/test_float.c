@@ -59,7 +59,8 @@ static void test_the_error_stays_in_its_bound_after_full_scale_bursts(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
     for (uint32_t n = 0U; n < SAMPLES; n++) {
         const bool burst = ((n / 1000U) % 3U) == 1U;
-        const float rate = (float)((burst ? 1999.0 : 0.02) * (2.0 * random_uniform(&random) - 1.0) + 0.5);
+        const float rate =
+            (float)((burst ? 1999.0 : 0.02) * (2.0 * random_uniform(&random) - 1.0) + 0.5);
         sample[n] = (double)rate;
         davar_push_f32(&davar, &rate, 1U);
         if (davar_take(&davar, &result) && ((n % 37U) == 0U)) {
@@ -93,7 +94,8 @@ static void test_float_and_fixed_decide_alike(void)
         if (ready) {
             TEST_ASSERT_EQUAL_UINT32(result.window_samples, other.window_samples);
             TEST_ASSERT_EQUAL(result.unstable, other.unstable);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * result.tau[3].adev, result.tau[3].adev, other.tau[3].adev);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * result.tau[3].adev, result.tau[3].adev,
+                                      other.tau[3].adev);
             TEST_ASSERT_DOUBLE_WITHIN(1e-12, result.kurtosis, other.kurtosis);
             shrunk += (result.window_samples < 600U) ? 1U : 0U;
         }
@@ -214,7 +216,8 @@ static void test_rounding_at_the_door(void)
         for (unsigned i = 0U; i < 8U; i++) {
             davar_t davar;
             const double sign = (i < 4U) ? 1.0 : -1.0;
-            TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
+            TEST_ASSERT_EQUAL(DAVAR_OK,
+                              davar_init_f32(&davar, &config, memory[0], sizeof memory[0]));
             const float block[4] = {0.0F, 0.0F, 0.0F, (float)(sign * quanta[i % 4U] * quantum)};
             davar_push_f32(&davar, block, 4U);
             TEST_ASSERT_TRUE(davar_take(&davar, &result));
@@ -270,7 +273,8 @@ static void test_samples_that_come_together_are_as_samples_one_by_one(void)
         config.moments.segment = 100U;
         config.window.gaps_max = 2U;
         for (unsigned i = 0U; i < 2U; i++) {
-            TEST_ASSERT_EQUAL_INT(DAVAR_OK, davar_init_f32(&davar[i], &config, memory[i], sizeof memory[i]));
+            TEST_ASSERT_EQUAL_INT(DAVAR_OK,
+                                  davar_init_f32(&davar[i], &config, memory[i], sizeof memory[i]));
         }
         for (unsigned block = 0U; block < 20U; block++) {
             const size_t count = 1U + (size_t)(random_next(&random) % 300U);
@@ -283,7 +287,8 @@ static void test_samples_that_come_together_are_as_samples_one_by_one(void)
         restarts += davar[0].health.restarts;
         results += davar[0].produced;
     }
-    TEST_ASSERT_TRUE((saturated > 500U) && (restarts > 100U) && (results > 1000U)); /* something was tried */
+    TEST_ASSERT_TRUE((saturated > 500U) && (restarts > 100U) &&
+                     (results > 1000U)); /* something was tried */
 }
 
 int main(void)

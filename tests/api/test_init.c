@@ -35,12 +35,14 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
         TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_f32(&config));
         setUp();
     }
-    const double far[] = {0.999e-20, 1.001e20}; /* of float's range, beyond what the quantum allows */
+    const double far[] = {0.999e-20,
+                          1.001e20}; /* of float's range, beyond what the quantum allows */
     for (unsigned i = 0U; i < 2U; i++) {
         config.full_scale = far[i];
         TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
         config.full_scale = (i == 0U) ? 1e-20 : 1e20;
-        TEST_ASSERT_NOT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
+        TEST_ASSERT_NOT_EQUAL(DAVAR_ERR_SCALE,
+                              davar_init_f32(&davar, &config, memory, sizeof memory));
         setUp();
     }
     config.sample_bits = 17U, refused(DAVAR_ERR_SAMPLE_BITS);
@@ -62,7 +64,8 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
     config.moments.contribution_high = (double)INFINITY, refused(DAVAR_ERR_CONTRIBUTION);
     config.window.grow = 4U, refused(DAVAR_ERR_STEP);
     config.window.shrink = 1U, refused(DAVAR_ERR_STEP);
-    config.window.mode = DAVAR_MODE_TRAILING, config.window.shrink = 1U << 31U, refused(DAVAR_ERR_SHRINK);
+    config.window.mode = DAVAR_MODE_TRAILING, config.window.shrink = 1U << 31U,
+    refused(DAVAR_ERR_SHRINK);
     config.stride = 0U, refused(DAVAR_ERR_STRIDE);
     config.stride = (1U << 24U) + 1U, refused(DAVAR_ERR_STRIDE);
     config.stride = config.window.longest + 1U, refused(DAVAR_ERR_STRIDE_LONG);
@@ -110,7 +113,8 @@ static void test_each_range_ends_where_it_says(void)
     config.moments.segment = config.window.shortest - 1U, accepted();
     config.moments.segment = config.window.shortest, refused(DAVAR_ERR_SEGMENT);
     config.moments.kurtosis_low = config.moments.kurtosis_high, accepted();
-    config.moments.kurtosis_low = nextafter(config.moments.kurtosis_high, 1e30), refused(DAVAR_ERR_KURTOSIS);
+    config.moments.kurtosis_low = nextafter(config.moments.kurtosis_high, 1e30),
+    refused(DAVAR_ERR_KURTOSIS);
     config.moments.contribution_low = config.moments.contribution_high, accepted();
     config.moments.contribution_low = nextafter(config.moments.contribution_high, 1e30),
     refused(DAVAR_ERR_CONTRIBUTION);
@@ -124,8 +128,9 @@ static void test_bad_pointers_and_memory_are_refused(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_NULL, davar_init_q31(&davar, NULL, memory, sizeof memory));
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE,
                       davar_init_q15(&davar, &config, memory, davar_memory_size_q15(&config) - 1U));
-    TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_ALIGN,
-                      davar_init_q15(&davar, &config, (unsigned char *)memory + 4, sizeof memory - 8U));
+    TEST_ASSERT_EQUAL(
+        DAVAR_ERR_MEMORY_ALIGN,
+        davar_init_q15(&davar, &config, (unsigned char *)memory + 4, sizeof memory - 8U));
     TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_f32(NULL));
     TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q31(NULL));
 }
@@ -138,7 +143,8 @@ static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(voi
     config.taus = wide;
     config.tau_count = 2U;
     TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_q15(&config));
-    TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_q15(&davar, &config, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW,
+                      davar_init_q15(&davar, &config, memory, sizeof memory));
     TEST_ASSERT_GREATER_THAN_size_t(4U * 65536U, davar_memory_size_q31(&config));
     config.sample_bits = 11U; /* 2^16 7000^2 4^11 < 2^64 */
     TEST_ASSERT_GREATER_THAN_size_t(2U * 65536U, davar_memory_size_q15(&config));
@@ -155,7 +161,8 @@ static void test_memory_never_shrinks_as_windows_grow(void)
     config.tau_count = 32U;
     config.stride = 2U;
     size_t before = 0U;
-    for (config.window.longest = 65536U; config.window.longest <= 16777216U; config.window.longest += 32768U) {
+    for (config.window.longest = 65536U; config.window.longest <= 16777216U;
+         config.window.longest += 32768U) {
         const size_t bytes = davar_memory_size_q31(&config);
         TEST_ASSERT_GREATER_OR_EQUAL_size_t(before, bytes);
         before = bytes;
@@ -167,7 +174,8 @@ static void test_every_status_has_its_own_words(void)
 {
     for (int i = DAVAR_OK; i <= DAVAR_ERR_STATE_FOREIGN; i++) {
         for (int j = DAVAR_OK; j < i; j++) {
-            TEST_ASSERT_TRUE(strcmp(davar_status_text((davar_status_t)i), davar_status_text((davar_status_t)j)) != 0);
+            TEST_ASSERT_TRUE(strcmp(davar_status_text((davar_status_t)i),
+                                    davar_status_text((davar_status_t)j)) != 0);
         }
     }
     TEST_ASSERT_EQUAL_STRING("unknown status", davar_status_text((davar_status_t)99));
@@ -180,12 +188,15 @@ static void test_the_memory_macros_hold_what_init_asks_for(void)
             config.window.longest = window;
             config.window.shortest = 20U;
             config.window.gaps_max = gaps;
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q15(window, 1U << (TAUS - 1U), TAUS, gaps),
-                                             davar_memory_size_q15(&config));
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_Q31(window, 1U << (TAUS - 1U), TAUS, gaps),
-                                             davar_memory_size_q31(&config));
-            TEST_ASSERT_LESS_OR_EQUAL_size_t(DAVAR_MEMORY_F32(window, 1U << (TAUS - 1U), TAUS, gaps),
-                                             davar_memory_size_f32(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(
+                DAVAR_MEMORY_Q15(window, 1U << (TAUS - 1U), TAUS, gaps),
+                davar_memory_size_q15(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(
+                DAVAR_MEMORY_Q31(window, 1U << (TAUS - 1U), TAUS, gaps),
+                davar_memory_size_q31(&config));
+            TEST_ASSERT_LESS_OR_EQUAL_size_t(
+                DAVAR_MEMORY_F32(window, 1U << (TAUS - 1U), TAUS, gaps),
+                davar_memory_size_f32(&config));
         }
     }
 }
@@ -222,7 +233,8 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
         config.stride = 2U + ((draw >> 8U) % 90U);
         config.window.shortest = 2U * (last + ((draw >> 16U) % 97U));
         config.window.longest = config.window.shortest + (2U * ((draw >> 4U) % 211U));
-        config.stride = (config.stride < config.window.longest) ? config.stride : config.window.longest;
+        config.stride =
+            (config.stride < config.window.longest) ? config.stride : config.window.longest;
         config.moments.segment = 1U + ((draw >> 12U) % (config.window.shortest - 1U));
         config.window.gaps_max = (uint16_t)(i % 7U);
         config.window.grow = 2U;
@@ -230,21 +242,24 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
         config.law = ((i % 3U) == 0U) ? NULL : &davar_law_or;
         config.window.mirrored_end = ((i % 5U) == 0U);
         const uint32_t shortest = (config.law == NULL) ? 0U : config.window.shortest;
-        const size_t more15 = config.window.mirrored_end ? DAVAR_ROUND8((size_t)2U * config.window.longest) : 0U;
-        const size_t more31 = config.window.mirrored_end ? DAVAR_ROUND8((size_t)4U * config.window.longest) : 0U;
+        const size_t more15 =
+            config.window.mirrored_end ? DAVAR_ROUND8((size_t)2U * config.window.longest) : 0U;
+        const size_t more31 =
+            config.window.mirrored_end ? DAVAR_ROUND8((size_t)4U * config.window.longest) : 0U;
         const size_t q15 = davar_memory_size_q15(&config);
         TEST_ASSERT_GREATER_THAN_size_t(0U, q15);
-        TEST_ASSERT_GREATER_OR_EQUAL_size_t(q15, more15 + DAVAR_MEMORY_GRID_Q15(config.window.longest, shortest,
-                                                                                config.moments.segment, config.stride,
-                                                                                last, TAUS, config.window.gaps_max));
-        TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_q31(&config),
-                                            more31 + DAVAR_MEMORY_GRID_Q31(config.window.longest, shortest,
-                                                                           config.moments.segment, config.stride, last,
-                                                                           TAUS, config.window.gaps_max));
-        TEST_ASSERT_GREATER_OR_EQUAL_size_t(davar_memory_size_f32(&config),
-                                            more31 + DAVAR_MEMORY_GRID_F32(config.window.longest, shortest,
-                                                                           config.moments.segment, config.stride, last,
-                                                                           TAUS, config.window.gaps_max));
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(
+            q15,
+            more15 + DAVAR_MEMORY_GRID_Q15(config.window.longest, shortest, config.moments.segment,
+                                           config.stride, last, TAUS, config.window.gaps_max));
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(
+            davar_memory_size_q31(&config),
+            more31 + DAVAR_MEMORY_GRID_Q31(config.window.longest, shortest, config.moments.segment,
+                                           config.stride, last, TAUS, config.window.gaps_max));
+        TEST_ASSERT_GREATER_OR_EQUAL_size_t(
+            davar_memory_size_f32(&config),
+            more31 + DAVAR_MEMORY_GRID_F32(config.window.longest, shortest, config.moments.segment,
+                                           config.stride, last, TAUS, config.window.gaps_max));
     }
 }
 
@@ -262,8 +277,9 @@ static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
         config.window.mode = (davar_mode_t)mode;
         most = larger_of(most, davar_memory_size_q15(&config));
     }
-    TEST_ASSERT_LESS_OR_EQUAL_size_t(most + 80U,
-                                     DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.window.gaps_max));
+    TEST_ASSERT_LESS_OR_EQUAL_size_t(
+        most + 80U,
+        DAVAR_MEMORY_GRID_Q15(600U, 400U, 100U, 100U, 8U, TAUS, config.window.gaps_max));
 }
 
 static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
@@ -294,7 +310,8 @@ static void test_the_last_cluster_that_cannot_overflow(void)
     for (uint8_t bits = 14U; bits <= 16U; bits++) {
         config.sample_bits = bits;
         m = UINT32_C(1) << (24U - bits); /* 2^16 m^2 = 2^(64 - 2 bits) */
-        TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_q15(&davar, &config, memory, sizeof memory));
+        TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW,
+                          davar_init_q15(&davar, &config, memory, sizeof memory));
         m--;
         TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_q15(&davar, &config, memory, 8U));
     }
@@ -303,20 +320,22 @@ static void test_the_last_cluster_that_cannot_overflow(void)
     for (uint8_t bits = 30U; bits <= 32U; bits++) {
         config.sample_bits = bits;
         m = UINT32_C(1) << (52U - bits); /* 2^24 m^2 = 2^(128 - 2 bits) */
-        TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_q31(&davar, &config, memory, sizeof memory));
+        TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW,
+                          davar_init_q31(&davar, &config, memory, sizeof memory));
         m--;
         TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_q31(&davar, &config, memory, 8U));
     }
     config.full_scale = 1.0;
     m = UINT32_C(1) << 21U; /* floats have 31 bits */
-    TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW, davar_init_f32(&davar, &config, memory, sizeof memory));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TAU_OVERFLOW,
+                      davar_init_f32(&davar, &config, memory, sizeof memory));
     m--;
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_f32(&davar, &config, memory, 8U));
 }
 
 /* The macro that takes the settings by name, for what DAVAR_SONG and DAVAR_FIXED configure. */
-static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint32_t stride, const uint32_t *sizes,
-                        uint8_t count, int type)
+static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint32_t stride,
+                        const uint32_t *sizes, uint8_t count, int type)
 {
     const davar_config_t song = {.rate_hz = 100.0,
                                  .unit_per_count = 0.01,
@@ -348,8 +367,9 @@ static void test_the_named_memory_macro_is_enough(void)
 {
     static const uint32_t octaves[] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U};
     static const uint32_t far[] = {1U, 250U};
-#define NAMED(type, number, W, w, K, sizes, m, T)                                                                      \
-    check_named(DAVAR_MEMORY(type, longest(W), shortest(w), stride(K), largest(m), taus(T)), W, w, K, sizes, T, number)
+#define NAMED(type, number, W, w, K, sizes, m, T)                                                  \
+    check_named(DAVAR_MEMORY(type, longest(W), shortest(w), stride(K), largest(m), taus(T)), W, w, \
+                K, sizes, T, number)
     NAMED(Q15, 0, 600U, 400U, 60U, octaves, 128U, 8U);
     NAMED(Q15, 0, 600U, 400U, 1U, octaves, 128U, 8U);
     NAMED(Q15, 0, 600U, 20U, 1U, far, 250U, 2U); /* spans longer than the shortest window */

@@ -24,7 +24,8 @@ static void test_instances_do_not_touch_each_other(void)
 /* About normal, and four times as loud in every other 97 samples: the window changes its length. */
 static int16_t breathing(uint32_t i)
 {
-    const int32_t sum = ripple(i) + ripple(3U * i + 1U) + ripple(11U * i + 5U) + ripple(17U * i + 7U);
+    const int32_t sum =
+        ripple(i) + ripple(3U * i + 1U) + ripple(11U * i + 5U) + ripple(17U * i + 7U);
     return (int16_t)(((i / 97U) % 2U) != 0U ? 4 * sum : sum);
 }
 
@@ -51,7 +52,8 @@ static void test_results_do_not_depend_on_the_plan(void)
     davar_plan_init(&plan, config.taus, config.tau_count);
     start_q15();
     for (uint32_t k = 0U; k < 2U; k++) {
-        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&planned[k], &config, planned_memory[k], sizeof planned_memory[k]));
+        TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&planned[k], &config, planned_memory[k],
+                                                   sizeof planned_memory[k]));
     }
     for (uint32_t i = 0U; i < 600U; i++) {
         const int16_t sample = breathing(i);

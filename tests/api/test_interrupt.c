@@ -90,7 +90,8 @@ static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
         TEST_ASSERT_TRUE(result.epoch > last);
         last = result.epoch;
         for (uint32_t t = 0U; t < 3U; t++) {
-            TEST_ASSERT_DOUBLE_WITHIN(1e-9, expected_adev(result.epoch, taus[t]), result.tau[t].adev);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-9, expected_adev(result.epoch, taus[t]),
+                                      result.tau[t].adev);
         }
     }
     start_timer(0);

@@ -82,7 +82,8 @@ static unsigned state_of_restored(void)
     davar_result_t result;
     const unsigned which = (restored.produced == produced[1]) ? 1U : 0U;
     for (uint32_t n = 0U; n < GOES_ON; n++) {
-        TEST_ASSERT_EQUAL(has[which][n], step(Q15, &restored, ((which == 0U) ? 150U : 200U) + n, &result));
+        TEST_ASSERT_EQUAL(has[which][n],
+                          step(Q15, &restored, ((which == 0U) ? 150U : 200U) + n, &result));
         TEST_ASSERT_EQUAL_MEMORY(&after[which][n], &result, sizeof result);
     }
     return which;
@@ -128,7 +129,8 @@ static void test_a_torn_write_at_any_byte(void)
     for (size_t cut = 0U; cut < bytes; cut++) {
         const size_t row = cut - (cut % ROW);
         for (unsigned backwards = 0U; backwards < 2U; backwards++) {
-            cut_at((backwards == 1U) ? (slot + cut + 1U) : slot, (backwards == 1U) ? (slot + bytes) : (slot + cut));
+            cut_at((backwards == 1U) ? (slot + cut + 1U) : slot,
+                   (backwards == 1U) ? (slot + bytes) : (slot + cut));
             const size_t from = (backwards == 1U) ? row : cut;
             const size_t to = (backwards == 1U) ? (cut + 1U) : (row + ROW);
             for (size_t at = slot + from; at < (slot + to); at++) {
@@ -149,14 +151,16 @@ static void test_readings_that_differ_behind_a_cut_at_any_byte(void)
     unsigned whole = 0U;
     for (size_t cut = 0U; cut < bytes; cut++) {
         for (unsigned backwards = 0U; backwards < 2U; backwards++) {
-            cut_at((backwards == 1U) ? (slot + cut) : slot, (backwards == 1U) ? (slot + bytes) : (slot + cut));
+            cut_at((backwards == 1U) ? (slot + cut) : slot,
+                   (backwards == 1U) ? (slot + bytes) : (slot + cut));
             memset(&unsure[(slot + cut) - (cut % ROW)], 1, ROW);
             whole += power_up();
             whole += power_up();
         }
     }
-    TEST_ASSERT_LESS_THAN_UINT(bytes / 8U,
-                               whole); /* now and then all cells read as they were meant: then it is this save's */
+    TEST_ASSERT_LESS_THAN_UINT(
+        bytes / 8U,
+        whole); /* now and then all cells read as they were meant: then it is this save's */
     next_save_is_whole();
 }
 

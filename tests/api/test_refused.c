@@ -216,7 +216,8 @@ static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
             TEST_ASSERT_EQUAL(any, davar_take(&davar, &result));
             if (any) {
                 TEST_ASSERT_EQUAL_UINT64(single.epoch, result.epoch);
-                TEST_ASSERT_EQUAL_MEMORY(&single.tau[0].adev, &result.tau[0].adev, sizeof single.tau[0].adev);
+                TEST_ASSERT_EQUAL_MEMORY(&single.tau[0].adev, &result.tau[0].adev,
+                                         sizeof single.tau[0].adev);
             }
             found += any ? 1U : 0U;
         }

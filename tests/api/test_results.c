@@ -41,8 +41,9 @@ static void test_a_block_push_stops_at_each_result(void)
     config.stride = 10U;
     start_q15();
     TEST_ASSERT_EQUAL_size_t(0U, davar_push_until_result_q15(&davar, block, 0U));
-    TEST_ASSERT_EQUAL_size_t(29U,
-                             davar_push_until_result_q15(&davar, block, 64U)); /* epoch 9 needs samples to 9 + 20 - 1 */
+    TEST_ASSERT_EQUAL_size_t(
+        29U,
+        davar_push_until_result_q15(&davar, block, 64U)); /* epoch 9 needs samples to 9 + 20 - 1 */
     TEST_ASSERT_TRUE(take_fitted(&davar, &result));
     TEST_ASSERT_EQUAL_UINT64(9U, result.epoch);
     TEST_ASSERT_EQUAL_size_t(10U, davar_push_until_result_q15(&davar, &block[29], 35U));
@@ -177,8 +178,10 @@ static void test_the_longest_clusters(void)
     const double middle = 7.0 * M; /* the neighbours see one sample of the step less */
     const double sum = middle * middle + 2.0 * (middle - 7.0) * (middle - 7.0);
     const double m = M;
-    TEST_ASSERT_EQUAL_DOUBLE(config.unit_per_count * sqrt(sum / (2.0 * m * m * 3.0)), result.tau[0].adev);
-    TEST_ASSERT_TRUE(isnan(result.tau[0].edf) && isnan(result.tau[0].high)); /* nothing is fitted yet */
+    TEST_ASSERT_EQUAL_DOUBLE(config.unit_per_count * sqrt(sum / (2.0 * m * m * 3.0)),
+                             result.tau[0].adev);
+    TEST_ASSERT_TRUE(isnan(result.tau[0].edf) &&
+                     isnan(result.tau[0].high)); /* nothing is fitted yet */
     TEST_ASSERT_TRUE(!result.coefficient[0].present && isinf(result.coefficient[0].high));
 }
 

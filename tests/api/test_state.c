@@ -163,11 +163,13 @@ static void test_an_image_of_another_configuration_is_foreign(void)
     memcpy(cells, image, sizeof cells), config.taus = other_taus, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.unit_per_count = 0.02, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.stride = 2U, foreign(Q15);
-    memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_EDGES, foreign(Q15);
+    memcpy(cells, image, sizeof cells), config.stride = 2U, config.engine = DAVAR_ENGINE_EDGES,
+                                        foreign(Q15);
     memcpy(cells, image, sizeof cells), config.moments.kurtosis_high = 3.4, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.window.mirrored_end = true, foreign(Q15);
     memcpy(cells, image, sizeof cells), config.law = &davar_law_and, foreign(Q15);
-    memcpy(cells, &image[SLOT], SLOT), memcpy(&cells[SLOT], image, SLOT), config.window.grow = 0U, foreign(Q15);
+    memcpy(cells, &image[SLOT], SLOT), memcpy(&cells[SLOT], image, SLOT), config.window.grow = 0U,
+                                                                          foreign(Q15);
 }
 
 /* Every field of the configuration, one bit another: where init takes that, the image is foreign. */
@@ -177,7 +179,7 @@ static const struct {
     size_t bytes;
 } fields[] = {
 /* tests/style/test_config_fields.py: none is missing */
-#define FIELD(member, kind, low, high, usual, status, option, unit, help)                                              \
+#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
     {#member, offsetof(davar_config_t, member), sizeof config.member},
 #include "davar/config_fields.inc"
 };
@@ -186,14 +188,14 @@ static uint32_t bits_that_matter(size_t which)
 {
     const davar_config_t before = config;
     uint32_t taken = 0U;
-    const bool is_choice =
-        (fields[which].offset == offsetof(davar_config_t, window.mirrored_end)); /* a bool has one bit */
+    const bool is_choice = (fields[which].offset ==
+                            offsetof(davar_config_t, window.mirrored_end)); /* a bool has one bit */
     for (uint32_t bit = 0U; bit < (is_choice ? 1U : (8U * (uint32_t)fields[which].bytes)); bit++) {
         unsigned char *const byte = (unsigned char *)&config + fields[which].offset + (bit / 8U);
         *byte ^= (unsigned char)(1U << (bit % 8U));
         if (davar_init_q15(&restored, &config, memory[1], sizeof memory[1]) == DAVAR_OK) {
-            TEST_ASSERT_EQUAL_MESSAGE(DAVAR_ERR_STATE_FOREIGN, davar_state_restore(&restored, &storage),
-                                      fields[which].name);
+            TEST_ASSERT_EQUAL_MESSAGE(DAVAR_ERR_STATE_FOREIGN,
+                                      davar_state_restore(&restored, &storage), fields[which].name);
             taken++;
         }
         config = before;
@@ -287,7 +289,8 @@ static void test_an_image_of_the_other_byte_order_is_foreign(void)
     cells[4] = 0xFFU; /* more bytes than a slot has */
     TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_NONE, davar_state_restore(&restored, &storage));
     cells[4] = 0U;
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage)); /* beside it, and then over it */
+    TEST_ASSERT_EQUAL(DAVAR_OK,
+                      davar_state_save(&original, &storage)); /* beside it, and then over it */
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(&original, &storage));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&restored, &storage));

@@ -136,7 +136,8 @@ static void no_second_reading_is_believed(uint32_t stride, unsigned bits_apart)
     const size_t bytes = davar_state_bytes(&original);
     for (size_t bit = (size_t)8U * HEADER_BYTES; bit < (8U * bytes); bit += bits_apart) {
         init_afresh();
-        TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE, restore_unsteadily(bit / 8U, (unsigned)(bit % 8U)));
+        TEST_ASSERT_EQUAL(DAVAR_ERR_STATE_STORAGE,
+                          restore_unsteadily(bit / 8U, (unsigned)(bit % 8U)));
         TEST_ASSERT_TRUE(flip_seen);
         is_as_after_init();
     }

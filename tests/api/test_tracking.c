@@ -162,7 +162,8 @@ static uint32_t window_end(void)
 
 static void check_window(void)
 {
-    const uint64_t end = (config.window.mode == DAVAR_MODE_CENTRED) ? (window_end() - 1U) : result.epoch;
+    const uint64_t end =
+        (config.window.mode == DAVAR_MODE_CENTRED) ? (window_end() - 1U) : result.epoch;
     for (uint32_t t = 0U; t < config.tau_count; t++) {
         uint32_t differences = 0U;
         const double expected = adev_of(end, result.window_samples, taus[t], &differences);
@@ -403,7 +404,8 @@ static void test_a_gap_beside_a_shock(void)
 }
 
 /* A gap completes no result: what was accepted in front of it goes on with the samples behind it, and each result can be taken. */
-static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride, uint32_t shock_blocks)
+static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride,
+                                            uint32_t shock_blocks)
 {
     uint32_t results = 0U;
     config.window.mode = mode;
@@ -555,7 +557,8 @@ static void test_centred_windows_where_little_or_much_has_come(void)
     config.stride = 1U;
     init(Q15, 0U);
     const uint32_t results = run(Q15, 0U, 1000U, 64U, 7U).results;
-    TEST_ASSERT_UINT32_WITHIN(4U, 1000U - 150U, results); /* of a block that goes on sample by sample */
+    TEST_ASSERT_UINT32_WITHIN(4U, 1000U - 150U,
+                              results); /* of a block that goes on sample by sample */
     TEST_ASSERT_EQUAL_UINT32(1000U, results + flush_all());
     TEST_ASSERT_EQUAL_UINT64(999U, result.epoch);
 }
@@ -729,31 +732,37 @@ static void test_without_a_detector_nothing_is_young(void)
 
 static void refused(void)
 {
-    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_TRACKING,
+                      davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
 }
 
 static void test_what_init_refuses(void)
 {
-    config.window.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window.longest = 590U, refused();
+    config.window.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window.longest = 590U,
+    refused();
     config.window.mode = DAVAR_MODE_CENTRED, config.glr.block = 65U, refused();
     config.window.mode = DAVAR_MODE_CENTRED, config.engine = DAVAR_ENGINE_EDGES;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE,
+                      davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
     config.glr.block = 4U, refused();
     config.glr.block = 65U, refused();
     config.glr.shock_blocks = 3U, refused();
     config.window.longest = 79U, refused();
     config.stride = 1201U;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE_LONG, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_STRIDE_LONG,
+                      davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
     config.stride = 10U, config.engine = DAVAR_ENGINE_EDGES;
-    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
+    TEST_ASSERT_EQUAL(DAVAR_ERR_ENGINE,
+                      davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
     config.engine = DAVAR_ENGINE_EDGES; /* says nothing at stride 1 */
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();
-    config.stride = 7U, config.window.shortest = 1192U, refused(); /* its windows begin between two blocks */
+    config.stride = 7U, config.window.shortest = 1192U,
+    refused(); /* its windows begin between two blocks */
     config.stride = 7U, config.window.shortest = 1191U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory[0], sizeof memory[0]));
     setUp();

@@ -206,7 +206,8 @@ int main(void)
     const davar_config_t grid = adaptive(60U);
     const davar_config_t short_window = plain(64U, 6U);
     const davar_config_t long_window = plain(65536U, 6U);
-    davar_config_t block64 = plain(600U, 8U); /* newest result of a block only; each push takes what is left */
+    davar_config_t block64 =
+        plain(600U, 8U); /* newest result of a block only; each push takes what is left */
     block64.stride = 64U;
     figure("block64_8_taus_ns_per_sample", median_of_runs(run_q15, &block64));
     figure("fixed_every_sample_8_taus_ns_per_sample", median_of_runs(run_q15, &every_sample));
@@ -215,9 +216,11 @@ int main(void)
     figure("full_chain_every_sample_ns_per_sample", median_of_runs(run_chain, &chain));
     figure("full_chain_push_only_ns_per_sample", median_of_runs(run_q15, &chain));
     figure("brute_force_ns_per_sample", median_of_runs(run_brute_force, &every_sample));
-    figure("flatness_65536_over_64", median_of_runs(run_q15, &long_window) / median_of_runs(run_q15, &short_window));
+    figure("flatness_65536_over_64",
+           median_of_runs(run_q15, &long_window) / median_of_runs(run_q15, &short_window));
     const davar_config_t short_grid = fine_grid(256U);
     const davar_config_t long_grid = fine_grid(65536U);
-    figure("grid_flatness_65536_over_256", median_of_runs(run_q15, &long_grid) / median_of_runs(run_q15, &short_grid));
+    figure("grid_flatness_65536_over_256",
+           median_of_runs(run_q15, &long_grid) / median_of_runs(run_q15, &short_grid));
     return (sink > 0.0) ? 0 : 1;
 }

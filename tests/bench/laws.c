@@ -82,10 +82,12 @@ static double level_at(const signal_t *signal, uint32_t i)
         if (phase < HALF) {
             return 1.0;
         }
-        return (phase < (HALF + signal->at)) ? (1.0 + ((signal->size - 1.0) * (double)(phase - HALF) / signal->at))
-                                             : signal->size;
+        return (phase < (HALF + signal->at))
+                   ? (1.0 + ((signal->size - 1.0) * (double)(phase - HALF) / signal->at))
+                   : signal->size;
     case SINE:
-        return 1.0 + (signal->size * sin(6.283185307179586 * (double)(i % signal->at) / signal->at));
+        return 1.0 +
+               (signal->size * sin(6.283185307179586 * (double)(i % signal->at) / signal->at));
     default:
         return 1.0;
     }
@@ -135,8 +137,9 @@ static int16_t sample_at(const signal_t *signal, uint32_t i, random_t *random)
 /* The white noise that an ideal law would tell: half a count of noise is seen with that of rounding. */
 static double truth_at(const signal_t *signal, uint32_t i)
 {
-    const double sigma = (signal->kind == COARSE) ? sqrt(0.25 + (1.0 / 12.0))
-                                                  : sqrt(pow(SIGMA * level_at(signal, i), 2.0) + (1.0 / 12.0));
+    const double sigma = (signal->kind == COARSE)
+                             ? sqrt(0.25 + (1.0 / 12.0))
+                             : sqrt(pow(SIGMA * level_at(signal, i), 2.0) + (1.0 / 12.0));
     return 60.0 * sigma / sqrt((double)RATE_HZ);
 }
 
@@ -175,10 +178,12 @@ static void add(mean_square_t *mean, double error)
     mean->count++;
 }
 
-static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, uint64_t epoch, double arw)
+static void judge(errors_t *errors, const signal_t *signal, davar_mode_t mode, uint64_t epoch,
+                  double arw)
 {
     const uint32_t i = (uint32_t)epoch;
-    const bool stuck = (signal->kind == STUCK) && (since_change(signal, i) < signal->at); /* there is no noise then */
+    const bool stuck = (signal->kind == STUCK) &&
+                       (since_change(signal, i) < signal->at); /* there is no noise then */
     if ((i < SETTLED) || stuck) {
         return;
     }
@@ -224,13 +229,15 @@ static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
     config->taus = taus;
     config->tau_count = (law->longest < 600U) ? 6U : TAUS;
     davar_plan_init(&instance->plan, taus, config->tau_count);
-    if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) != DAVAR_OK) {
+    if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) !=
+        DAVAR_OK) {
         fprintf(stderr, "davar-laws: %s: refused\n", law->name);
         exit(1);
     }
 }
 
-static void run(const signal_t *signal, davar_mode_t mode, uint32_t samples, uint64_t seed, errors_t errors[ROWS])
+static void run(const signal_t *signal, davar_mode_t mode, uint32_t samples, uint64_t seed,
+                errors_t errors[ROWS])
 {
     static instance_t instances[LAWS];
     static davar_result_t result;
@@ -312,7 +319,8 @@ int main(int argc, char **argv)
     const uint64_t seed = (argc > 2) ? strtoull(argv[2], NULL, 10) : 1U;
     printf("Trailing windows.\n\n");
     const uint32_t alarms = print_table(DAVAR_MODE_TRAILING, hours, seed);
-    printf("\nglr, alarms while nothing changed: %u in %g h.\n\nCentred windows.\n\n", (unsigned)alarms, 3.0 * hours);
+    printf("\nglr, alarms while nothing changed: %u in %g h.\n\nCentred windows.\n\n",
+           (unsigned)alarms, 3.0 * hours);
     (void)print_table(DAVAR_MODE_CENTRED, hours, seed);
     return 0;
 }

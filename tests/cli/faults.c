@@ -175,10 +175,10 @@ ssize_t pread(int descriptor, void *to, size_t bytes, off_t offset)
 }
 
 /* What only fails. */
-#define FAILS(type, name, failure, parameters, arguments)                                                              \
-    type name parameters                                                                                               \
-    {                                                                                                                  \
-        return is_the_one(#name) ? (failure) : ((type(*) parameters)real(#name))arguments;                             \
+#define FAILS(type, name, failure, parameters, arguments)                                          \
+    type name parameters                                                                           \
+    {                                                                                              \
+        return is_the_one(#name) ? (failure) : ((type(*) parameters)real(#name))arguments;         \
     }
 
 FAILS(int, dup, -1, (int descriptor), (descriptor))
@@ -188,10 +188,12 @@ FAILS(int, posix_openpt, -1, (int flags), (flags))
 FAILS(int, grantpt, -1, (int descriptor), (descriptor))
 FAILS(int, unlockpt, -1, (int descriptor), (descriptor))
 FAILS(int, tcgetattr, -1, (int descriptor, struct termios *how), (descriptor, how))
-FAILS(int, tcsetattr, -1, (int descriptor, int when, const struct termios *how), (descriptor, when, how))
+FAILS(int, tcsetattr, -1, (int descriptor, int when, const struct termios *how),
+      (descriptor, when, how))
 FAILS(int, poll, -1, (struct pollfd * list, nfds_t count, int ms), (list, count, ms))
 FAILS(int, ftruncate64, -1, (int descriptor, off64_t size), (descriptor, size))
-FAILS(off64_t, lseek64, -1, (int descriptor, off64_t offset, int whence), (descriptor, offset, whence))
+FAILS(off64_t, lseek64, -1, (int descriptor, off64_t offset, int whence),
+      (descriptor, offset, whence))
 FAILS(char *, mkdtemp, NULL, (char *path), (path))
 FAILS(FILE *, fopen64, NULL, (const char *path, const char *mode), (path, mode))
 FAILS(size_t, fread, 0, (void *to, size_t size, size_t count, FILE *file), (to, size, count, file))

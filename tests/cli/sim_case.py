@@ -18,7 +18,8 @@ def noise_rows(count, rate_hz=100.0, columns=1, seed=1):
     """Rows of time_s and white noise on a 0.01 deg/s raster, as text fields."""
     source = random.Random(seed)
     return [
-        [f"{i / rate_hz:.4f}"] + [f"{0.01 * round(source.gauss(5.0, 30.0)):.2f}" for _ in range(columns)]
+        [f"{i / rate_hz:.4f}"]
+        + [f"{0.01 * round(source.gauss(5.0, 30.0)):.2f}" for _ in range(columns)]
         for i in range(count)
     ]
 
@@ -46,8 +47,13 @@ class SimCase(unittest.TestCase):
     def sim(self, *arguments, stdin=None, **keywords):
         """Runs davar-sim; bytes for stdin, text back."""
         done = subprocess.run(
-            [PROGRAM, *map(str, arguments)], input=stdin, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=600,
-            **keywords)
+            [PROGRAM, *map(str, arguments)],
+            input=stdin,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            timeout=600,
+            **keywords,
+        )
         done.stdout = done.stdout.decode()
         done.stderr = done.stderr.decode(errors="backslashreplace")
         return done

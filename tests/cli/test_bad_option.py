@@ -5,19 +5,62 @@ import unittest
 from sim_case import SimCase
 
 REFUSED = {
-    "--window-max": ["0", "2", "601", "-4", "abc", "", "600.0", "6e2", " 600", "99999999999", "4294967296",
-                     "4294967294"],
+    "--window-max": [
+        "0",
+        "2",
+        "601",
+        "-4",
+        "abc",
+        "",
+        "600.0",
+        "6e2",
+        " 600",
+        "99999999999",
+        "4294967296",
+        "4294967294",
+    ],
     "--window-min": ["0", "602", "401", "x", "18446744073709551617"],
     "--segment": ["0", "400", "500", "-1", "1.5"],
     "--stride": ["0", "16777217", "-1", "x", "4294967296"],
     "--engine": ["", "grids", "0"],
     "--grow": ["1", "3", "600", "x"],
     "--shrink": ["1", "3", "600", "x"],
-    "--kurtosis": ["3.3:2.5", "2.5", "2.5:", ":3.3", "-1:3", "nan:3", "2:inf", "a:b", "2.5:3.3:4", "2.5,3.3"],
+    "--kurtosis": [
+        "3.3:2.5",
+        "2.5",
+        "2.5:",
+        ":3.3",
+        "-1:3",
+        "nan:3",
+        "2:inf",
+        "a:b",
+        "2.5:3.3:4",
+        "2.5,3.3",
+    ],
     "--contribution": ["1:0", "-1:0", "0", "0:x", "0:1e999"],
-    "--taus": ["0", "0,1", "1,301", "301", "2,1", "1,1", "1,,2", "1,2,", ",1", "a", "1,b", "-1", "1,99999999999",
-               "fourier", "geometric:", "geometric:0", "geometric:33", "geometric:x", "geometrical", "octaves",
-               ",".join(str(m) for m in range(1, 34))],
+    "--taus": [
+        "0",
+        "0,1",
+        "1,301",
+        "301",
+        "2,1",
+        "1,1",
+        "1,,2",
+        "1,2,",
+        ",1",
+        "a",
+        "1,b",
+        "-1",
+        "1,99999999999",
+        "fourier",
+        "geometric:",
+        "geometric:0",
+        "geometric:33",
+        "geometric:x",
+        "geometrical",
+        "octaves",
+        ",".join(str(m) for m in range(1, 34)),
+    ],
     "--rate": ["0", "-100", "nan", "inf", "x", "", "1e999", "100Hz", "1e51"],
     "--lsb": ["0", "-0.05", "nan", "x", "1e-999", "1e999", "1e51", "1e-51"],
     "--gap": ["0", "1", "0.5", "-2", "x"],
@@ -44,31 +87,58 @@ class BadOption(SimCase):
         path = self.recording()
         for value in ("0", "-1", "x", "1e30"):
             with self.subTest(value=value):
-                self.assert_refused(self.sim(path, "--arith", "float", "--full-scale", value), "--full-scale")
+                self.assert_refused(
+                    self.sim(path, "--arith", "float", "--full-scale", value), "--full-scale"
+                )
 
     def test_options_are_checked_before_the_recording(self):
-        self.assert_refused(self.sim(self.folder / "nothing.csv", "--window-max", "0"), "--window-max")
+        self.assert_refused(
+            self.sim(self.folder / "nothing.csv", "--window-max", "0"), "--window-max"
+        )
 
     def test_bounds_that_depend_on_each_other(self):
         path = self.recording()
-        self.assert_refused(self.sim(path, "--window-max", "100", "--window-min", "200"), "--window-min")
+        self.assert_refused(
+            self.sim(path, "--window-max", "100", "--window-min", "200"), "--window-min"
+        )
         self.assert_refused(self.sim(path, "--window-max", "100", "--segment", "80"), "--segment")
         self.assert_refused(self.sim(path, "--window-max", "100", "--taus", "1,51"), "--taus")
 
     def test_trailing_windows_may_be_odd_and_grow_by_one(self):
         path = self.recording(count=700)
-        rows = self.results(path, "--mode", "trailing", "--window-max", "601", "--window-min", "401", "--stride", "100")
+        rows = self.results(
+            path,
+            "--mode",
+            "trailing",
+            "--window-max",
+            "601",
+            "--window-min",
+            "401",
+            "--stride",
+            "100",
+        )
         self.assertGreater(len(rows), 1)
 
     def test_a_stride_may_be_as_long_as_the_window_and_no_longer(self):
         path = self.recording(count=700)
         rows = self.results(path, "--window-max", "300", "--stride", "300")
         self.assertEqual(["299", "599"], [row["epoch"] for row in rows])
-        self.assert_refused(self.sim(path, "--window-max", "300", "--stride", "301"), "--stride", "would never count")
-        self.assert_refused(self.sim(path, "--window-max", "702", "--stride", "701"), "at least 701")
+        self.assert_refused(
+            self.sim(path, "--window-max", "300", "--stride", "301"),
+            "--stride",
+            "would never count",
+        )
+        self.assert_refused(
+            self.sim(path, "--window-max", "702", "--stride", "701"), "at least 701"
+        )
 
     def test_a_stride_of_policy_glr_is_not_served_by_edges(self):
-        self.assert_refused(self.sim(self.recording(count=700), "--policy", "glr", "--stride", "10", "--engine", "edges"), "--engine")
+        self.assert_refused(
+            self.sim(
+                self.recording(count=700), "--policy", "glr", "--stride", "10", "--engine", "edges"
+            ),
+            "--engine",
+        )
 
     def test_unknown_options(self):
         path = self.recording()

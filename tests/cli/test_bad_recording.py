@@ -53,13 +53,19 @@ class BadRecording(SimCase):
     def test_a_field_that_is_no_finite_number_is_named_with_line_and_column(self):
         for field, what in BAD_FIELDS.items():
             with self.subTest(field=field):
-                self.refuse(self.text_with(99, 1, field), ":101: column gyro_x_dps: ", what, "found '")
+                self.refuse(
+                    self.text_with(99, 1, field), ":101: column gyro_x_dps: ", what, "found '"
+                )
 
     def test_fields_of_columns_nobody_asked_for_are_checked_too(self):
-        self.refuse(self.text_with(99, 2, "warm"), ":101: column temp_degC: not a number, found 'warm'")
+        self.refuse(
+            self.text_with(99, 2, "warm"), ":101: column temp_degC: not a number, found 'warm'"
+        )
 
     def test_the_time_column_is_checked(self):
-        self.refuse(self.text_with(99, 0, "noon"), ":101: column time_s: not a number, found 'noon'")
+        self.refuse(
+            self.text_with(99, 0, "noon"), ":101: column time_s: not a number, found 'noon'"
+        )
 
     def test_the_first_and_the_last_row_are_checked(self):
         self.refuse(self.text_with(0, 1, "x"), ":2: column gyro_x_dps")
@@ -123,7 +129,9 @@ class BadRecording(SimCase):
     def test_time_running_backwards_is_refused_even_when_the_rate_is_given(self):
         rows = self.rows()
         rows[60][0] = "-1"
-        self.refuse(as_text(HEADER, rows), ":62: column time_s", options=("--rate", "100", *SMALL_WINDOW))
+        self.refuse(
+            as_text(HEADER, rows), ":62: column time_s", options=("--rate", "100", *SMALL_WINDOW)
+        )
 
     def test_time_that_stands_still_gives_no_rate(self):
         rows = [["7", row[1], row[2]] for row in self.rows()]
@@ -135,21 +143,34 @@ class BadRecording(SimCase):
     # --- header
 
     def test_a_column_name_used_twice(self):
-        self.refuse(as_text("time_s,gyro_x_dps,gyro_x_dps", self.rows()), ":1: column 3: name used twice")
+        self.refuse(
+            as_text("time_s,gyro_x_dps,gyro_x_dps", self.rows()), ":1: column 3: name used twice"
+        )
 
     def test_an_empty_column_name(self):
         self.refuse(as_text("time_s,,gyro_x_dps", self.rows()), ":1: column 2: empty name")
 
     def test_numbers_where_the_header_should_be(self):
-        self.refuse(as_text("0.0,1.5,20", self.rows()), ":1: column 1: no header row", "found '0.0'")
+        self.refuse(
+            as_text("0.0,1.5,20", self.rows()), ":1: column 1: no header row", "found '0.0'"
+        )
 
     def test_unknown_column_lists_what_there_is(self):
         path = self.write("rec.csv", as_text(HEADER, self.rows()))
-        self.assert_refused(self.sim(path, "--column", "gyro_q_dps"), path, "gyro_q_dps", "--column",
-                            "time_s, gyro_x_dps, temp_degC")
+        self.assert_refused(
+            self.sim(path, "--column", "gyro_q_dps"),
+            path,
+            "gyro_q_dps",
+            "--column",
+            "time_s, gyro_x_dps, temp_degC",
+        )
 
     def test_no_gyro_column_and_several_others_lists_them(self):
-        self.refuse(as_text("time_s,temp_degC,accel_x_g", self.rows()), "--column", "time_s, temp_degC, accel_x_g")
+        self.refuse(
+            as_text("time_s,temp_degC,accel_x_g", self.rows()),
+            "--column",
+            "time_s, temp_degC, accel_x_g",
+        )
 
     def test_counts_without_lsb(self):
         self.refuse("time_s,gyro_x_counts\n0,1\n1,2\n", "column gyro_x_counts", "--lsb")
@@ -158,8 +179,12 @@ class BadRecording(SimCase):
 
     def test_a_value_beyond_the_count_range(self):
         options = ("--lsb", "0.01", "--bits", "16", *SMALL_WINDOW)
-        self.refuse(self.text_with(99, 1, "327.68"), ":101: column gyro_x_dps: value beyond the count range",
-                    "found '327.68'", options=options)
+        self.refuse(
+            self.text_with(99, 1, "327.68"),
+            ":101: column gyro_x_dps: value beyond the count range",
+            "found '327.68'",
+            options=options,
+        )
         self.refuse(self.text_with(99, 1, "-327.69"), ":101: column gyro_x_dps", options=options)
 
     def test_the_default_count_range_has_24_bits(self):
@@ -171,12 +196,19 @@ class BadRecording(SimCase):
         rows = self.rows(200)
         counts = [[row[0], str(i)] for i, row in enumerate(rows)]
         counts[77][1] = "12.5"
-        self.refuse(as_text("time_s,gyro_x_counts", counts), ":79: column gyro_x_counts: not a whole count",
-                    "found '12.5'", options=("--lsb", "0.1", *SMALL_WINDOW))
+        self.refuse(
+            as_text("time_s,gyro_x_counts", counts),
+            ":79: column gyro_x_counts: not a whole count",
+            "found '12.5'",
+            options=("--lsb", "0.1", *SMALL_WINDOW),
+        )
 
     def test_a_value_beyond_float32(self):
-        self.refuse(self.text_with(99, 1, "1e39"), ":101: column gyro_x_dps",
-                    options=("--arith", "float", *SMALL_WINDOW))
+        self.refuse(
+            self.text_with(99, 1, "1e39"),
+            ":101: column gyro_x_dps",
+            options=("--arith", "float", *SMALL_WINDOW),
+        )
 
     # --- files
 
@@ -189,9 +221,20 @@ class BadRecording(SimCase):
 
     def test_devices_and_links_to_nowhere(self):
         """Pipes and standard input are read (test_recording.py); a device may have no end."""
-        loop, long, pipe = self.folder / "loop.csv", self.folder / ("a" * 300), self.folder / "new\nline.csv"
+        loop, long, pipe = (
+            self.folder / "loop.csv",
+            self.folder / ("a" * 300),
+            self.folder / "new\nline.csv",
+        )
         loop.symlink_to(loop)
-        for path, words in (("/dev/zero", "device"), ("/dev/null", "device"), ("/proc/kmsg", ""), (loop, "symbolic links"), (long, "too long"), (pipe, "No such file")):
+        for path, words in (
+            ("/dev/zero", "device"),
+            ("/dev/null", "device"),
+            ("/proc/kmsg", ""),
+            (loop, "symbolic links"),
+            (long, "too long"),
+            (pipe, "No such file"),
+        ):
             self.assert_refused(self.sim(path), str(path).split("\n")[0], words)
 
     def test_empty_file(self):
@@ -232,16 +275,24 @@ class BadRecording(SimCase):
     def test_too_short_says_how_many_samples_are_needed(self):
         path = self.recording(count=29)
         self.assert_refused(self.sim(path, *SMALL_WINDOW), path, "29 samples", "at least 30")
-        self.assert_refused(self.sim(path, *SMALL_WINDOW, "--mode", "trailing"), path, "29 samples", "at least 40")
-        self.assert_refused(self.sim(path, *SMALL_WINDOW, "--stride", "35"), path, "29 samples", "at least 35")
+        self.assert_refused(
+            self.sim(path, *SMALL_WINDOW, "--mode", "trailing"), path, "29 samples", "at least 40"
+        )
+        self.assert_refused(
+            self.sim(path, *SMALL_WINDOW, "--stride", "35"), path, "29 samples", "at least 35"
+        )
 
     def test_one_row(self):
         self.refuse("time_s,gyro_x_dps\n0,1\n", "1 samples", "at least 30")
 
     def test_the_number_of_samples_asked_for_is_enough(self):
         self.assertEqual(30, len(self.results(self.recording(count=30), *SMALL_WINDOW)))
-        self.assertEqual(1, len(self.results(self.recording(count=40), *SMALL_WINDOW, "--mode", "trailing")))
-        self.assertEqual(1, len(self.results(self.recording(count=35), *SMALL_WINDOW, "--stride", "35")))
+        self.assertEqual(
+            1, len(self.results(self.recording(count=40), *SMALL_WINDOW, "--mode", "trailing"))
+        )
+        self.assertEqual(
+            1, len(self.results(self.recording(count=35), *SMALL_WINDOW, "--stride", "35"))
+        )
 
 
 class BadSurroundings(SimCase):
@@ -249,7 +300,9 @@ class BadSurroundings(SimCase):
 
     def test_no_room_for_the_temporary_file(self):
         environment = dict(os.environ, TMPDIR=str(self.folder / "nowhere"))
-        self.assert_refused(self.sim(self.recording(), env=environment), "nowhere", "TMPDIR", "No such file")
+        self.assert_refused(
+            self.sim(self.recording(), env=environment), "nowhere", "TMPDIR", "No such file"
+        )
 
     def test_a_full_temporary_folder(self):
         def limit():
@@ -261,7 +314,9 @@ class BadSurroundings(SimCase):
 
     def test_a_full_disk_for_the_output(self):
         with open("/dev/full", "wb") as full:
-            done = subprocess.run([PROGRAM, self.recording(), "--lsb", "0.01"], stdout=full, stderr=subprocess.PIPE)
+            done = subprocess.run(
+                [PROGRAM, self.recording(), "--lsb", "0.01"], stdout=full, stderr=subprocess.PIPE
+            )
         self.assertEqual(2, done.returncode)
         self.assertEqual(b"davar-sim: standard output: No space left on device\n", done.stderr)
 
@@ -271,24 +326,40 @@ class BadSurroundings(SimCase):
         other = self.folder / "other.csv"
         other.hardlink_to(path)
         for name, stdin in ((path, None), (other, None), ("-", path)):
-            with self.subTest(name=name), open(path, "ab") as output, open(stdin or os.devnull, "rb") as source:
-                done = subprocess.run([PROGRAM, name, "--lsb", "0.01"], stdin=source, stdout=output,
-                                      stderr=subprocess.PIPE, text=True)
+            with (
+                self.subTest(name=name),
+                open(path, "ab") as output,
+                open(stdin or os.devnull, "rb") as source,
+            ):
+                done = subprocess.run(
+                    [PROGRAM, name, "--lsb", "0.01"],
+                    stdin=source,
+                    stdout=output,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
                 self.assertEqual(2, done.returncode)
-                self.assertEqual(f"davar-sim: {name}: is standard output too: results would be read as data\n",
-                                 done.stderr)
+                self.assertEqual(
+                    f"davar-sim: {name}: is standard output too: results would be read as data\n",
+                    done.stderr,
+                )
             self.assertEqual(text, path.read_bytes())
 
     def test_closed_standard_output(self):
-        done = subprocess.run(["sh", "-c", 'exec "$0" "$1" --lsb 0.01 >&-', PROGRAM, self.recording()],
-                              stderr=subprocess.PIPE)
+        done = subprocess.run(
+            ["sh", "-c", 'exec "$0" "$1" --lsb 0.01 >&-', PROGRAM, self.recording()],
+            stderr=subprocess.PIPE,
+        )
         self.assertEqual(2, done.returncode)
         self.assertEqual(b"davar-sim: standard output: Bad file descriptor\n", done.stderr)
 
     def test_a_reader_that_goes_away_ends_the_run_quietly(self):
         path = self.recording(count=20000)
-        done = subprocess.run(["sh", "-c", '"$0" "$1" --lsb 0.01 | head -n 1', PROGRAM, path], stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE)
+        done = subprocess.run(
+            ["sh", "-c", '"$0" "$1" --lsb 0.01 | head -n 1', PROGRAM, path],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         self.assertEqual(b"", done.stderr)
         self.assertTrue(done.stdout.startswith(b"epoch,time_s,"))
 

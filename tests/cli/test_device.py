@@ -6,7 +6,7 @@ import unittest
 from sim_case import SimCase
 
 RESULT_HEAD, RESULT_REST = 18, 6 + 20
-HEALTH = 2 ** 64 - 1
+HEALTH = 2**64 - 1
 
 
 def words(*values):
@@ -33,15 +33,25 @@ class Device(SimCase):
         return self.sim(recording, "--lsb", "0.01", "--taus", "1", *options, "--device", command)
 
     def test_results_that_are_not_whole_are_refused(self):
-        for name, results in {"empty": b"", "cut in a head": result()[:40], "cut in a result": result()[:-8],
-                              "no health": result(), "foreign channel": result(channel=10 ** 9),
-                              "foreign taus": result(taus=33), "more taus": result(taus=2) + words(*[0] * 6) + head(HEALTH),
-                              "no taus": result(taus=0) + head(HEALTH), "cut health": result() + words(HEALTH, 0)}.items():
+        for name, results in {
+            "empty": b"",
+            "cut in a head": result()[:40],
+            "cut in a result": result()[:-8],
+            "no health": result(),
+            "foreign channel": result(channel=10**9),
+            "foreign taus": result(taus=33),
+            "more taus": result(taus=2) + words(*[0] * 6) + head(HEALTH),
+            "no taus": result(taus=0) + head(HEALTH),
+            "cut health": result() + words(HEALTH, 0),
+        }.items():
             for options in ((), ("--out", "jsonl")):
                 with self.subTest(name, options=options):
                     done = self.device(results, *options)
                     self.assertEqual(2, done.returncode, done.stderr)
-                    self.assertRegex(done.stderr, r"^davar-sim: \S+results: the device's results are not whole\n$")
+                    self.assertRegex(
+                        done.stderr,
+                        r"^davar-sim: \S+results: the device's results are not whole\n$",
+                    )
 
     def test_a_device_that_says_nothing_is_named(self):
         done = self.device(None)
@@ -55,8 +65,10 @@ class Device(SimCase):
 
     def test_pace_is_refused(self):
         done = self.device(None, "--pace", "100")
-        self.assertEqual((2, "", "davar-sim: --pace: not with --device, which has a clock of its own\n"),
-                         (done.returncode, done.stdout, done.stderr))
+        self.assertEqual(
+            (2, "", "davar-sim: --pace: not with --device, which has a clock of its own\n"),
+            (done.returncode, done.stdout, done.stderr),
+        )
 
 
 if __name__ == "__main__":

@@ -20,7 +20,13 @@ STRIDE = 5 if SANITIZED else 1  # where a run takes ten times as long, fewer of 
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LSB = ("--lsb", "0.01", *SMALL_WINDOW)
 PACED = ("--pace", "1000000")  # every row is written at once
-WIDE = ("--details", "--out", "jsonl", "--taus", ",".join(map(str, range(1, 31))))  # lines of more than PIPE_BUF
+WIDE = (
+    "--details",
+    "--out",
+    "jsonl",
+    "--taus",
+    ",".join(map(str, range(1, 31))),
+)  # lines of more than PIPE_BUF
 
 
 class FaultCase(SimCase):
@@ -30,7 +36,10 @@ class FaultCase(SimCase):
             self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
         self.interposer = self.folder / "faults.so"
         flags = [] if SANITIZED else ["-DALLOCATIONS"]
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", *flags, "-o", self.interposer, FAULTS, "-ldl"], check=True)
+        subprocess.run(
+            ["cc", "-shared", "-fPIC", "-O1", *flags, "-o", self.interposer, FAULTS, "-ldl"],
+            check=True,
+        )
         self.scratch = self.folder / "scratch"
         self.scratch.mkdir()
         self.mark = self.folder / "mark"
@@ -39,14 +48,24 @@ class FaultCase(SimCase):
     def faulty(self, fault, *arguments, output=None, **keywords):
         """Runs with a fault; None when the run has ended without it."""
         self.mark.unlink(missing_ok=True)
-        environment = dict(os.environ, LD_PRELOAD=str(self.interposer), FAULT=fault, FAULT_MARK=str(self.mark),
-                           TMPDIR=str(self.scratch), ASAN_OPTIONS="verify_asan_link_order=0:detect_leaks=0")
+        environment = dict(
+            os.environ,
+            LD_PRELOAD=str(self.interposer),
+            FAULT=fault,
+            FAULT_MARK=str(self.mark),
+            TMPDIR=str(self.scratch),
+            ASAN_OPTIONS="verify_asan_link_order=0:detect_leaks=0",
+        )
         if output is None:
             done = self.sim(*arguments, env=environment, **keywords)
         else:
             with open(output, "wb") as file:
-                done = subprocess.run([PROGRAM, *map(str, arguments)], stdout=file, stderr=subprocess.PIPE,
-                                      env=environment)
+                done = subprocess.run(
+                    [PROGRAM, *map(str, arguments)],
+                    stdout=file,
+                    stderr=subprocess.PIPE,
+                    env=environment,
+                )
             done.stdout, done.stderr = output.read_text(), done.stderr.decode()
         self.assertEqual([], list(self.scratch.iterdir()))
         return done if self.mark.exists() else None
@@ -75,13 +94,20 @@ class Calls(FaultCase):
                 if done.returncode == 0:
                     self.assertEqual(whole, done.stdout)
                 else:
-                    self.assertEqual((2, 1), (done.returncode, done.stderr.count("\n")), done.stderr)
+                    self.assertEqual(
+                        (2, 1), (done.returncode, done.stderr.count("\n")), done.stderr
+                    )
                     self.assertTrue(done.stderr.startswith("davar-sim: "))
 
     def test_a_call_that_fails(self):
         for options in (LSB, (*LSB, *PACED), (*LSB, "--stride", "7", "--out", "jsonl")):
-            for function, cause in (("read", errno.EIO), ("write", errno.ENOSPC), ("pread", errno.EIO),
-                                    ("open", errno.EMFILE), ("mkstemp", errno.ENOSPC)):
+            for function, cause in (
+                ("read", errno.EIO),
+                ("write", errno.ENOSPC),
+                ("pread", errno.EIO),
+                ("open", errno.EMFILE),
+                ("mkstemp", errno.ENOSPC),
+            ):
                 self.fails_cleanly(function, cause, *options)
 
     @unittest.skipIf(SANITIZED, "the sanitizers have an allocator of their own")
@@ -106,7 +132,19 @@ class Calls(FaultCase):
         self.assertIn("model", self.sim(self.path, *self.with_table()).stdout.partition("\n")[0])
         for function in ("read", "open", "fstat64"):
             self.fails_cleanly(function, errno.EIO, *self.with_table())
-        for function in ("read", "write", "pread", "open", "mkstemp", "fstat64", "fopen64", "fread", "fclose", "mkdtemp", "system"):
+        for function in (
+            "read",
+            "write",
+            "pread",
+            "open",
+            "mkstemp",
+            "fstat64",
+            "fopen64",
+            "fread",
+            "fclose",
+            "mkdtemp",
+            "system",
+        ):
             self.fails_cleanly(function, errno.EIO, *self.with_device())
         self.path = self.write("rec.csv.gz", self.path.read_bytes())
         for function in ("read", "open", "fstat64"):
@@ -153,8 +191,11 @@ class Signals(FaultCase):
 
     def test_in_work_that_never_ends_and_in_a_wait_that_never_ends(self):
         whole = self.sim(self.path, *LSB, *PACED).stdout
-        for fault, number in (("snprintf:spin{}:900", signal.SIGINT), ("snprintf:spin{}:900", signal.SIGTERM),
-                              ("write:pause{}:20", signal.SIGTERM)):
+        for fault, number in (
+            ("snprintf:spin{}:900", signal.SIGINT),
+            ("snprintf:spin{}:900", signal.SIGTERM),
+            ("write:pause{}:20", signal.SIGTERM),
+        ):
             done = self.faulty(fault.format(int(number)), self.path, *LSB, *PACED)
             with self.subTest(fault=fault):
                 self.assertEqual((-number, ""), (done.returncode, done.stderr))
@@ -172,21 +213,34 @@ class Signals(FaultCase):
 
     def test_while_a_device_has_its_files(self):
         n = 1
-        while (done := self.faulty(f"snprintf:signal{signal.SIGTERM}:{n}", self.path, *LSB, "--device", "false")):
+        while done := self.faulty(
+            f"snprintf:signal{signal.SIGTERM}:{n}", self.path, *LSB, "--device", "false"
+        ):
             self.assertEqual(("", -signal.SIGTERM), (done.stdout, done.returncode))
             n += 1
         self.assertGreater(n, 3)
 
     def test_a_signal_that_is_ignored_stays_so(self):
-        done = self.faulty(f"write:signal{signal.SIGHUP}:1", self.path, *LSB,
-                           preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+        done = self.faulty(
+            f"write:signal{signal.SIGHUP}:1",
+            self.path,
+            *LSB,
+            preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+        )
         self.assertEqual((0, ""), (done.returncode, done.stderr))
 
     def test_in_work_that_never_ends_where_the_limit_was_ignored(self):
-        for fault, limit in ((f"snprintf:spin{int(signal.SIGINT)}:900", signal.SIGPROF),
-                             (f"write:pause{int(signal.SIGTERM)}:20", signal.SIGALRM)):
-            done = self.faulty(fault, self.path, *LSB, *PACED,
-                               preexec_fn=lambda: signal.signal(limit, signal.SIG_IGN))
+        for fault, limit in (
+            (f"snprintf:spin{int(signal.SIGINT)}:900", signal.SIGPROF),
+            (f"write:pause{int(signal.SIGTERM)}:20", signal.SIGALRM),
+        ):
+            done = self.faulty(
+                fault,
+                self.path,
+                *LSB,
+                *PACED,
+                preexec_fn=lambda: signal.signal(limit, signal.SIG_IGN),
+            )
             with self.subTest(fault=fault):
                 self.assertIn(done.returncode, (-signal.SIGINT, -signal.SIGTERM))
 
@@ -196,7 +250,9 @@ class Signals(FaultCase):
         """A run that waits for its reader."""
         reader, writer = os.pipe()
         fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
-        process = subprocess.Popen([PROGRAM, self.path, *options], stdout=writer, stderr=subprocess.PIPE)
+        process = subprocess.Popen(
+            [PROGRAM, self.path, *options], stdout=writer, stderr=subprocess.PIPE
+        )
         os.close(writer)
         process.stdout = open(reader, "rb")
         waiting = bytearray(4)
@@ -210,7 +266,12 @@ class Signals(FaultCase):
     def test_while_the_reader_does_not_read(self):
         self.path = self.recording(count=2000)
         for number in STOPS:
-            for options, pace in ((LSB, ()), (LSB, PACED), ((*LSB, *WIDE), ()), (LSB, ("--pace", "realtime"))):
+            for options, pace in (
+                (LSB, ()),
+                (LSB, PACED),
+                ((*LSB, *WIDE), ()),
+                (LSB, ("--pace", "realtime")),
+            ):
                 with self.subTest(number=number, options=options, pace=pace):
                     whole = self.sim(self.path, *options).stdout
                     process = self.blocked(*options, *pace)
@@ -235,19 +296,31 @@ class Signals(FaultCase):
     def test_a_disk_that_is_full_after_any_byte(self):
         whole = self.sim(self.path, *LSB).stdout
         for ignored in (False, True):
-            for limit in (*range(0, 8000, 23 * STRIDE), *range(8000, 8400, STRIDE)):  # at first the temporary file is what finds no room
+            for limit in (
+                *range(0, 8000, 23 * STRIDE),
+                *range(8000, 8400, STRIDE),
+            ):  # at first the temporary file is what finds no room
+
                 def full():
                     signal.signal(signal.SIGXFSZ, signal.SIG_IGN if ignored else signal.SIG_DFL)
                     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
                 output = self.folder / "out.csv"
                 with open(output, "wb") as file:
-                    done = subprocess.run([PROGRAM, self.path, *LSB], stdout=file, stderr=subprocess.PIPE,
-                                          preexec_fn=full)
+                    done = subprocess.run(
+                        [PROGRAM, self.path, *LSB],
+                        stdout=file,
+                        stderr=subprocess.PIPE,
+                        preexec_fn=full,
+                    )
                 with self.subTest(limit=limit, ignored=ignored):
                     self.assertEqual(2 if ignored else -signal.SIGXFSZ, done.returncode)
                     self.whole_lines(whole, output.read_text())
-                    self.assertTrue(not output.read_text() and limit < 8000 or len(output.read_text()) > limit - 400)
+                    self.assertTrue(
+                        not output.read_text()
+                        and limit < 8000
+                        or len(output.read_text()) > limit - 400
+                    )
 
 
 if __name__ == "__main__":

@@ -16,20 +16,33 @@ def member(data, extra=b""):
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     body = packer.compress(data) + packer.flush()
     field = len(extra).to_bytes(2, "little") + extra if extra else b""
-    return (b"\x1f\x8b\x08" + bytes([4 if extra else 0]) + bytes(6) + field + body
-            + zlib.crc32(data).to_bytes(4, "little") + len(data).to_bytes(4, "little"))
+    return (
+        b"\x1f\x8b\x08"
+        + bytes([4 if extra else 0])
+        + bytes(6)
+        + field
+        + body
+        + zlib.crc32(data).to_bytes(4, "little")
+        + len(data).to_bytes(4, "little")
+    )
 
 
 def damaged(data, source):
     """Damage of a kind that storage and tools do: flipped, cut, inserted, lost, appended, repeated."""
-    at = source.choice([source.randrange(len(data)), source.randrange(24), len(data) - 1 - source.randrange(24)])
+    at = source.choice(
+        [source.randrange(len(data)), source.randrange(24), len(data) - 1 - source.randrange(24)]
+    )
     some = source.randbytes(source.choice([1, 1, 2, 7, 40]))
     kind = source.randrange(8)
     if kind < 3:
-        return data[:at] + bytes([data[at] ^ 1 << source.randrange(8)]) + data[at + 1:]
-    return (data[:at], data[:at] + some + data[at:], data[:at] + data[at + len(some):],
-            data + source.choice([some, bytes(len(some)), bytes(len(some)) + some, b"\n", b"# end\n"]),
-            data + data[source.choice([0, at]):])[kind - 3]
+        return data[:at] + bytes([data[at] ^ 1 << source.randrange(8)]) + data[at + 1 :]
+    return (
+        data[:at],
+        data[:at] + some + data[at:],
+        data[:at] + data[at + len(some) :],
+        data + source.choice([some, bytes(len(some)), bytes(len(some)) + some, b"\n", b"# end\n"]),
+        data + data[source.choice([0, at]) :],
+    )[kind - 3]
 
 
 class Gzip(SimCase):
@@ -112,14 +125,26 @@ class Gzip(SimCase):
         """A few kilobytes that unpack to many megabytes."""
         packer = zlib.compressobj(9, zlib.DEFLATED, 31)
         block = line * (1000000 // len(line))
-        return packer.compress(head) + b"".join(packer.compress(block) for _ in range(megabytes)) + packer.flush()
+        return (
+            packer.compress(head)
+            + b"".join(packer.compress(block) for _ in range(megabytes))
+            + packer.flush()
+        )
 
     def test_a_file_that_unpacks_to_far_more_than_its_size_is_refused(self):
         zeros = b"0." + b"0" * 60  # fewer rows, so that this takes a second, not a minute
-        for head, line in ((b"time_s,gyro_x_dps\n", b"0," + zeros + b"\n"), (b"gyro_x_dps\n", zeros + b"\n"),
-                           (b"", b"# note" + zeros + b"\n"), (b"gyro_x_dps\n1\n", b" " * 60 + b"\n")):
+        for head, line in (
+            (b"time_s,gyro_x_dps\n", b"0," + zeros + b"\n"),
+            (b"gyro_x_dps\n", zeros + b"\n"),
+            (b"", b"# note" + zeros + b"\n"),
+            (b"gyro_x_dps\n1\n", b" " * 60 + b"\n"),
+        ):
             with self.subTest(line=line):
-                self.refuse(self.bomb(head, line), "more than 64 MiB and 100 times its size", "unpack it first")
+                self.refuse(
+                    self.bomb(head, line),
+                    "more than 64 MiB and 100 times its size",
+                    "unpack it first",
+                )
 
     def test_a_line_without_an_end_and_columns_without_number_are_refused(self):
         self.refuse(self.bomb(b"gyro_x_dps\n1", b"1"), "line longer than 262144 bytes")
@@ -129,7 +154,9 @@ class Gzip(SimCase):
         rows = b"time_s,gyro_x_dps\n" + b"".join(b"%d,0.%030d\n" % (i, 0) for i in range(1700000))
         self.assertGreater(len(rows), 64 << 20)
         self.path.write_bytes(gzip.compress(rows, 6))
-        self.assertEqual(1700000 // 600, len(self.results(self.path, "--lsb", "0.01", "--stride", "600")))
+        self.assertEqual(
+            1700000 // 600, len(self.results(self.path, "--lsb", "0.01", "--stride", "600"))
+        )
 
 
 if __name__ == "__main__":

@@ -7,15 +7,27 @@ import unittest
 
 from sim_case import SMALL_WINDOW, SimCase, as_text, noise_rows
 
-COLUMNS = ["epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
-           "arw_low_deg_per_sqrt_h", "arw_high_deg_per_sqrt_h", "bi_deg_per_h", "rrw_deg_per_h_per_sqrt_h",
-           "rr_deg_per_h2", "qn_deg"]
+COLUMNS = [
+    "epoch",
+    "time_s",
+    "window_samples",
+    "kurtosis",
+    "contribution",
+    "unstable",
+    "arw_deg_per_sqrt_h",
+    "arw_low_deg_per_sqrt_h",
+    "arw_high_deg_per_sqrt_h",
+    "bi_deg_per_h",
+    "rrw_deg_per_h_per_sqrt_h",
+    "rr_deg_per_h2",
+    "qn_deg",
+]
 LSB = ("--lsb", "0.01")
 
 
 def adev(rates, m):
     """Overlapping Allan deviation, straight from its definition."""
-    means = [sum(rates[i:i + m]) / m for i in range(len(rates) - m + 1)]
+    means = [sum(rates[i : i + m]) / m for i in range(len(rates) - m + 1)]
     squares = [(means[i + m] - means[i]) ** 2 for i in range(len(means) - m)]
     return math.sqrt(sum(squares) / (2 * len(squares)))
 
@@ -23,7 +35,7 @@ def adev(rates, m):
 def kurtosis(rates):
     mean = sum(rates) / len(rates)
     second = sum((rate - mean) ** 2 for rate in rates) / len(rates)
-    return sum((rate - mean) ** 4 for rate in rates) / len(rates) / second ** 2
+    return sum((rate - mean) ** 4 for rate in rates) / len(rates) / second**2
 
 
 class Csv(SimCase):
@@ -32,27 +44,55 @@ class Csv(SimCase):
 
     def test_columns_stand_as_documented(self):
         self.assertEqual([*COLUMNS, "adev_1", "adev_2", "adev_4"], self.header(*SMALL_WINDOW))
-        self.assertEqual([*COLUMNS, "adev_1", "adev_3", "adev_9"], self.header(*SMALL_WINDOW, "--taus", "1,3,9"))
+        self.assertEqual(
+            [*COLUMNS, "adev_1", "adev_3", "adev_9"], self.header(*SMALL_WINDOW, "--taus", "1,3,9")
+        )
         self.assertEqual(self.header("--taus", "geometric:12"), self.header("--taus", "geometric"))
-        self.assertEqual([*COLUMNS, "adev_1", "adev_4", "adev_16", "adev_66"], self.header("--taus", "geometric:4"))
+        self.assertEqual(
+            [*COLUMNS, "adev_1", "adev_4", "adev_16", "adev_66"],
+            self.header("--taus", "geometric:4"),
+        )
 
     def test_details_are_appended(self):
         self.assertEqual(
-            [*COLUMNS, "adev_1", "adev_5", "adev_low_1", "adev_high_1", "differences_1", "adev_low_5", "adev_high_5",
-             "differences_5", "gaps_in_window", "coarse", "arw_upper_deg_per_sqrt_h", "bi_upper_deg_per_h",
-             "rrw_upper_deg_per_h_per_sqrt_h", "rr_upper_deg_per_h2", "qn_upper_deg"],
-            self.header(*SMALL_WINDOW, "--taus", "1,5", "--details"))
+            [
+                *COLUMNS,
+                "adev_1",
+                "adev_5",
+                "adev_low_1",
+                "adev_high_1",
+                "differences_1",
+                "adev_low_5",
+                "adev_high_5",
+                "differences_5",
+                "gaps_in_window",
+                "coarse",
+                "arw_upper_deg_per_sqrt_h",
+                "bi_upper_deg_per_h",
+                "rrw_upper_deg_per_h_per_sqrt_h",
+                "rr_upper_deg_per_h2",
+                "qn_upper_deg",
+            ],
+            self.header(*SMALL_WINDOW, "--taus", "1,5", "--details"),
+        )
 
     def test_noise_below_half_a_count_is_reported_in_words(self):
         quiet = self.recording(1000)
         for lsb, coarse in (("0.8", True), ("0.001", False)):
             done = self.sim(quiet, "--lsb", lsb, *SMALL_WINDOW, "--details")
-            self.assertEqual(coarse, "results: the noise is below half a count" in done.stderr, done.stderr)
+            self.assertEqual(
+                coarse, "results: the noise is below half a count" in done.stderr, done.stderr
+            )
 
     def test_a_coefficient_has_a_value_or_an_upper_bound(self):
         for row in self.results(self.recording(), *LSB, *SMALL_WINDOW, "--details"):
-            for name, unit in (("arw", "deg_per_sqrt_h"), ("bi", "deg_per_h"), ("rrw", "deg_per_h_per_sqrt_h"),
-                               ("rr", "deg_per_h2"), ("qn", "deg")):
+            for name, unit in (
+                ("arw", "deg_per_sqrt_h"),
+                ("bi", "deg_per_h"),
+                ("rrw", "deg_per_h_per_sqrt_h"),
+                ("rr", "deg_per_h2"),
+                ("qn", "deg"),
+            ):
                 self.assertNotEqual(row[f"{name}_{unit}"] == "", row[f"{name}_upper_{unit}"] == "")
 
     def test_numbers_equal_their_definition_to_nine_digits(self):
@@ -62,14 +102,19 @@ class Csv(SimCase):
         options = ("--policy", "fixed", "--mode", "trailing", *SMALL_WINDOW, "--taus", "1,2,7,30")
         for arithmetic, counts_dps in ((LSB, 0.0), ((*LSB, "--bits", "32"), 0.0), ((), 2.0**-30)):
             for row in self.results(path, *options, *arithmetic)[100:]:
-                window = rates[int(row["epoch"]) - 59:int(row["epoch"]) + 1]
+                window = rates[int(row["epoch"]) - 59 : int(row["epoch"]) + 1]
                 for m in (1, 2, 7, 30):
-                    close = math.isclose(adev(window, m), float(row[f"adev_{m}"]), rel_tol=6e-9, abs_tol=counts_dps)
+                    close = math.isclose(
+                        adev(window, m), float(row[f"adev_{m}"]), rel_tol=6e-9, abs_tol=counts_dps
+                    )
                     self.assertTrue(close, (row["epoch"], m))
                 self.assertAlmostEqual(1.0, float(row["kurtosis"]) / kurtosis(window), delta=1e-5)
 
     def test_a_value_the_window_cannot_support_is_an_empty_field(self):
-        path = self.write("flat.csv", as_text("time_s,gyro_x_dps", [[f"{i / 100:.2f}", "1.5"] for i in range(100)]))
+        path = self.write(
+            "flat.csv",
+            as_text("time_s,gyro_x_dps", [[f"{i / 100:.2f}", "1.5"] for i in range(100)]),
+        )
         for row in self.results(path, *LSB, *SMALL_WINDOW):
             self.assertEqual(("", "", "0"), (row["kurtosis"], row["contribution"], row["adev_1"]))
 
@@ -86,13 +131,22 @@ class Csv(SimCase):
 
     def test_both_engines_of_a_stride_give_the_same_bytes(self):
         path = self.recording(count=3000)
-        for options in ((), ("--mode", "trailing"), ("--policy", "fixed", "--out", "jsonl"), ("--arith", "float", "--full-scale", "2000")):
+        for options in (
+            (),
+            ("--mode", "trailing"),
+            ("--policy", "fixed", "--out", "jsonl"),
+            ("--arith", "float", "--full-scale", "2000"),
+        ):
             grid = self.sim(path, *LSB, *SMALL_WINDOW, *options, "--stride", "20")
-            edges = self.sim(path, *LSB, *SMALL_WINDOW, *options, "--stride", "20", "--engine", "edges")
+            edges = self.sim(
+                path, *LSB, *SMALL_WINDOW, *options, "--stride", "20", "--engine", "edges"
+            )
             self.assertEqual((0, grid.stdout), (edges.returncode, edges.stdout))
 
     def test_a_trailing_window_is_what_has_arrived_until_it_is_full(self):
-        rows = self.results(self.recording(), *LSB, *SMALL_WINDOW, "--policy", "fixed", "--mode", "trailing")
+        rows = self.results(
+            self.recording(), *LSB, *SMALL_WINDOW, "--policy", "fixed", "--mode", "trailing"
+        )
         self.assertEqual(("39", "40"), (rows[0]["epoch"], rows[0]["window_samples"]))
         self.assertEqual(("58", "59"), (rows[19]["epoch"], rows[19]["window_samples"]))
         self.assertEqual(("299", "60"), (rows[-1]["epoch"], rows[-1]["window_samples"]))
@@ -100,13 +154,19 @@ class Csv(SimCase):
     def test_time_keeps_its_digits_late_in_a_long_run(self):
         rows = [[f"{1700000000 + i / 1000:.3f}", row[1]] for i, row in enumerate(noise_rows(200))]
         path = self.write("late.csv", as_text("time_s,gyro_x_dps", rows))
-        self.assertEqual([row[0].rstrip("0").rstrip(".") for row in rows],
-                         [row["time_s"] for row in self.results(path, *LSB, *SMALL_WINDOW, "--rate", "1000")])
+        self.assertEqual(
+            [row[0].rstrip("0").rstrip(".") for row in rows],
+            [row["time_s"] for row in self.results(path, *LSB, *SMALL_WINDOW, "--rate", "1000")],
+        )
 
     def test_settings_follow_the_longest_window(self):
         path = self.recording(count=600)
-        self.assertEqual(self.results(path, *LSB, "--window-max", "300", "--window-min", "200", "--segment", "50"),
-                         self.results(path, *LSB, "--window-max", "300"))
+        self.assertEqual(
+            self.results(
+                path, *LSB, "--window-max", "300", "--window-min", "200", "--segment", "50"
+            ),
+            self.results(path, *LSB, "--window-max", "300"),
+        )
 
 
 class Arithmetic(SimCase):
@@ -137,9 +197,13 @@ class Arithmetic(SimCase):
         self.assertEqual("", self.sim(self.path, *SMALL_WINDOW, *LSB).stderr)
 
     def test_zeros_only(self):
-        path = self.write("zero.csv", as_text("time_s,gyro_x_dps", [[f"{i}", "0"] for i in range(100)]))
+        path = self.write(
+            "zero.csv", as_text("time_s,gyro_x_dps", [[f"{i}", "0"] for i in range(100)])
+        )
         for options in ((), ("--arith", "float"), LSB):
-            self.assertEqual({"0"}, {row["adev_1"] for row in self.results(path, *SMALL_WINDOW, *options)})
+            self.assertEqual(
+                {"0"}, {row["adev_1"] for row in self.results(path, *SMALL_WINDOW, *options)}
+            )
 
     def test_coarse_counts_are_pointed_out(self):
         rows = [[f"{i}", f"{1e7 + i % 7 * 1e-4:.4f}"] for i in range(100)]
@@ -156,9 +220,16 @@ class Arithmetic(SimCase):
         self.assertRegex(done.stderr, r"[1-9]\d* samples saturated")
 
     def test_options_without_effect_are_pointed_out(self):
-        self.assertIn("--full-scale is not used", self.sim(self.path, *SMALL_WINDOW, "--full-scale", "9").stderr)
-        self.assertIn("--bits is not used", self.sim(self.path, *SMALL_WINDOW, "--bits", "16").stderr)
-        self.assertIn("--lsb is not used", self.sim(self.path, *SMALL_WINDOW, *LSB, "--arith", "float").stderr)
+        self.assertIn(
+            "--full-scale is not used",
+            self.sim(self.path, *SMALL_WINDOW, "--full-scale", "9").stderr,
+        )
+        self.assertIn(
+            "--bits is not used", self.sim(self.path, *SMALL_WINDOW, "--bits", "16").stderr
+        )
+        self.assertIn(
+            "--lsb is not used", self.sim(self.path, *SMALL_WINDOW, *LSB, "--arith", "float").stderr
+        )
 
 
 class JsonLines(SimCase):
@@ -171,7 +242,9 @@ class JsonLines(SimCase):
         self.assertEqual(len(rows), len(objects))
         for row, object_ in zip(rows, objects):
             self.assertEqual("gyro_x_dps", object_.pop("channel"))
-            self.assertEqual({name: float(text) if text else None for name, text in row.items()}, object_)
+            self.assertEqual(
+                {name: float(text) if text else None for name, text in row.items()}, object_
+            )
 
     def test_an_odd_column_name_is_quoted(self):
         path = self.write("odd.csv", as_text('time_s,"gyro\\ x"', noise_rows(100)))
@@ -182,7 +255,9 @@ class JsonLines(SimCase):
 class Pace(SimCase):
     def timed(self, *options, rate_hz=100.0):
         begin = time.monotonic()
-        rows = self.results(self.recording(count=100, rate_hz=rate_hz), *LSB, *SMALL_WINDOW, *options)
+        rows = self.results(
+            self.recording(count=100, rate_hz=rate_hz), *LSB, *SMALL_WINDOW, *options
+        )
         return time.monotonic() - begin, rows
 
     def test_real_time_takes_the_time_of_the_recording(self):
@@ -212,7 +287,15 @@ class Progress(SimCase):
         self.assertEqual("", self.sim(self.recording(), *LSB, *SMALL_WINDOW, "--pace", "2").stderr)
 
     def test_a_line_a_second_when_asked_for(self):
-        done = self.sim(self.recording(count=150), *LSB, *SMALL_WINDOW, "--pace", "realtime", "--progress", "always")
+        done = self.sim(
+            self.recording(count=150),
+            *LSB,
+            *SMALL_WINDOW,
+            "--pace",
+            "realtime",
+            "--progress",
+            "always",
+        )
         self.assertRegex(done.stderr, r"^davar-sim: running +\d+ %\n")
 
 

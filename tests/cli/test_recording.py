@@ -42,12 +42,18 @@ class Forms(SimCase):
         self.assert_same(self.text + "\n\n  \n\t\r\n")
 
     def test_spaces_around_names_and_values(self):
-        self.assert_same("\n".join(" " + line.replace(",", " ,\t") + "  " for line in self.text.splitlines()))
+        self.assert_same(
+            "\n".join(" " + line.replace(",", " ,\t") + "  " for line in self.text.splitlines())
+        )
 
     def test_plus_signs_and_exponents(self):
         lines = self.text.splitlines()
         rows = [line.split(",") for line in lines[1:]]
-        self.assert_same(as_text(lines[0], [["+" + time, f"{round(100 * float(rate))}e-2"] for time, rate in rows]))
+        self.assert_same(
+            as_text(
+                lines[0], [["+" + time, f"{round(100 * float(rate))}e-2"] for time, rate in rows]
+            )
+        )
 
     def test_gzip_by_content_not_by_name(self):
         self.assert_same(gzip.compress(self.text.encode()))
@@ -56,17 +62,25 @@ class Forms(SimCase):
 
     def test_gzip_in_several_members(self):
         middle = self.text.index("\n", 1000) + 5
-        self.assert_same(gzip.compress(self.text[:middle].encode()) + gzip.compress(self.text[middle:].encode()))
+        self.assert_same(
+            gzip.compress(self.text[:middle].encode()) + gzip.compress(self.text[middle:].encode())
+        )
 
     def test_standard_input(self):
         for data in (self.text.encode(), gzip.compress(self.text.encode())):
             self.assertEqual(self.expected.stdout, self.sim("-", *FIXED_WINDOW, stdin=data).stdout)
-            self.assertEqual(self.expected.stdout, self.sim("/dev/stdin", *FIXED_WINDOW, stdin=data).stdout)
+            self.assertEqual(
+                self.expected.stdout, self.sim("/dev/stdin", *FIXED_WINDOW, stdin=data).stdout
+            )
 
     def test_other_columns_do_not_matter(self):
         rows = [line.split(",") for line in self.text.splitlines()[1:]]
-        self.assert_same(as_text("temp_degC,time_s,accel_x_g,gyro_x_dps,gyro_y_dps",
-                                 [["20", time, "1", rate, "5"] for time, rate in rows]))
+        self.assert_same(
+            as_text(
+                "temp_degC,time_s,accel_x_g,gyro_x_dps,gyro_y_dps",
+                [["20", time, "1", rate, "5"] for time, rate in rows],
+            )
+        )
 
     def test_counts_and_their_size(self):
         rows = [line.split(",") for line in self.text.splitlines()[1:]]
@@ -75,7 +89,9 @@ class Forms(SimCase):
 
     def test_no_time_but_a_rate(self):
         rows = [[line.split(",")[1]] for line in self.text.splitlines()[1:]]
-        done = self.sim(self.write("form.csv", as_text("gyro_x_dps", rows)), *FIXED_WINDOW, "--rate", "100")
+        done = self.sim(
+            self.write("form.csv", as_text("gyro_x_dps", rows)), *FIXED_WINDOW, "--rate", "100"
+        )
         self.assertEqual(self.expected.stdout, done.stdout)
 
     def test_a_line_longer_than_most(self):
@@ -91,7 +107,10 @@ class Columns(SimCase):
 
     def test_the_first_gyro_column_is_the_default(self):
         path = self.three_axes()
-        self.assertEqual(self.results(path, "--column", "gyro_x_dps", *FIXED_WINDOW), self.results(path, *FIXED_WINDOW))
+        self.assertEqual(
+            self.results(path, "--column", "gyro_x_dps", *FIXED_WINDOW),
+            self.results(path, *FIXED_WINDOW),
+        )
 
     def test_the_only_other_column_is_the_default(self):
         path = self.write("temp.csv", as_text("time_s,temp_degC", noise_rows(200)))
@@ -121,7 +140,9 @@ class Columns(SimCase):
 
     def test_rad_per_second_is_converted(self):
         rows = noise_rows(200)
-        degrees = self.results(self.write("a.csv", as_text("time_s,gyro_x_dps", rows)), *FIXED_WINDOW)
+        degrees = self.results(
+            self.write("a.csv", as_text("time_s,gyro_x_dps", rows)), *FIXED_WINDOW
+        )
         radians = [[time, repr(float(rate) * 0.017453292519943295)] for time, rate in rows]
         path = self.write("b.csv", as_text("time_s,gyro_x_rad_s", radians))
         self.assertEqual(degrees, self.results(path, *FIXED_WINDOW))
@@ -150,7 +171,10 @@ class Rate(SimCase):
     def test_a_given_rate_wins(self):
         path = self.recording(count=200)
         self.assertAlmostEqual(2.0, self.arw(path) / self.arw(path, "--rate", "400"), places=7)
-        self.assertIn("note: --rate 400 is used; the time stamps say 100 Hz", self.sim(self.recording(400), "--rate", "400").stderr)
+        self.assertIn(
+            "note: --rate 400 is used; the time stamps say 100 Hz",
+            self.sim(self.recording(400), "--rate", "400").stderr,
+        )
         self.assertNotIn("time stamps", self.sim(self.recording(400), "--rate", "101").stderr)
 
     def test_two_rows_are_enough_to_know_the_rate(self):
@@ -194,13 +218,20 @@ class Gaps(SimCase):
     def test_a_given_rate_switches_gaps_off_unless_a_factor_is_given(self):
         path = self.with_gap(5.0)
         self.assertEqual("", self.gaps(path, "--rate", "100").stderr)
-        self.assertIn("1 gaps (4 samples missing)", self.gaps(path, "--rate", "100", "--gap", "1.5").stderr)
+        self.assertIn(
+            "1 gaps (4 samples missing)", self.gaps(path, "--rate", "100", "--gap", "1.5").stderr
+        )
 
     def test_differences_across_the_gap_are_left_out(self):
         rows = self.results(self.with_gap(5.0), *FIXED_WINDOW, "--details")
         far, near = rows[40], rows[100]
-        self.assertEqual(("0", "59", "57"), (far["gaps_in_window"], far["differences_1"], far["differences_2"]))
-        self.assertEqual(("1", "58", "54"), (near["gaps_in_window"], near["differences_1"], near["differences_2"]))
+        self.assertEqual(
+            ("0", "59", "57"), (far["gaps_in_window"], far["differences_1"], far["differences_2"])
+        )
+        self.assertEqual(
+            ("1", "58", "54"),
+            (near["gaps_in_window"], near["differences_1"], near["differences_2"]),
+        )
 
     def test_the_time_of_an_epoch_behind_the_gap_is_its_time_stamp(self):
         rows = self.results(self.with_gap(5.0), *FIXED_WINDOW)

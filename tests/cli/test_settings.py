@@ -19,18 +19,61 @@ def settings(source):
     window = source.choice((2, 4, 5, 60, 79, 80, 81, 100, 599, 600, 601, 6000, 7680, 7690))
     block = source.choice((4, 5, 10, 64, 65))
     near = [window - 1, window, window + 1]
-    found = {"--policy": source.choice(POLICIES), "--mode": source.choice(("centred", "trailing")), "--engine": source.choice(("grid", "edges")),
-             "--window-max": window, "--window-min": max(0, source.choice((0, 1, 2, 20, window // 3 * 2, window // 2 * 2, *near))),
-             "--segment": max(0, source.choice((0, 1, 10, window // 6, *near))), "--grow": source.choice((0, 1, 2, 3)),
-             "--shrink": source.choice((0, 1, 2, 3, 64, 2 ** 31 - 1, 2 ** 31)), "--stride": max(0, source.choice((0, 1, 7, 10, 2 ** 24, 2 ** 24 + 1, *near))),
-             "--block": block, "--shock-blocks": source.choice((0, 2, 3)), "--long-cluster": source.choice((0, 1, 4 * block, 512, 516)),
-             "--kurtosis": source.choice(("0:0", "2.5:3.3", "1:1e300", "1:2e300")), "--contribution": source.choice(("0:0.07", "0:2e300")),
-             "--taus": source.choice(("1", "1,2", "2,1", "1,1", "0,1", f"1,{max(2, window // 2)}", f"1,{window // 2 + 1}", "1,4294967295")),
-             "--false-alarms-per-hour": source.choice(("0.01", "1e-10", "1e10")), "--cut-interval": source.choice(("300", "1e-10", "1e10")),
-             "--rate": source.choice(("100", "100", "1e-51", "1e51")), "--lsb": source.choice(("0.01", "0.01", "1e-51", "1e51"))}
-    usual = {"--policy": source.choice(POLICIES[:3]), "--window-max": 600, "--window-min": 400, "--segment": 100, "--grow": 0, "--shrink": 2, "--stride": 1, "--block": 10,
-             "--shock-blocks": 2, "--long-cluster": 0, "--kurtosis": "2.5:3.3", "--contribution": "0:0.07", "--taus": "1,2", "--engine": "grid", "--mode": "centred",
-             "--false-alarms-per-hour": "0.01", "--cut-interval": "300", "--rate": "100", "--lsb": "0.01"}
+    found = {
+        "--policy": source.choice(POLICIES),
+        "--mode": source.choice(("centred", "trailing")),
+        "--engine": source.choice(("grid", "edges")),
+        "--window-max": window,
+        "--window-min": max(
+            0, source.choice((0, 1, 2, 20, window // 3 * 2, window // 2 * 2, *near))
+        ),
+        "--segment": max(0, source.choice((0, 1, 10, window // 6, *near))),
+        "--grow": source.choice((0, 1, 2, 3)),
+        "--shrink": source.choice((0, 1, 2, 3, 64, 2**31 - 1, 2**31)),
+        "--stride": max(0, source.choice((0, 1, 7, 10, 2**24, 2**24 + 1, *near))),
+        "--block": block,
+        "--shock-blocks": source.choice((0, 2, 3)),
+        "--long-cluster": source.choice((0, 1, 4 * block, 512, 516)),
+        "--kurtosis": source.choice(("0:0", "2.5:3.3", "1:1e300", "1:2e300")),
+        "--contribution": source.choice(("0:0.07", "0:2e300")),
+        "--taus": source.choice(
+            (
+                "1",
+                "1,2",
+                "2,1",
+                "1,1",
+                "0,1",
+                f"1,{max(2, window // 2)}",
+                f"1,{window // 2 + 1}",
+                "1,4294967295",
+            )
+        ),
+        "--false-alarms-per-hour": source.choice(("0.01", "1e-10", "1e10")),
+        "--cut-interval": source.choice(("300", "1e-10", "1e10")),
+        "--rate": source.choice(("100", "100", "1e-51", "1e51")),
+        "--lsb": source.choice(("0.01", "0.01", "1e-51", "1e51")),
+    }
+    usual = {
+        "--policy": source.choice(POLICIES[:3]),
+        "--window-max": 600,
+        "--window-min": 400,
+        "--segment": 100,
+        "--grow": 0,
+        "--shrink": 2,
+        "--stride": 1,
+        "--block": 10,
+        "--shock-blocks": 2,
+        "--long-cluster": 0,
+        "--kurtosis": "2.5:3.3",
+        "--contribution": "0:0.07",
+        "--taus": "1,2",
+        "--engine": "grid",
+        "--mode": "centred",
+        "--false-alarms-per-hour": "0.01",
+        "--cut-interval": "300",
+        "--rate": "100",
+        "--lsb": "0.01",
+    }
     odd = source.sample(sorted(found), source.choice((1, 2, 3, len(found))))
     return {name: found[name] if name in odd else usual[name] for name in usual}
 
@@ -40,12 +83,21 @@ class Settings(SimCase):
         source, recording, refusals = random.Random(31), self.recording(20), set()
         for trial in range(TRIALS):
             options = settings(source)
-            words = [str(BY_CODE[name].index(value)) if name in BY_CODE else str(value) for name, value in options.items()]
-            answer = subprocess.run([PROBE, *words], text=True, stdout=subprocess.PIPE, check=True).stdout.strip()
-            done = self.sim(recording, *(word for pair in options.items() for word in map(str, pair)))
+            words = [
+                str(BY_CODE[name].index(value)) if name in BY_CODE else str(value)
+                for name, value in options.items()
+            ]
+            answer = subprocess.run(
+                [PROBE, *words], text=True, stdout=subprocess.PIPE, check=True
+            ).stdout.strip()
+            done = self.sim(
+                recording, *(word for pair in options.items() for word in map(str, pair))
+            )
             with self.subTest(trial=trial, options=options, init=answer):
                 if answer == "ok":
-                    self.assertRegex(done.stderr, "samples|windows|epoch|values")  # nothing but the recording is too short for it
+                    self.assertRegex(
+                        done.stderr, "samples|windows|epoch|values"
+                    )  # nothing but the recording is too short for it
                     self.assertNotRegex(done.stderr, "^davar-sim: --")
                 else:
                     refusals.add(answer)

@@ -35,8 +35,7 @@ NOT_RUN = {
     "kernel=$(tools/support/uml/kernel.sh build/cache/uml)": "builds a Linux kernel; tests/kernel uses it",
     'tools/support/uml/run -T -t 5400 "$kernel" env DAVAR_DAY_HZ=1 DAVAR_SIM=$PWD/build/release/host_sim/davar-sim '
     "DAVAR_NODE=$PWD/build/release/gateway/davar-node build/venv-wire/bin/python -B tests/kernel/test_day.py": "takes an hour; tests/kernel runs a shorter day",
-    "tools/davarlab fleet 'build/fleet/*.parquet' -m data/fleet_model.toml -o build/fleet-out --batch '([AB])_\\d+' --limits data/fleet_limits.toml":
-        "500 recordings take minutes; tests/lab/test_fleet.py runs the same with 48, and the next command of the page runs here",
+    "tools/davarlab fleet 'build/fleet/*.parquet' -m data/fleet_model.toml -o build/fleet-out --batch '([AB])_\\d+' --limits data/fleet_limits.toml": "500 recordings take minutes; tests/lab/test_fleet.py runs the same with 48, and the next command of the page runs here",
     'pip install ".[lab]"': "installs a hundred packages; tests/package runs the wheel beside the same pins",
     "tests/lab/benchmark_awkward.py 20 1": HOURS,
     "tests/lab/benchmark_elsewhere.py 40 1": HOURS,
@@ -77,13 +76,18 @@ RUN_BY = {
 # Programs that go on until they are stopped: what they print when they are ready, and how they are stopped.
 UNTIL_STOPPED = {
     "tools/davarlab open": (r"http://127\.0\.0\.1:\d+/\?token=", "SIGINT"),
-    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": (r"INITED", "SIGINT"),
+    "mkdir -p build/found && build/fuzz/tests/fuzz/fuzz_stream -max_len=400 build/found $(tests/fuzz/corpus.py unpack stream)": (
+        r"INITED",
+        "SIGINT",
+    ),
 }
 
 # A word that a reader replaces: by what here. A placeholder that is a file's name is a file here (test_commands.py, furnish).
 REPLACED = {
     "tools/davarlab import LOG --sensor NAME -o REC.csv": {"NAME": "sensor_gyro:0"},
-    "tools/davarlab fit LOG --sensor NAME -m MODEL.toml --axes all -o model.toml": {"NAME": "sensor_gyro:0"},
+    "tools/davarlab fit LOG --sensor NAME -m MODEL.toml --axes all -o model.toml": {
+        "NAME": "sensor_gyro:0"
+    },
     "time python3 -B tests/proofs/proving.py NAME": {"NAME": "slcan"},
 }
 
@@ -94,6 +98,5 @@ STATUS = {
 
 # What a page says in words that must be done before.
 BEFORE = {
-    "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode trailing --model-table build/gyro_model.csv":
-        "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
+    "tools/davar-sim build/rec.csv --window-max 6000 --stride 6000 --policy fixed --mode trailing --model-table build/gyro_model.csv": "tools/davarlab export build/better.toml -o build/gyro_model.csv --window 6000",
 }

@@ -9,7 +9,6 @@ import gzip
 import json
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -59,8 +58,13 @@ def fresh_clone(folder):
 
 
 def recording(rows, columns=("gyro_x_dps", "gyro_y_dps")):
-    lines = [",".join(f"{(i * 7919 + 31 * c) % 101 * 0.05:.2f}" for c in range(len(columns))) for i in range(rows)]
-    return f"time_s,{','.join(columns)}\n" + "".join(f"{i / 100:.2f},{line}\n" for i, line in enumerate(lines))
+    lines = [
+        ",".join(f"{(i * 7919 + 31 * c) % 101 * 0.05:.2f}" for c in range(len(columns)))
+        for i in range(rows)
+    ]
+    return f"time_s,{','.join(columns)}\n" + "".join(
+        f"{i / 100:.2f},{line}\n" for i, line in enumerate(lines)
+    )
 
 
 def furnish(folder):
@@ -70,7 +74,9 @@ def furnish(folder):
     for name in ("flight.csv.gz", "REC.csv.gz"):
         (folder / name).write_bytes(gzip.compress(recording(1500).encode()))
     (folder / "MODEL.toml").write_text(WORK)
-    (folder / "LIMITS.toml").write_text('[[limit]]\ncoefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmax = 1000.0\n')
+    (folder / "LIMITS.toml").write_text(
+        '[[limit]]\ncoefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmax = 1000.0\n'
+    )
     (folder / "app.c").write_text(APP)
     (folder / "logs").mkdir()
     truth = writing_logs.Truth(6000)
@@ -83,10 +89,24 @@ def surroundings(clone, home):
     """The user's: programs of the packages on the path, a home, a Python environment to install into."""
     home.mkdir()
     subprocess.run([sys.executable, "-m", "venv", home / "python"], check=True)
-    path = [clone / "build/tools/host_sim", clone / "tools", home / "python/bin", ROOT / "build/venv-packages/bin"]
-    outer = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "DAVAR_LAB_LIBRARY", "VIRTUAL_ENV")}
-    return {**outer, "PATH": ":".join([*map(str, path), os.environ["PATH"]]), "HOME": str(home), "MPLCONFIGDIR": str(home),
-            "PIP_CACHE_DIR": os.environ.get("PIP_CACHE_DIR", str(Path.home() / ".cache/pip"))}
+    path = [
+        clone / "build/tools/host_sim",
+        clone / "tools",
+        home / "python/bin",
+        ROOT / "build/venv-packages/bin",
+    ]
+    outer = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("PYTHONPATH", "DAVAR_LAB_LIBRARY", "VIRTUAL_ENV")
+    }
+    return {
+        **outer,
+        "PATH": ":".join([*map(str, path), os.environ["PATH"]]),
+        "HOME": str(home),
+        "MPLCONFIGDIR": str(home),
+        "PIP_CACHE_DIR": os.environ.get("PIP_CACHE_DIR", str(Path.home() / ".cache/pip")),
+    }
 
 
 def everything():
@@ -105,7 +125,11 @@ def is_name(one):
     words = one.text.split()[1:]
     if words and re.fullmatch(r"[a-z]+", words[0]) and re.search(r"davarlab$", one.text.split()[0]):
         words = words[1:]
-    return not one.block and one.text not in tables.REPLACED and all(PLACEHOLDER.fullmatch(word) for word in words)
+    return (
+        not one.block
+        and one.text not in tables.REPLACED
+        and all(PLACEHOLDER.fullmatch(word) for word in words)
+    )
 
 
 class Commands(unittest.TestCase):
@@ -121,7 +145,13 @@ class Commands(unittest.TestCase):
 
     @classmethod
     def files(cls):
-        return subprocess.run(["git", "status", "--short", "--untracked-files=all"], cwd=cls.clone, text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()
+        return subprocess.run(
+            ["git", "status", "--short", "--untracked-files=all"],
+            cwd=cls.clone,
+            text=True,
+            stdout=subprocess.PIPE,
+            check=True,
+        ).stdout.splitlines()
 
     def setUp(self):
         self.said = tempfile.TemporaryFile()
@@ -130,8 +160,15 @@ class Commands(unittest.TestCase):
     def start(self, text):
         self.said.seek(0)
         self.said.truncate()
-        return subprocess.Popen(["bash", "-c", text], cwd=self.clone, env=self.environment, stdin=subprocess.DEVNULL, stdout=self.said, stderr=subprocess.STDOUT,
-                                start_new_session=True)
+        return subprocess.Popen(
+            ["bash", "-c", text],
+            cwd=self.clone,
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=self.said,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
 
     def heard(self):
         self.said.seek(0)
@@ -154,12 +191,20 @@ class Commands(unittest.TestCase):
         process = self.start(text)
         try:
             begun = time.monotonic()
-            while not re.search(ready, self.heard()) and process.poll() is None and time.monotonic() - begun < LONGEST_S:
+            while (
+                not re.search(ready, self.heard())
+                and process.poll() is None
+                and time.monotonic() - begun < LONGEST_S
+            ):
                 time.sleep(0.1)
             self.assertRegex(self.heard(), ready, text)
             number = getattr(signal, stop)
             os.killpg(process.pid, number)
-            self.assertIn(process.wait(LONGEST_S), (tables.STATUS.get(text, 0), -number, 128 + number), f"{text}\n{self.heard()[-3000:]}")
+            self.assertIn(
+                process.wait(LONGEST_S),
+                (tables.STATUS.get(text, 0), -number, 128 + number),
+                f"{text}\n{self.heard()[-3000:]}",
+            )
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
@@ -181,11 +226,27 @@ class Commands(unittest.TestCase):
                 if one.text in tables.UNTIL_STOPPED:
                     self.run_until_ready(one.text, *tables.UNTIL_STOPPED[one.text])
                 else:
-                    self.output[one.text] = self.run_typed(self.typed(one.text), tables.STATUS.get(one.text, 0))
-        print("\nlongest:", *(f"{seconds:.0f} s {text[:60]}" for text, seconds in sorted(self.seconds.items(), key=lambda pair: -pair[1])[:8]), sep="\n  ")
+                    self.output[one.text] = self.run_typed(
+                        self.typed(one.text), tables.STATUS.get(one.text, 0)
+                    )
+        print(
+            "\nlongest:",
+            *(
+                f"{seconds:.0f} s {text[:60]}"
+                for text, seconds in sorted(self.seconds.items(), key=lambda pair: -pair[1])[:8]
+            ),
+            sep="\n  ",
+        )
 
     def test_b_the_benchmark_measures_everything(self):
-        found = json.loads(re.sub(r"^davar-bench: .*\n", "", self.run_typed("tools/davar-bench --json"), flags=re.MULTILINE))
+        found = json.loads(
+            re.sub(
+                r"^davar-bench: .*\n",
+                "",
+                self.run_typed("tools/davar-bench --json"),
+                flags=re.MULTILINE,
+            )
+        )
         self.assertEqual({"host", "python", "targets"}, set(found))
         self.assertEqual(TARGETS, len(found["targets"]))
         for figures in (found["host"], *found["python"].values(), *found["targets"].values()):
@@ -194,12 +255,23 @@ class Commands(unittest.TestCase):
                 self.assertGreaterEqual(value, 0, name)
 
     def test_c_what_the_recipes_of_the_packages_leave(self):
-        for pattern in ("build/root/include/davar/davar.h", "build/root/**/libdavar.a", "build/root/**/davar.pc", "build/deb/libdavar-dev_*.deb", "build/deb/davar-tools_*.deb",
-                        "build/packages/SHA256SUMS", "build/packages/*.deb"):
+        for pattern in (
+            "build/root/include/davar/davar.h",
+            "build/root/**/libdavar.a",
+            "build/root/**/davar.pc",
+            "build/deb/libdavar-dev_*.deb",
+            "build/deb/davar-tools_*.deb",
+            "build/packages/SHA256SUMS",
+            "build/packages/*.deb",
+        ):
             self.assertTrue(list(self.clone.glob(pattern)), pattern)
 
     def test_d_the_examples_of_help(self):
-        programs = sorted(path for path in (ROOT / "tools").iterdir() if path.is_file() and os.access(path, os.X_OK))
+        programs = sorted(
+            path
+            for path in (ROOT / "tools").iterdir()
+            if path.is_file() and os.access(path, os.X_OK)
+        )
         self.assertGreater(len(programs), 8)
         examples = 0
         for path in programs:
@@ -219,7 +291,11 @@ class Commands(unittest.TestCase):
                 continue
             with self.subTest(page=one.page, command=one.text):
                 words = one.text.split()
-                sub = words[1] if words[0].endswith("davarlab") and re.fullmatch("[a-z]+", words[1]) else ""
+                sub = (
+                    words[1]
+                    if words[0].endswith("davarlab") and re.fullmatch("[a-z]+", words[1])
+                    else ""
+                )
                 key = f"{words[0]} {sub} --help".replace("  ", " ")
                 if key not in helps:
                     helps[key] = self.run_typed(key)
@@ -236,16 +312,38 @@ class Commands(unittest.TestCase):
             self.assertTrue((ROOT / test).is_file(), test)
             program, *operands = text.split()
             said = (ROOT / test).read_text(encoding="utf-8")
-            quoted = ", ".join(f'"{word}"' for word in operands)  # as it stands, or taken from the page
-            self.assertTrue(str(pages[text]) in said or any(program in line and quoted in line for line in said.splitlines()), f"{test} does not run {text}")
+            quoted = ", ".join(
+                f'"{word}"' for word in operands
+            )  # as it stands, or taken from the page
+            self.assertTrue(
+                str(pages[text]) in said
+                or any(program in line and quoted in line for line in said.splitlines()),
+                f"{test} does not run {text}",
+            )
         parts = {line.split()[0] for line in self.run_typed("tools/test --list").splitlines()}
         for text in tables.NOT_RUN:
             for names in re.findall(r"tools/test --only (\S+)", text):
                 self.assertLessEqual(set(names.split(",")), parts, text)
 
     def test_g_nothing_of_the_clone_has_changed_but_what_was_asked_for(self):
-        named = {"stream.tar.gz", "arw.csv", "plan.c", "my.dbc", "sheet.toml", "model.toml", "model_gyro_x.toml", "imu.yaml", "a.out"}
-        left = [line for line in self.files() if line not in self.before and Path(line[3:]).name not in named and not re.match(r"\?\? (OUT|FOLDER)/|\?\? model_", line)]
+        named = {
+            "stream.tar.gz",
+            "arw.csv",
+            "plan.c",
+            "my.dbc",
+            "sheet.toml",
+            "model.toml",
+            "model_gyro_x.toml",
+            "imu.yaml",
+            "a.out",
+        }
+        left = [
+            line
+            for line in self.files()
+            if line not in self.before
+            and Path(line[3:]).name not in named
+            and not re.match(r"\?\? (OUT|FOLDER)/|\?\? model_", line)
+        ]
         self.assertEqual([], left)
 
 

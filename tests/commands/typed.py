@@ -9,8 +9,10 @@ import subprocess
 from typing import NamedTuple
 
 OURS = r"(?:tools|tests|build|data|examples)/[\w./-]+|davar-\w+|davarlab"
-PROGRAM = re.compile(rf"(?:(?:[A-Z_]+=\S+|nice|sudo|time) )*(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|compote|cpackget|idf\.py|vcpkg|west|ip|candump|cantools"
-                     r"|slcand|git|gcc|[\w-]+-gcc|zcat|mkdir|cp|cd)(?= )|^\w+=\$\(")
+PROGRAM = re.compile(
+    rf"(?:(?:[A-Z_]+=\S+|nice|sudo|time) )*(?:{OURS}|cmake|ctest|cpack|pip|python3?|conan|pio|dpkg|compote|cpackget|idf\.py|vcpkg|west|ip|candump|cantools"
+    r"|slcand|git|gcc|[\w-]+-gcc|zcat|mkdir|cp|cd)(?= )|^\w+=\$\("
+)
 FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)
 INDENTED = re.compile(r"(?:(?<=\n\n)|(?<=:\n))((?:(?: {3,}|\t)\S.*\n)+)")
 INLINE = re.compile(r"`([^`\n]+)`")
@@ -37,11 +39,16 @@ def of_page(page, text):
     found = []
     for match in FENCE.finditer(text):
         if match[2] in TEXT:
-            found += [(match.start(), Typed(page, line, True)) for line in lines_of(match[3], match[2] in SHELL)]
+            found += [
+                (match.start(), Typed(page, line, True))
+                for line in lines_of(match[3], match[2] in SHELL)
+            ]
     rest = FENCE.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
     for match in INDENTED.finditer(rest):
         found += [(match.start(), Typed(page, line, True)) for line in lines_of(match[1], False)]
-    for match in INLINE.finditer(re.sub(r"(?m)^(?: {4,}|\t).*$", lambda line: " " * len(line[0]), rest)):
+    for match in INLINE.finditer(
+        re.sub(r"(?m)^(?: {4,}|\t).*$", lambda line: " " * len(line[0]), rest)
+    ):
         if PROGRAM.match(match[1]) and " " in match[1]:
             found.append((match.start(), Typed(page, match[1], False)))
     return [one for _, one in sorted(found, key=lambda pair: pair[0])]
@@ -49,10 +56,18 @@ def of_page(page, text):
 
 def of_help(name, text):
     """The examples of a help text: lines that begin with a program, but for the usage."""
-    return [Typed(f"{name} --help", line.strip(), True) for line in text.splitlines() if line.startswith("  ") and PROGRAM.match(line.strip() + " ")]
+    return [
+        Typed(f"{name} --help", line.strip(), True)
+        for line in text.splitlines()
+        if line.startswith("  ") and PROGRAM.match(line.strip() + " ")
+    ]
 
 
 def pages(root):
     """{name: text} of the pages of the tree, but for the list of changes, which is about the past."""
-    names = subprocess.run(["git", "ls-files", "*.md"], cwd=root, check=True, text=True, stdout=subprocess.PIPE).stdout.split()
-    return {name: (root / name).read_text(encoding="utf-8") for name in names if name != "CHANGELOG.md"}
+    names = subprocess.run(
+        ["git", "ls-files", "*.md"], cwd=root, check=True, text=True, stdout=subprocess.PIPE
+    ).stdout.split()
+    return {
+        name: (root / name).read_text(encoding="utf-8") for name in names if name != "CHANGELOG.md"
+    }

@@ -8,7 +8,14 @@ LAUNCHER = os.environ.get("CMAKE_C_COMPILER_LAUNCHER", "").split()
 
 
 def run(*command, folder=None):
-    done = subprocess.run([str(word) for word in command], cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+    )
     assert done.returncode == 0, f"{command}:\n{done.stdout}"
     return done.stdout
 
@@ -19,5 +26,7 @@ def objects(folder, flags, sources, compiler=("gcc",)):
     made = []
     for source in map(Path, sources):
         made.append(Path(folder) / f"{'-'.join(source.parts[-3:])}.o")
-        run(*LAUNCHER, *compiler, *flags, "-c", source.name, "-o", made[-1], folder=source.parent)  # the folder's name is no part of the object
+        run(
+            *LAUNCHER, *compiler, *flags, "-c", source.name, "-o", made[-1], folder=source.parent
+        )  # the folder's name is no part of the object
     return made

@@ -34,7 +34,7 @@ int main(void)
             davar_fit(&plan, config.rate_hz, &result);
         }
     }
-    printf("davar %d.%d.%d epoch %d window %d\n", DAVAR_VERSION_MAJOR, DAVAR_VERSION_MINOR, DAVAR_VERSION_PATCH,
-           (int)result.epoch, (int)result.window_samples);
+    printf("davar %d.%d.%d epoch %d window %d\n", DAVAR_VERSION_MAJOR, DAVAR_VERSION_MINOR,
+           DAVAR_VERSION_PATCH, (int)result.epoch, (int)result.window_samples);
     return 0;
 }

@@ -52,7 +52,9 @@ static int32_t noise(void)
     state ^= state << 13U;
     state ^= state >> 17U;
     state ^= state << 5U;
-    return (int32_t)((state & 255U) + ((state >> 8U) & 255U) + ((state >> 16U) & 255U) + (state >> 24U)) - 510;
+    return (int32_t)((state & 255U) + ((state >> 8U) & 255U) + ((state >> 16U) & 255U) +
+                     (state >> 24U)) -
+           510;
 }
 
 /* White noise, then white noise with a walk, then a ramp and quantization beside it: the fit meets every term. */
@@ -119,7 +121,8 @@ static void take(double rate_hz)
 /* A float stream meets NaN, infinity, what is tiny and what saturates. */
 static float rate_at(uint32_t i, int32_t count)
 {
-    static const uint32_t special[] = {0x7FC00000U, 0x7F800000U, 0xFF800000U, 0x00000001U, 0x7F7FFFFFU, 0x80000000U};
+    static const uint32_t special[] = {0x7FC00000U, 0x7F800000U, 0xFF800000U,
+                                       0x00000001U, 0x7F7FFFFFU, 0x80000000U};
     return ((i % 700U) == 650U) ? float_of_bits(special[(i / 700U) % 6U]) : (float)count;
 }
 
@@ -156,7 +159,8 @@ static davar_status_t start(char type, const davar_config_t *config)
 
 static void run(char type, const davar_config_t *config)
 {
-    static const davar_model_tau_t model[] = {{1U, 300.0, 0.0625}, {8U, 100.0, 0.125}, {64U, 35.0, 0.0}};
+    static const davar_model_tau_t model[] = {
+        {1U, 300.0, 0.0625}, {8U, 100.0, 0.125}, {64U, 35.0, 0.0}};
     state = 2463534242U;
     add((uint64_t)start(type, config));
     add(davar_encoder_init(&encoder, config, DAVAR_WIRE_BASE, 0U, 23U) ? 1U : 0U);
@@ -184,7 +188,8 @@ static void run_all(const davar_config_t *base)
         const bool tracked = (way / 3U) == 3U;
         const davar_law_t *const glr = ((way % 3U) == 0U) ? &davar_law_glr_q15 : &davar_law_glr_q31;
         config.law = tracked ? glr : (((way / 3U) == 0U) ? NULL : &davar_law_or);
-        config.window.mode = (((way / 3U) == 2U) || tracked) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
+        config.window.mode =
+            (((way / 3U) == 2U) || tracked) ? DAVAR_MODE_TRAILING : DAVAR_MODE_CENTRED;
         config.moments.segment = tracked ? 0U : 100U;
         config.window.shortest = tracked ? 20U : 400U;
         config.window.grow = (config.window.mode == DAVAR_MODE_TRAILING) ? 1U : 2U;
@@ -195,9 +200,10 @@ static void run_all(const davar_config_t *base)
 /* The limits of the settings, by their bits: just inside and just outside of 1e-50 and 1e50, and not finite. */
 static void add_limits(const davar_config_t *base)
 {
-    static const uint64_t bits[] = {0x358DEE7A4AD4B81FU, 0x358DEE7A4AD4B81DU, 0x4A511B0EC57E649AU, 0x4A511B0EC57E649BU,
-                                    0x7FF0000000000000U, 0x7FF8000000000000U, 0x8000000000000000U, 0x0000000000000001U,
-                                    0x3BC79CA10C924223U, 0x3BC79CA10C924222U, 0x4415AF1D78B58C41U, 0xBFF0000000000000U};
+    static const uint64_t bits[] = {0x358DEE7A4AD4B81FU, 0x358DEE7A4AD4B81DU, 0x4A511B0EC57E649AU,
+                                    0x4A511B0EC57E649BU, 0x7FF0000000000000U, 0x7FF8000000000000U,
+                                    0x8000000000000000U, 0x0000000000000001U, 0x3BC79CA10C924223U,
+                                    0x3BC79CA10C924222U, 0x4415AF1D78B58C41U, 0xBFF0000000000000U};
     for (uint32_t i = 0U; i < (sizeof bits / sizeof bits[0]); i++) {
         davar_config_t config = *base;
         config.rate_hz = double_of_bits(bits[i]);

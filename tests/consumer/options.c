@@ -38,7 +38,8 @@ static void add_result(const davar_config_t *config, davar_result_t *result)
 static int32_t count_at(int i)
 {
     const uint32_t x = (uint32_t)i * 2654435761U;
-    return (int32_t)(((x >> 16U) % 201U) + ((x >> 8U) % 101U)) - 150 + ((i / 700) % 2 != 0 ? (int32_t)(x >> 24U) : 0);
+    return (int32_t)(((x >> 16U) % 201U) + ((x >> 8U) % 101U)) - 150 +
+           ((i / 700) % 2 != 0 ? (int32_t)(x >> 24U) : 0);
 }
 
 static int16_t narrow[SAMPLES];

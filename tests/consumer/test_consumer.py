@@ -11,7 +11,9 @@ ROOT = HERE.parents[1]
 
 def run(*command):
     """Runs a command and returns its output; a failure shows everything it said."""
-    done = subprocess.run([str(word) for word in command], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run(
+        [str(word) for word in command], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
     assert done.returncode == 0, f"{command}:\n{done.stdout}"
     return done.stdout
 
@@ -31,9 +33,17 @@ class Consumer(unittest.TestCase):
         self.assertRegex(run(program), r"^davar \d+\.\d+\.\d+ epoch 99 window 60\n$")
 
     def test_find_package_finds_the_installed_library(self):
-        build(ROOT, self.work / "davar", "-DDAVAR_BUILD_TESTS=OFF", "-DDAVAR_BUILD_SIM=OFF", "-DDAVAR_BUILD_BENCH=OFF")
+        build(
+            ROOT,
+            self.work / "davar",
+            "-DDAVAR_BUILD_TESTS=OFF",
+            "-DDAVAR_BUILD_SIM=OFF",
+            "-DDAVAR_BUILD_BENCH=OFF",
+        )
         run("cmake", "--install", self.work / "davar", "--prefix", self.work / "prefix")
-        build(HERE / "find_package", self.work / "user", f"-DCMAKE_PREFIX_PATH={self.work / 'prefix'}")
+        build(
+            HERE / "find_package", self.work / "user", f"-DCMAKE_PREFIX_PATH={self.work / 'prefix'}"
+        )
         self.assert_works(self.work / "user/consumer")
 
     def test_add_subdirectory_builds_the_library_and_nothing_else(self):
@@ -43,8 +53,13 @@ class Consumer(unittest.TestCase):
         self.assertFalse(list(self.work.rglob("unity*")))
 
     def test_add_subdirectory_in_a_project_that_builds_in_unity(self):
-        build(HERE / "add_subdirectory", self.work / "user", f"-DDAVAR_SOURCE={ROOT}", "-DCMAKE_UNITY_BUILD=ON",
-              "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0")  # each room, except the two pipelines, as one
+        build(
+            HERE / "add_subdirectory",
+            self.work / "user",
+            f"-DDAVAR_SOURCE={ROOT}",
+            "-DCMAKE_UNITY_BUILD=ON",
+            "-DCMAKE_UNITY_BUILD_BATCH_SIZE=0",
+        )  # each room, except the two pipelines, as one
         self.assert_works(self.work / "user/consumer")
         self.assertTrue(list(self.work.rglob("unity_0_c.c")))
 

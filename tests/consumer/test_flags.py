@@ -16,38 +16,117 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/support"))
 import result_cache  # noqa: E402
 
-PASSED = result_cache.ResultCache(ROOT / "build/cache/flags")  # a row is known until the library, the program or the compiler changes
-FUSED = re.compile(r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])")  # one instruction for a product and a sum
+PASSED = result_cache.ResultCache(
+    ROOT / "build/cache/flags"
+)  # a row is known until the library, the program or the compiler changes
+FUSED = re.compile(
+    r"\t(vfn?m(add|sub)|fn?m(add|sub)\b|fn?m(add|sub)\.|vfn?m[as])"
+)  # one instruction for a product and a sum
 
 # What a refusal says.
-IEEE, NAN, UNSAFE, EXCESS, SINGLE = "without -ffast-math", "without -ffinite-math-only", "without -funsafe-math-optimizations", "-mfpmath=sse", "without -fsingle-precision-constant"
+IEEE, NAN, UNSAFE, EXCESS, SINGLE = (
+    "without -ffast-math",
+    "without -ffinite-math-only",
+    "without -funsafe-math-optimizations",
+    "-mfpmath=sse",
+    "without -fsingle-precision-constant",
+)
 
 REFUSED = {
-    "gcc": {"-O2 -ffast-math": IEEE, "-Ofast": IEEE, "-ffinite-math-only": NAN, "-O2 -funsafe-math-optimizations": UNSAFE,
-            "-fassociative-math -fno-signed-zeros -fno-trapping-math": UNSAFE, "-freciprocal-math": UNSAFE, "-fsingle-precision-constant": SINGLE,
-            "-mfpmath=387": EXCESS, "-mfpmath=both": EXCESS, "-m32 -idirafter /usr/include/x86_64-linux-gnu": EXCESS},
-    "clang-14": {"-O2 -ffast-math": IEEE, "-Ofast": IEEE, "-ffp-model=fast": IEEE, "-ffinite-math-only": NAN},
+    "gcc": {
+        "-O2 -ffast-math": IEEE,
+        "-Ofast": IEEE,
+        "-ffinite-math-only": NAN,
+        "-O2 -funsafe-math-optimizations": UNSAFE,
+        "-fassociative-math -fno-signed-zeros -fno-trapping-math": UNSAFE,
+        "-freciprocal-math": UNSAFE,
+        "-fsingle-precision-constant": SINGLE,
+        "-mfpmath=387": EXCESS,
+        "-mfpmath=both": EXCESS,
+        "-m32 -idirafter /usr/include/x86_64-linux-gnu": EXCESS,
+    },
+    "clang-14": {
+        "-O2 -ffast-math": IEEE,
+        "-Ofast": IEEE,
+        "-ffp-model=fast": IEEE,
+        "-ffinite-math-only": NAN,
+    },
 }
 SAME = {
     "gcc": [
-        "-O0", "-O1", "-O2", "-O3 -funroll-loops", "-Os", "-Og", "-O1 -fno-inline", "-O2 -flto",
-        "-O2 -mfma", "-O2 -mfma -std=c11", "-O3 -march=x86-64-v3", "-O2 -mfma -ffp-contract=fast", "-O1 -mfma -ffp-contract=on", "-O1 -mrecip", "-O1 -mpc32",
-        "-O1 -fno-signed-zeros", "-O1 -fno-trapping-math", "-O1 -frounding-math", "-O1 -fsignaling-nans", "-O1 -fno-math-errno", "-O1 -fcx-limited-range",
-        "-O1 -fexcess-precision=fast", "-O1 -ffloat-store", "-O1 -mlong-double-64",
-        "-O1 -fshort-enums", "-O1 -funsigned-char", "-O1 -fwrapv", "-O1 -ftrapv", "-O2 -fno-strict-aliasing", "-O1 -fpack-struct", "-O1 -fno-common",
-        "-O1 -fno-builtin", "-O1 -ffreestanding", "-O1 -std=gnu2x", "-O1 -fsanitize=undefined -fno-sanitize-recover=all",
+        "-O0",
+        "-O1",
+        "-O2",
+        "-O3 -funroll-loops",
+        "-Os",
+        "-Og",
+        "-O1 -fno-inline",
+        "-O2 -flto",
+        "-O2 -mfma",
+        "-O2 -mfma -std=c11",
+        "-O3 -march=x86-64-v3",
+        "-O2 -mfma -ffp-contract=fast",
+        "-O1 -mfma -ffp-contract=on",
+        "-O1 -mrecip",
+        "-O1 -mpc32",
+        "-O1 -fno-signed-zeros",
+        "-O1 -fno-trapping-math",
+        "-O1 -frounding-math",
+        "-O1 -fsignaling-nans",
+        "-O1 -fno-math-errno",
+        "-O1 -fcx-limited-range",
+        "-O1 -fexcess-precision=fast",
+        "-O1 -ffloat-store",
+        "-O1 -mlong-double-64",
+        "-O1 -fshort-enums",
+        "-O1 -funsigned-char",
+        "-O1 -fwrapv",
+        "-O1 -ftrapv",
+        "-O2 -fno-strict-aliasing",
+        "-O1 -fpack-struct",
+        "-O1 -fno-common",
+        "-O1 -fno-builtin",
+        "-O1 -ffreestanding",
+        "-O1 -std=gnu2x",
+        "-O1 -fsanitize=undefined -fno-sanitize-recover=all",
     ],
     "clang-14": [
-        "-O0", "-O2", "-O3", "-Oz", "-O2 -mfma", "-O3 -march=x86-64-v3", "-O2 -mfma -ffp-contract=fast", "-O1 -ffp-model=strict", "-O2 -mrecip=all",
-        "-O2 -funsafe-math-optimizations", "-O2 -fassociative-math -fno-signed-zeros", "-O2 -freciprocal-math", "-O1 -fno-signed-zeros", "-O1 -fapprox-func",
-        "-O1 -fno-honor-nans", "-O1 -fno-honor-infinities", "-O1 -frounding-math", "-O1 -fdenormal-fp-math=positive-zero", "-O1 -fshort-enums", "-O1 -funsigned-char",
+        "-O0",
+        "-O2",
+        "-O3",
+        "-Oz",
+        "-O2 -mfma",
+        "-O3 -march=x86-64-v3",
+        "-O2 -mfma -ffp-contract=fast",
+        "-O1 -ffp-model=strict",
+        "-O2 -mrecip=all",
+        "-O2 -funsafe-math-optimizations",
+        "-O2 -fassociative-math -fno-signed-zeros",
+        "-O2 -freciprocal-math",
+        "-O1 -fno-signed-zeros",
+        "-O1 -fapprox-func",
+        "-O1 -fno-honor-nans",
+        "-O1 -fno-honor-infinities",
+        "-O1 -frounding-math",
+        "-O1 -fdenormal-fp-math=positive-zero",
+        "-O1 -fshort-enums",
+        "-O1 -funsigned-char",
         "-O1 -fwrapv",
     ],
 }
 # Machines that fuse by default, of which the instructions alone are looked at.
-CROSS = {"arm-none-eabi-gcc": ["-O2 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard", "-Os -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard"],
-         "aarch64-linux-gnu-gcc": ["-O2"], "riscv64-linux-gnu-gcc": ["-O2"]}
-CARRY = {"state/state.c", "number/absent.c"}  # they move floating-point numbers and compute with none
+CROSS = {
+    "arm-none-eabi-gcc": [
+        "-O2 -mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard",
+        "-Os -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard",
+    ],
+    "aarch64-linux-gnu-gcc": ["-O2"],
+    "riscv64-linux-gnu-gcc": ["-O2"],
+}
+CARRY = {
+    "state/state.c",
+    "number/absent.c",
+}  # they move floating-point numbers and compute with none
 
 
 def tearDownModule():
@@ -69,15 +148,35 @@ def compiled(compiler, flags, folder):
     made = []
     for source in (library() / "davar.c", ROOT / "tests/consumer/flags.c"):
         made.append(folder / f"{source.stem}.o")
-        run(*LAUNCHER, compiler, *flags.split(), "-w", "-I", ROOT / "lib/include", "-c", source.name, "-o", made[-1], folder=source.parent)
+        run(
+            *LAUNCHER,
+            compiler,
+            *flags.split(),
+            "-w",
+            "-I",
+            ROOT / "lib/include",
+            "-c",
+            source.name,
+            "-o",
+            made[-1],
+            folder=source.parent,
+        )
     return made
 
 
 @functools.cache
 def key_of(compiler):
     """All that the bits depend on, but the flags."""
-    version = run(compiler, "--version") + Path("/proc/cpuinfo").read_text().split("flags")[1].split("\n")[0]
-    return result_cache.content_key(version, (library() / "davar.c").read_text(), (ROOT / "tests/consumer/flags.c").read_text(), Path(__file__).read_text())
+    version = (
+        run(compiler, "--version")
+        + Path("/proc/cpuinfo").read_text().split("flags")[1].split("\n")[0]
+    )
+    return result_cache.content_key(
+        version,
+        (library() / "davar.c").read_text(),
+        (ROOT / "tests/consumer/flags.c").read_text(),
+        Path(__file__).read_text(),
+    )
 
 
 def is_fused(path, objdump="objdump"):
@@ -100,26 +199,44 @@ class Flags(unittest.TestCase):
 
     def test_a_flag_that_bends_arithmetic_is_refused_by_name(self):
         def refusal(compiler, flags):
-            done = subprocess.run([compiler, *flags.split(), "-w", "-fsyntax-only", library() / "davar.c"], text=True, stderr=subprocess.PIPE)
-            return (True, True) if done.returncode and REFUSED[compiler][flags] in done.stderr else (REFUSED[compiler][flags], done.stderr)
+            done = subprocess.run(
+                [compiler, *flags.split(), "-w", "-fsyntax-only", library() / "davar.c"],
+                text=True,
+                stderr=subprocess.PIPE,
+            )
+            return (
+                (True, True)
+                if done.returncode and REFUSED[compiler][flags] in done.stderr
+                else (REFUSED[compiler][flags], done.stderr)
+            )
 
-        self.each(refusal, [(compiler, flags) for compiler, table in REFUSED.items() for flags in table])
+        self.each(
+            refusal, [(compiler, flags) for compiler, table in REFUSED.items() for flags in table]
+        )
 
     def test_any_other_flag_leaves_every_bit(self):
         def is_same(compiler, flags):
-            return PASSED.check(result_cache.content_key(expected, key_of(compiler), flags), lambda: bits(compiler, flags) == expected), True
+            return PASSED.check(
+                result_cache.content_key(expected, key_of(compiler), flags),
+                lambda: bits(compiler, flags) == expected,
+            ), True
 
         def bits(compiler, flags):
             folder = Path(parent) / f"{compiler} {flags}".replace("/", "_")
             objects = compiled(compiler, flags, folder)
             run(compiler, *flags.split(), "-w", *objects, "-o", folder / "flags", "-lm")
-            self.assertFalse("-flto" not in flags and is_fused(objects[0]), f"{compiler} {flags}: a product and a sum are fused")
+            self.assertFalse(
+                "-flto" not in flags and is_fused(objects[0]),
+                f"{compiler} {flags}: a product and a sum are fused",
+            )
             return run(folder / "flags").strip() if can_run(flags) else expected
 
         with tempfile.TemporaryDirectory() as parent:
             expected = bits("gcc", "-O1 -std=c11")
             self.assertRegex(expected, "^[0-9a-f]{16}$")
-            self.each(is_same, [(compiler, flags) for compiler, table in SAME.items() for flags in table])
+            self.each(
+                is_same, [(compiler, flags) for compiler, table in SAME.items() for flags in table]
+            )
 
     def test_a_program_that_flushes_subnormals_gets_the_same_bits(self):
         with tempfile.TemporaryDirectory() as parent:
@@ -141,13 +258,17 @@ class Flags(unittest.TestCase):
             probe.write_text("double fused(double a, double b, double c) { return a * b + c; }\n")
             run("gcc", "-O2", "-mfma", "-c", probe, "-o", probe.with_suffix(".o"))
             self.assertTrue(is_fused(probe.with_suffix(".o")), "the test is blind")
-            self.each(fused, [(compiler, flags) for compiler, table in CROSS.items() for flags in table])
+            self.each(
+                fused, [(compiler, flags) for compiler, table in CROSS.items() for flags in table]
+            )
 
     def test_every_source_that_computes_includes_the_check(self):
         wrong = set()
         for source in (ROOT / "lib/src").rglob("*.c"):
             reads = run("gcc", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src", "-M", source)
-            if "number/strict.h" not in reads and re.search(r"\b(float|double|NAN|INFINITY)\b", source.read_text()):
+            if "number/strict.h" not in reads and re.search(
+                r"\b(float|double|NAN|INFINITY)\b", source.read_text()
+            ):
                 wrong.add(str(source.relative_to(ROOT / "lib/src")))
         self.assertEqual(CARRY, wrong)
 

@@ -10,10 +10,26 @@ from compiling import objects, run
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "lib/src").rglob("*.c"))
-FLAGS = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src"]
+FLAGS = [
+    "-std=c11",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-O2",
+    "-ffp-contract=off",
+    "-I",
+    ROOT / "lib/include",
+    "-I",
+    ROOT / "lib/src",
+]
 # What a configuration of options.c needs: the digit's bits are adaptive 1, centred 2, stride 4; 8 and 9 are policy glr, 9 with a stride; e: by edges.
-NEEDS = {"LAWS": lambda way: int(way[1]) & 9, "CENTRED": lambda way: int(way[1]) & 2, "GRID": lambda way: (int(way[1]) & 4 or way[1] == "9") and not way.endswith("e"),
-         "Q15": lambda way: way[0] == "q", "Q31": lambda way: way[0] in "wf"}
+NEEDS = {
+    "LAWS": lambda way: int(way[1]) & 9,
+    "CENTRED": lambda way: int(way[1]) & 2,
+    "GRID": lambda way: (int(way[1]) & 4 or way[1] == "9") and not way.endswith("e"),
+    "Q15": lambda way: way[0] == "q",
+    "Q31": lambda way: way[0] in "wf",
+}
 LEAN = ("GRID", "LAWS", "CENTRED", "Q31")
 
 
@@ -22,9 +38,18 @@ def ways(*options):
     """{way: (what init says, the sum over the results)}."""
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "options"
-        run("gcc", *objects(folder, [*FLAGS, *options], [ROOT / "tests/consumer/options.c", *SOURCES]), "-o", program, "-lm")
+        run(
+            "gcc",
+            *objects(folder, [*FLAGS, *options], [ROOT / "tests/consumer/options.c", *SOURCES]),
+            "-o",
+            program,
+            "-lm",
+        )
         lines = run(program).splitlines()
-    return {line.split()[0]: (line.split(" ", 1)[1].rsplit(" ", 1)[0], line.split()[-1]) for line in lines}
+    return {
+        line.split()[0]: (line.split(" ", 1)[1].rsplit(" ", 1)[0], line.split()[-1])
+        for line in lines
+    }
 
 
 class Options(unittest.TestCase):
@@ -39,21 +64,48 @@ class Options(unittest.TestCase):
             for way, (status, total) in found.items():
                 with self.subTest(left_out=left_out, way=way):
                     refused = any(NEEDS[name](way) for name in left_out)
-                    self.assertEqual(("left out of this build", "0" * 16) if refused else whole[way], (status, total))
+                    self.assertEqual(
+                        ("left out of this build", "0" * 16) if refused else whole[way],
+                        (status, total),
+                    )
 
     def test_the_portable_build_without_asserts_has_the_same_bits(self):
-        self.assertEqual(ways(), ways("-DDAVAR_PORTABLE", "-DDAVAR_ASSERT(condition)=((void)0)", "-DDAVAR_TAUS_MAX=4"))
+        self.assertEqual(
+            ways(),
+            ways("-DDAVAR_PORTABLE", "-DDAVAR_ASSERT(condition)=((void)0)", "-DDAVAR_TAUS_MAX=4"),
+        )
 
     def test_the_sizes_that_the_pages_state(self):
-        readme, costs = ((ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/COST.md"))
+        readme, costs = (
+            (ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/COST.md")
+        )
         sizes = {}
         for taus in (8, 32):
             with tempfile.TemporaryDirectory() as folder:
                 source = Path(folder) / "sizes.c"
-                source.write_text('#include "davar/davar.h"\n#include <stdio.h>\n'
-                                  'int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }\n')
-                subprocess.run(["gcc", *FLAGS, f"-DDAVAR_TAUS_MAX={taus}", source, "-o", source.with_suffix("")], check=True)
-                sizes[taus] = tuple(map(int, subprocess.run([source.with_suffix("")], text=True, stdout=subprocess.PIPE, check=True).stdout.split()))
+                source.write_text(
+                    '#include "davar/davar.h"\n#include <stdio.h>\n'
+                    'int main(void) { printf("%zu %zu", sizeof(davar_result_t), sizeof(davar_plan_t)); return 0; }\n'
+                )
+                subprocess.run(
+                    [
+                        "gcc",
+                        *FLAGS,
+                        f"-DDAVAR_TAUS_MAX={taus}",
+                        source,
+                        "-o",
+                        source.with_suffix(""),
+                    ],
+                    check=True,
+                )
+                sizes[taus] = tuple(
+                    map(
+                        int,
+                        subprocess.run(
+                            [source.with_suffix("")], text=True, stdout=subprocess.PIPE, check=True
+                        ).stdout.split(),
+                    )
+                )
         for taus, (result, plan) in sizes.items():
             self.assertRegex(costs, rf"(?m)^\| {taus}( \(default\))? \| {result} \| {plan} \|$")
             self.assertEqual((result, plan), (40 * taus + 256, 72 * taus + 208))
@@ -63,9 +115,24 @@ class Options(unittest.TestCase):
         self.assertIn(f"({sum(sizes[8])} bytes with `-DDAVAR_TAUS_MAX=8`)", readme)
 
     def test_a_wrong_combination_does_not_compile(self):
-        for options, why in ((("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"), (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
-                             (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"), (("-ffast-math",), "without -ffast-math")):
-            done = subprocess.run(["gcc", *FLAGS, *options, "-fsyntax-only", ROOT / "tests/consumer/options.c", *SOURCES], text=True, stderr=subprocess.PIPE)
+        for options, why in (
+            (("-DDAVAR_Q15=0", "-DDAVAR_Q31=0"), "one number type must be there"),
+            (("-DDAVAR_TAUS_MAX=0",), "DAVAR_TAUS_MAX: 1 to 32"),
+            (("-DDAVAR_TAUS_MAX=33",), "DAVAR_TAUS_MAX: 1 to 32"),
+            (("-ffast-math",), "without -ffast-math"),
+        ):
+            done = subprocess.run(
+                [
+                    "gcc",
+                    *FLAGS,
+                    *options,
+                    "-fsyntax-only",
+                    ROOT / "tests/consumer/options.c",
+                    *SOURCES,
+                ],
+                text=True,
+                stderr=subprocess.PIPE,
+            )
             self.assertNotEqual(0, done.returncode)
             self.assertIn(why, done.stderr)
 

@@ -22,8 +22,21 @@ class Rooms(unittest.TestCase):
                 for header in ALSO.get(room, ()):
                     (work / "src" / header).parent.mkdir()
                     shutil.copy(LIB / "src" / header, work / "src" / header)
-                flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-I", work / "include", "-I", work / "src"]
-                self.assertTrue(objects(work / "objects", flags, sorted((work / "src" / room).glob("*.c"))))
+                flags = [
+                    "-std=c11",
+                    "-Wall",
+                    "-Wextra",
+                    "-Wpedantic",
+                    "-Werror",
+                    "-O1",
+                    "-I",
+                    work / "include",
+                    "-I",
+                    work / "src",
+                ]
+                self.assertTrue(
+                    objects(work / "objects", flags, sorted((work / "src" / room).glob("*.c")))
+                )
 
 
 if __name__ == "__main__":

@@ -14,7 +14,8 @@ int main(void)
     while (scanf("%d %d %d", &x, &y, &z) == 3) {
         davar_coefficient_t noise;
         accelerometer_sample((int16_t)x, (int16_t)y, (int16_t)z);
-        for (int axis = accelerometer_noise(&noise); axis >= 0; axis = accelerometer_noise(&noise)) {
+        for (int axis = accelerometer_noise(&noise); axis >= 0;
+             axis = accelerometer_noise(&noise)) {
             printf("%d %.9g %.9g %.9g\n", axis, noise.value, noise.low, noise.high);
         }
     }

@@ -72,7 +72,8 @@ static uint64_t expected(uint32_t saved)
 {
     bool is_restored = false;
     memset(cells, 0xFF, sizeof cells);
-    require((brown_out_start(&is_restored) == DAVAR_OK) && !is_restored, "a blank storage is restored", 0U);
+    require((brown_out_start(&is_restored) == DAVAR_OK) && !is_restored,
+            "a blank storage is restored", 0U);
     (void)feed(0U, saved);
     davar_gap(brown_out_gyro(), MISSED);
     return feed(5000U, 5000U + REST);
@@ -96,7 +97,8 @@ int main(void)
         budget = cut; /* the power falls while the second image is written */
         whole = brown_out_save();
         budget = SIZE_MAX;
-        require((brown_out_start(&is_restored) == DAVAR_OK) && is_restored, "nothing restored", cut);
+        require((brown_out_start(&is_restored) == DAVAR_OK) && is_restored, "nothing restored",
+                cut);
         const uint64_t found = feed(5000U, 5000U + REST);
         require((found == of_first) || (found == of_second), "neither image", cut);
         older += (found == of_first) ? 1U : 0U;

@@ -104,11 +104,13 @@ static void step_fdcan(bool off, bool sends)
     if (sends && !off && ((fd.CCCR & 1U) == 0U) && (level > 0U)) {
         const bool is_fd = (buffers[get].word[1] & (UINT32_C(1) << 21U)) != 0U;
         const uint32_t code = (buffers[get].word[1] >> 16U) & 15U;
-        print((buffers[get].word[0] >> 18U) & 0x7FFU, is_fd ? 64U : code, &buffers[get].word[2], is_fd);
+        print((buffers[get].word[0] >> 18U) & 0x7FFU, is_fd ? 64U : code, &buffers[get].word[2],
+              is_fd);
         get = (get + 1U) % 3U;
         level--;
     }
-    fd.TXFQS = (3U - level) | (get << 8U) | (put << 16U) | ((level == 3U) ? (UINT32_C(1) << 21U) : 0U);
+    fd.TXFQS =
+        (3U - level) | (get << 8U) | (put << 16U) | ((level == 3U) ? (UINT32_C(1) << 21U) : 0U);
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------- */
@@ -159,8 +161,11 @@ int main(int argc, char **argv)
             davar_result_t result = {.epoch = results, .window_samples = 600U, .tau_count = 4U};
             const davar_health_t health = {.gaps = results};
             for (uint32_t t = 0U; t < 4U; t++) {
-                result.tau[t] = (davar_adev_t){
-                    .m = taus[t], .differences = 100U, .adev = results + 0.25, .low = results, .high = results + 1.0};
+                result.tau[t] = (davar_adev_t){.m = taus[t],
+                                               .differences = 100U,
+                                               .adev = results + 0.25,
+                                               .low = results,
+                                               .high = results + 1.0};
             }
             can_sender_result(&result, &health, is_fd ? fdcan.bus_off : bxcan.bus_off);
             results++;

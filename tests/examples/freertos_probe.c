@@ -34,7 +34,8 @@ BaseType_t xQueueSendFromISR(QueueHandle_t queue, const void *item, BaseType_t *
     if (queue->count == queue->length) {
         return pdFALSE;
     }
-    memcpy(&queue->items[((queue->first + queue->count) % queue->length) * queue->bytes], item, queue->bytes);
+    memcpy(&queue->items[((queue->first + queue->count) % queue->length) * queue->bytes], item,
+           queue->bytes);
     queue->count++;
     *woken = pdTRUE;
     return pdTRUE;
@@ -70,8 +71,8 @@ BaseType_t xQueueReceive(QueueHandle_t queue, void *item, TickType_t wait)
     return pdTRUE;
 }
 
-BaseType_t xTaskCreate(TaskFunction_t code, const char *name, uint16_t stack_words, void *context, UBaseType_t priority,
-                       TaskHandle_t *handle)
+BaseType_t xTaskCreate(TaskFunction_t code, const char *name, uint16_t stack_words, void *context,
+                       UBaseType_t priority, TaskHandle_t *handle)
 {
     (void)name, (void)context, (void)priority, (void)handle;
     task = code;

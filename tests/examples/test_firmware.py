@@ -10,12 +10,23 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
-FLAGS = ("-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-O2", "-I", ROOT / "lib/include")
+FLAGS = (
+    "-std=c11",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Werror",
+    "-O2",
+    "-I",
+    ROOT / "lib/include",
+)
 CORE = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-ffreestanding")
 
 
 def run(*words):
-    done = subprocess.run([str(word) for word in words], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run(
+        [str(word) for word in words], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
     assert done.returncode == 0, done.stdout
 
 
@@ -35,18 +46,40 @@ class Firmware(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.folder = folder.name
         cls.linked = Path(cls.folder, "davar.o")
-        run("gcc", *FLAGS, "-I", ROOT / "lib/src", "-r", "-nostdlib", *sorted((ROOT / "lib/src").rglob("*.c")), "-o", cls.linked)
+        run(
+            "gcc",
+            *FLAGS,
+            "-I",
+            ROOT / "lib/src",
+            "-r",
+            "-nostdlib",
+            *sorted((ROOT / "lib/src").rglob("*.c")),
+            "-o",
+            cls.linked,
+        )
 
     def program(self, probe, example, *more):
         """A probe of this folder with the sources of an example. more: folders of headers."""
         program, home = Path(self.folder, Path(probe).stem), ROOT / "examples" / example
         if not program.exists():
             places = [word for place in (home, *more) for word in ("-I", place)]
-            run("gcc", *FLAGS, *places, HERE / probe, *sorted(home.glob("*.c")), self.linked, "-o", program, "-lm")
+            run(
+                "gcc",
+                *FLAGS,
+                *places,
+                HERE / probe,
+                *sorted(home.glob("*.c")),
+                self.linked,
+                "-o",
+                program,
+                "-lm",
+            )
         return program
 
     def answers(self, program, lines=()):
-        done = subprocess.run([program], input="\n".join(map(str, lines)) + "\n", text=True, capture_output=True)
+        done = subprocess.run(
+            [program], input="\n".join(map(str, lines)) + "\n", text=True, capture_output=True
+        )
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         return [line.split() for line in done.stdout.splitlines()]
 
@@ -57,14 +90,22 @@ class Firmware(unittest.TestCase):
         held, asked = [0, 0, 0], [0, 0, 0]
         for seed in range(12):
             noise = random.Random(seed)
-            lines = [" ".join(str(16384 * (axis == 2) + round(noise.gauss(0, sigma))) for axis, sigma in enumerate(sigmas)) for _ in range(12000)]
+            lines = [
+                " ".join(
+                    str(16384 * (axis == 2) + round(noise.gauss(0, sigma)))
+                    for axis, sigma in enumerate(sigmas)
+                )
+                for _ in range(12000)
+            ]
             for axis, value, low, high in self.answers(program, lines):
-                truth = (sigmas[int(axis)] ** 2 + 1 / 12) ** 0.5 * 9.80665 / 16384 * 18 ** 0.5
+                truth = (sigmas[int(axis)] ** 2 + 1 / 12) ** 0.5 * 9.80665 / 16384 * 18**0.5
                 if value != "nan":
                     asked[int(axis)] += 1
                     held[int(axis)] += float(low) <= truth <= float(high)
         self.assertTrue(all(count >= 0.9 * 12 * 59 for count in asked), asked)
-        self.assertTrue(all(0.91 <= part / count <= 0.985 for part, count in zip(held, asked)), (held, asked))
+        self.assertTrue(
+            all(0.91 <= part / count <= 0.985 for part, count in zip(held, asked)), (held, asked)
+        )
 
     def test_the_power_may_be_cut_at_every_byte_of_a_save(self):
         program = self.program("brown_out_probe.c", "brown_out")
@@ -79,7 +120,7 @@ class Firmware(unittest.TestCase):
         *results, told = self.answers(program, counts)
         self.assertEqual(told, ["lost", "0", "gaps", "0"])
         self.assertEqual(len(results), 40000 // 100 - 3)  # windows from 400 samples on
-        truth = (30 ** 2 + 1 / 12) ** 0.5 * 0.05 * 60 / 200 ** 0.5
+        truth = (30**2 + 1 / 12) ** 0.5 * 0.05 * 60 / 200**0.5
         known = [tuple(map(float, one)) for one in results if one[0] != "nan"]
         self.assertGreater(sum(low <= truth <= high for _, low, high in known), 0.85 * len(known))
         # The task sleeps through 300 samples, 15 blocks, of which the queue holds 4: 11 are lost, in one gap.
@@ -89,11 +130,18 @@ class Firmware(unittest.TestCase):
 
     def on_the_bus(self, controller, seed):
         """Frames (identifier, data, is_fd) that the controller has sent, its last line."""
-        done = subprocess.run([self.program("can_probe.c", "stm32_can"), controller, str(seed)], text=True, capture_output=True)
+        done = subprocess.run(
+            [self.program("can_probe.c", "stm32_can"), controller, str(seed)],
+            text=True,
+            capture_output=True,
+        )
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         *lines, told = done.stdout.splitlines()
         frames = [line.removesuffix(" fd").split("#") for line in lines]
-        return [(int(identifier, 16), bytes.fromhex(data), line.endswith(" fd")) for (identifier, data), line in zip(frames, lines)], told.split()
+        return [
+            (int(identifier, 16), bytes.fromhex(data), line.endswith(" fd"))
+            for (identifier, data), line in zip(frames, lines)
+        ], told.split()
 
     def check_bus(self, frames, told, a_result):
         """Every frame is whole, in order, and sent once; what the bus lost is what the sender has counted."""
@@ -102,7 +150,9 @@ class Firmware(unittest.TestCase):
             self.assertEqual(crc8(identifier.to_bytes(2, "little") + data[1:]), data[0])
             if identifier == 0x5D5 and data[2] == 6:  # DAVAR_Health, FramesDropped
                 dropped = struct.unpack_from("<I", data, 4)[0]
-        first = [data[1] & 15 for identifier, data, _ in frames if identifier in (0x5D1, 0x5D8)]  # Counter of the first frame of each result
+        first = [
+            data[1] & 15 for identifier, data, _ in frames if identifier in (0x5D1, 0x5D8)
+        ]  # Counter of the first frame of each result
         steps = [(after - before) % 16 for before, after in zip(first, first[1:])]
         self.assertNotIn(0, steps)
         self.assertEqual(sum(steps), results - 1)
@@ -138,7 +188,17 @@ class Firmware(unittest.TestCase):
     def test_they_compile_for_a_microcontroller(self):
         for example in ("accelerometer", "brown_out", "freertos", "stm32_can"):
             for source in sorted((ROOT / "examples" / example).glob("*.c")):
-                run("arm-none-eabi-gcc", *FLAGS, *CORE, "-I", HERE / "freertos_stub", "-c", source, "-o", Path(self.folder, "object.o"))
+                run(
+                    "arm-none-eabi-gcc",
+                    *FLAGS,
+                    *CORE,
+                    "-I",
+                    HERE / "freertos_stub",
+                    "-c",
+                    source,
+                    "-o",
+                    Path(self.folder, "object.o"),
+                )
 
 
 if __name__ == "__main__":

@@ -23,7 +23,10 @@ class Flight(unittest.TestCase):
     def setUpClass(cls):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
-        for command in (("cmake", "-S", ROOT / "examples/kalman_flight", "-B", folder.name), ("cmake", "--build", folder.name)):
+        for command in (
+            ("cmake", "-S", ROOT / "examples/kalman_flight", "-B", folder.name),
+            ("cmake", "--build", folder.name),
+        ):
             done = run(*command)
             assert done.returncode == 0, done.stdout + done.stderr
         cls.program = Path(folder.name, "flight")
@@ -34,8 +37,12 @@ class Flight(unittest.TestCase):
         """(phase, belief) -> rms error, NEES over 3, share of seconds within the 95 % bounds."""
         done = run(cls.program, *options)
         assert done.returncode == 0, done.stderr
-        return {(row["phase"], row["belief"]): tuple(float(row[name]) for name in ("rms_deg", "nees_over_3", "share_within_95"))
-                for row in csv.DictReader(io.StringIO(done.stdout))}
+        return {
+            (row["phase"], row["belief"]): tuple(
+                float(row[name]) for name in ("rms_deg", "nees_over_3", "share_within_95")
+            )
+            for row in csv.DictReader(io.StringIO(done.stdout))
+        }
 
     def of(self, number, phase, belief):
         """Mean and standard error over the seeds of one figure."""
@@ -43,20 +50,27 @@ class Flight(unittest.TestCase):
         return statistics.mean(values), statistics.stdev(values) / math.sqrt(len(values))
 
     def test_in_noise_that_triples_the_fed_filter_beats_the_one_from_the_bench(self):
-        (bench, bench_error), (fed, fed_error) = self.of(0, "loud", "bench"), self.of(0, "loud", "fed")
+        (bench, bench_error), (fed, fed_error) = (
+            self.of(0, "loud", "bench"),
+            self.of(0, "loud", "fed"),
+        )
         self.assertGreater(bench - fed, 5 * math.hypot(bench_error, fed_error))
         # Steady state of one axis: random walk of 0.015 deg/sqrt(s), measured to 0.05 deg once a second; a gain for 0.005 deg/sqrt(s).
         for belief, gained, said in (("true", 0.015, fed), ("bench", 0.005, bench)):
             ahead = (gained**2 + math.sqrt(gained**4 + 4 * gained**2 * 0.05**2)) / 2
             k = ahead / (ahead + 0.05**2)
-            behind = ((1 - k)**2 * 0.015**2 + k**2 * 0.05**2) / (1 - (1 - k)**2)
-            self.assertAlmostEqual(said / math.sqrt(behind), 1, delta=0.06, msg=belief)  # the bias, which both learn, adds a little
+            behind = ((1 - k) ** 2 * 0.015**2 + k**2 * 0.05**2) / (1 - (1 - k) ** 2)
+            self.assertAlmostEqual(
+                said / math.sqrt(behind), 1, delta=0.06, msg=belief
+            )  # the bias, which both learn, adds a little
 
     def test_it_is_consistent_in_every_phase_and_they_are_not(self):
         for phase in ("quiet", "loud", "after"):
             mean, error = self.of(1, phase, "fed")
             truth, truth_error = self.of(1, phase, "true")
-            self.assertLess(abs(mean - truth), 0.02, phase)  # the flights are the same: no chance between them
+            self.assertLess(
+                abs(mean - truth), 0.02, phase
+            )  # the flights are the same: no chance between them
             self.assertLess(abs(truth - 1), 4 * truth_error + 0.01, phase)
         self.assertGreater(self.of(1, "loud", "bench")[0], 3)
         self.assertLess(self.of(1, "quiet", "worst")[0], 0.75)
@@ -65,7 +79,9 @@ class Flight(unittest.TestCase):
         for law in ("glr", "or", "fixed"):
             flight = self.fly("--seed", 7, "--flights", FLIGHTS, "--steady", "--law", law)
             for phase in ("quiet", "loud", "after"):
-                self.assertLess(flight[phase, "fed"][0] / flight[phase, "bench"][0], 1.005, (law, phase))
+                self.assertLess(
+                    flight[phase, "fed"][0] / flight[phase, "bench"][0], 1.005, (law, phase)
+                )
 
     def test_the_same_seed_gives_the_same_flight_and_a_wrong_option_is_refused(self):
         twice = [run(self.program, "--flights", 2, "--seed", 5).stdout for _ in range(2)]

@@ -60,23 +60,39 @@ def merge(target, folders):
         for path in folder.iterdir():
             if not re.fullmatch("[0-9a-f]{40}", path.name):
                 shutil.copy(path, kept)
-        subprocess.run([BUILD / f"tests/fuzz/fuzz_{target}", "-merge=1", kept, folder, *folders], check=True)
+        subprocess.run(
+            [BUILD / f"tests/fuzz/fuzz_{target}", "-merge=1", kept, folder, *folders], check=True
+        )
         pack(target, Path(kept))
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Unpacks, extends and minimises the inputs of a fuzz target.")
+    parser = argparse.ArgumentParser(
+        description="Unpacks, extends and minimises the inputs of a fuzz target."
+    )
     verbs = parser.add_subparsers(dest="verb", required=True)
-    for verb, what in (("unpack", "unpack into build/fuzz/corpus/TARGET and print that folder"),
-                       ("add", "add files under their own names; they stay for good"),
-                       ("merge", "add what libFuzzer found and drop inputs that reach nothing new (build preset fuzz first)")):
+    for verb, what in (
+        ("unpack", "unpack into build/fuzz/corpus/TARGET and print that folder"),
+        ("add", "add files under their own names; they stay for good"),
+        (
+            "merge",
+            "add what libFuzzer found and drop inputs that reach nothing new (build preset fuzz first)",
+        ),
+    ):
         one = verbs.add_parser(verb, help=what)
         one.add_argument("target")
         if verb != "unpack":
-            one.add_argument("paths", nargs="+" if verb == "add" else "*", type=Path, metavar="FILE" if verb == "add" else "FOLDER")
+            one.add_argument(
+                "paths",
+                nargs="+" if verb == "add" else "*",
+                type=Path,
+                metavar="FILE" if verb == "add" else "FOLDER",
+            )
     options = parser.parse_args()
     if not (HERE / f"fuzz_{options.target}.c").exists():
-        parser.error(f"no such target: {options.target} (there is no tests/fuzz/fuzz_{options.target}.c)")
+        parser.error(
+            f"no such target: {options.target} (there is no tests/fuzz/fuzz_{options.target}.c)"
+        )
     if options.verb == "unpack":
         print(unpack(options.target))
     else:

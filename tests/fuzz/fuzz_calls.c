@@ -79,13 +79,15 @@ static void check_result(bool is_fitted)
         const davar_adev_t *const tau = &result.tau[t];
         REQUIRE((tau->differences > 0U) ? is_number(tau->adev) : (isnan(tau->adev) != 0));
         REQUIRE(isnan(tau->edf) || (tau->edf >= 1.0));
-        REQUIRE(isnan(tau->low) || ((tau->low >= 0.0) && (tau->low <= tau->adev) && (tau->high >= tau->adev)));
+        REQUIRE(isnan(tau->low) ||
+                ((tau->low >= 0.0) && (tau->low <= tau->adev) && (tau->high >= tau->adev)));
     }
     for (int kind = 0; kind < (int)DAVAR_COEFFICIENT_COUNT; kind++) {
         check_coefficient(&result.coefficient[kind]);
     }
     REQUIRE(is_fitted || (result.noise == DAVAR_NOISE_UNKNOWN));
-    REQUIRE((result.noise != DAVAR_NOISE_WHITE) || result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
+    REQUIRE((result.noise != DAVAR_NOISE_WHITE) ||
+            result.coefficient[DAVAR_ANGLE_RANDOM_WALK].present);
 }
 
 /* --- what a monitor and a wire may hold ------------------------------------------------------------------------------ */
@@ -99,8 +101,8 @@ static void watch(void)
     }
     REQUIRE(misfit.compared == measured);
     REQUIRE((measured > 0U) ? is_number(misfit.health) : (isnan(misfit.health) != 0));
-    REQUIRE((measured == 0U) ||
-            (is_number(misfit.fast) && is_number(misfit.slow) && (misfit.worst < result.tau_count)));
+    REQUIRE((measured == 0U) || (is_number(misfit.fast) && is_number(misfit.slow) &&
+                                 (misfit.worst < result.tau_count)));
 }
 
 static void send(const davar_t *davar)
@@ -207,8 +209,9 @@ static void push_whole(davar_t *davar, const block_t *block, size_t count)
  * glr less than the samples that may wait. */
 static void check_epoch(void)
 {
-    const uint64_t late =
-        ((config.law != NULL) && (config.law->push != NULL)) ? ((config.glr.shock_blocks + 3U) * config.glr.block) : 0U;
+    const uint64_t late = ((config.law != NULL) && (config.law->push != NULL))
+                              ? ((config.glr.shock_blocks + 3U) * config.glr.block)
+                              : 0U;
     REQUIRE((config.window.mode == DAVAR_MODE_CENTRED) ||
             ((result.epoch < pushed) && ((result.epoch + config.stride + late) >= pushed)));
 }
@@ -229,7 +232,8 @@ static void check_counts(void)
 {
     const davar_health_t health = davar_health(&users[0].davar);
     const davar_health_t other = davar_health(&users[1].davar);
-    const uint32_t waits = (users[0].davar.produced != users[0].davar.seen) && users[0].davar.ready ? 1U : 0U;
+    const uint32_t waits =
+        (users[0].davar.produced != users[0].davar.seen) && users[0].davar.ready ? 1U : 0U;
     REQUIRE(other.missed == 0U);
     REQUIRE((users[0].taken + health.missed + waits) == users[1].taken);
     REQUIRE((health.missing == missing) && (health.missing == other.missing));
@@ -252,7 +256,8 @@ static void fill(block_t *block, bytes_t *bytes, size_t count)
             beside = ((i / 5U) % 2U == 0U) ? (full >> shift) : -(full >> shift);
         }
         int32_t value = (noise >> shift) + beside;
-        value = (kind >= 240U) ? ((noise < 0) ? -full - 1 : full) : ((kind >= 224U) ? beside : value);
+        value =
+            (kind >= 240U) ? ((noise < 0) ? -full - 1 : full) : ((kind >= 224U) ? beside : value);
         value = (value > full) ? full : ((value < -full - 1) ? -full - 1 : value);
         block->q15[i] = (int16_t)(value / 256);
         block->q31[i] = value;
@@ -349,14 +354,15 @@ static void start(bytes_t *bytes)
 {
     memset(cells, 0, sizeof cells);
     for (uint32_t t = 0U; t < config.tau_count; t++) {
-        model[t] =
-            (davar_model_tau_t){taus[t], 0.1 * (double)between(bytes, 1U, 100U), 0.02 * (double)(byte(bytes) % 3U)};
+        model[t] = (davar_model_tau_t){taus[t], 0.1 * (double)between(bytes, 1U, 100U),
+                                       0.02 * (double)(byte(bytes) % 3U)};
     }
     davar_plan_init(&plan, taus, config.tau_count);
     REQUIRE(davar_monitor_init(&monitor, model, config.tau_count, DAVAR_MONITOR_MEMORY));
     misfit = (davar_misfit_t){.health = (double)NAN, .fast = (double)NAN, .slow = (double)NAN};
     REQUIRE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U,
-                               DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS | DAVAR_SEND_MONITOR));
+                               DAVAR_SEND_ADEV | DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS |
+                                   DAVAR_SEND_MONITOR));
     davar_encoder_monitor(&encoder, &misfit);
     reset();
 }

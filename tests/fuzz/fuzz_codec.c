@@ -15,7 +15,8 @@ static uint8_t crc_of(const davar_frame_t *frame)
         const unsigned identifier = (i == 0U) ? frame->identifier & 0xFFU : frame->identifier >> 8U;
         crc = (uint8_t)(crc ^ ((i < 2U) ? identifier : frame->data[i - 1U]));
         for (unsigned bit = 0U; bit < 8U; bit++) {
-            crc = (uint8_t)(((crc & 0x80U) != 0U) ? ((unsigned)crc << 1U) ^ 0x1DU : (unsigned)crc << 1U);
+            crc = (uint8_t)(((crc & 0x80U) != 0U) ? ((unsigned)crc << 1U) ^ 0x1DU
+                                                  : (unsigned)crc << 1U);
         }
     }
     return (uint8_t)~crc;

@@ -28,14 +28,16 @@ static bool is_positive_or_absent(double value)
 static void check_ranges(const options_t *options)
 {
     REQUIRE(options->recording != NULL);
-    REQUIRE((options->column_count <= OPTIONS_COLUMNS_MAX) && (options->tau_count <= DAVAR_TAUS_MAX));
+    REQUIRE((options->column_count <= OPTIONS_COLUMNS_MAX) &&
+            (options->tau_count <= DAVAR_TAUS_MAX));
     REQUIRE(is_positive_or_absent(options->rate_hz) && is_positive_or_absent(options->lsb) &&
             is_positive_or_absent(options->full_scale) && is_positive_or_absent(options->pace) &&
             is_positive_or_absent(options->false_alarms_per_hour));
     REQUIRE((options->gap_factor > 1.0) || !(options->gap_factor > 0.0));
     REQUIRE((options->policy >= DAVAR_POLICY_FIXED) && (options->policy <= DAVAR_POLICY_GLR));
     REQUIRE(!options->kurtosis.given || (options->kurtosis.low <= options->kurtosis.high));
-    REQUIRE(!options->contribution.given || (options->contribution.low <= options->contribution.high));
+    REQUIRE(!options->contribution.given ||
+            (options->contribution.low <= options->contribution.high));
 }
 
 /* As far as davar-sim goes before it reads the recording. */

@@ -125,7 +125,8 @@ static bool is_plain(const char *text, size_t length)
     }
     unsigned state = 0U; /* characters of this row: digit, comma, digit, end of line */
     for (size_t i = sizeof header - 1U; i < length; i++) {
-        const bool is_right = (state % 2U == 0U) ? (text[i] == '1') : (text[i] == ((state == 1U) ? ',' : '\n'));
+        const bool is_right =
+            (state % 2U == 0U) ? (text[i] == '1') : (text[i] == ((state == 1U) ? ',' : '\n'));
         if (!is_right) {
             return false;
         }
@@ -184,13 +185,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     sim_error_t error = {{0}};
     progress_start(&progress, options.progress);
     const bool taken = recording_load(&recording, &options, &progress, &error);
-    const bool is_packed =
-        ((how & IS_GZIP) == 0U) && (length >= 2U) && (bytes.next[0] == 0x1FU) && (bytes.next[1] == 0x8BU);
+    const bool is_packed = ((how & IS_GZIP) == 0U) && (length >= 2U) && (bytes.next[0] == 0x1FU) &&
+                           (bytes.next[1] == 0x8BU);
     if (!taken) {
         check_message(&error, name);
         REQUIRE(!is_plain((const char *)bytes.next, length));
     } else if (!is_packed && (recording.header.count <= FIELDS_MAX) && ((how & HAS_LSB) == 0U)) {
-        const size_t mark = ((length >= 3U) && (memcmp(bytes.next, "\xEF\xBB\xBF", 3U) == 0)) ? 3U : 0U;
+        const size_t mark =
+            ((length >= 3U) && (memcmp(bytes.next, "\xEF\xBB\xBF", 3U) == 0)) ? 3U : 0U;
         expected.length = length - mark;
         expected.next = 0U;
         memcpy(expected.text, bytes.next + mark, expected.length);

@@ -32,7 +32,8 @@ static bool read_cells(void *context, size_t offset, void *data, size_t bytes)
     reading++;
     for (unsigned i = 0U; i < damage_count; i++) {
         const damage_t *const damage = &damages[i];
-        if ((reading > damage->from_read) && (damage->offset >= offset) && (damage->offset < (offset + bytes))) {
+        if ((reading > damage->from_read) && (damage->offset >= offset) &&
+            (damage->offset < (offset + bytes))) {
             to[damage->offset - offset] ^= damage->flip;
         }
     }
@@ -88,7 +89,9 @@ static void choose_damage(bytes_t *bytes)
             damages[damage_count++] = (damage_t){kind % 16U, offset, byte(bytes)};
             continue;
         }
-        for (unsigned i = 0U; (i < (kind - 127U)) && ((offset + i) < sizeof cells) && (bytes->next < bytes->end); i++) {
+        for (unsigned i = 0U;
+             (i < (kind - 127U)) && ((offset + i) < sizeof cells) && (bytes->next < bytes->end);
+             i++) {
             cells[offset + i] = byte(bytes);
         }
     }

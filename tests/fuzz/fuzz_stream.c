@@ -66,7 +66,8 @@ static void choose_config(trial_t *trial, bytes_t *bytes)
     config->moments.kurtosis_low = 0.0137 + (0.5 * (double)between(bytes, 0U, 4U));
     config->stride = between(bytes, 1U, 70U);
     config->stride = (config->stride > 35U) ? 1U : config->stride;
-    config->stride = (config->stride < config->window.longest) ? config->stride : config->window.longest;
+    config->stride =
+        (config->stride < config->window.longest) ? config->stride : config->window.longest;
     config->engine = (between(bytes, 0U, 1U) == 1U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
     config->window.mirrored_end = true;
@@ -105,8 +106,10 @@ static void choose_samples(trial_t *trial, bytes_t *bytes)
 static davar_status_t start(const trial_t *trial, unsigned which)
 {
     memset(memory[which], 0xA5, sizeof memory[which]);
-    return trial->is_q31 ? davar_init_q31(&instances[which], &trial->config, memory[which], sizeof memory[which])
-                         : davar_init_q15(&instances[which], &trial->config, memory[which], sizeof memory[which]);
+    return trial->is_q31 ? davar_init_q31(&instances[which], &trial->config, memory[which],
+                                          sizeof memory[which])
+                         : davar_init_q15(&instances[which], &trial->config, memory[which],
+                                          sizeof memory[which]);
 }
 
 static int64_t push(const trial_t *trial, int64_t from, int64_t to)
@@ -128,7 +131,8 @@ static int64_t push(const trial_t *trial, int64_t from, int64_t to)
 
 static bool alike(double expected, double actual, double tolerance)
 {
-    return isnan(expected) ? (isnan(actual) != 0) : (fabs(actual - expected) <= (tolerance * (1.0 + fabs(expected))));
+    return isnan(expected) ? (isnan(actual) != 0)
+                           : (fabs(actual - expected) <= (tolerance * (1.0 + fabs(expected))));
 }
 
 static void same(const trial_t *trial, const reference_t *reference, const reference_epoch_t *epoch,
@@ -143,7 +147,8 @@ static void same(const trial_t *trial, const reference_t *reference, const refer
         uint32_t differences = 0U;
         const double m = (double)result->tau[t].m;
         const double sum = (double)reference_sum(reference, epoch, result->tau[t].m, &differences);
-        const double adev = (differences == 0U) ? (double)NAN : sqrt(sum / (2.0 * m * m * (double)differences));
+        const double adev =
+            (differences == 0U) ? (double)NAN : sqrt(sum / (2.0 * m * m * (double)differences));
         REQUIRE(differences == result->tau[t].differences);
         REQUIRE(alike(adev, result->tau[t].adev, trial->is_q31 ? 3e-16 : 0.0));
     }

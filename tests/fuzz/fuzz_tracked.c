@@ -13,7 +13,8 @@
 #define SLOT ((size_t)8 * MEMORY_WORDS)
 #define TAUS 4U
 
-static const uint32_t taus[4][TAUS] = {{1U, 2U, 4U, 8U}, {1U, 3U, 7U, 16U}, {2U, 5U, 6U, 11U}, {1U, 2U, 3U, 19U}};
+static const uint32_t taus[4][TAUS] = {
+    {1U, 2U, 4U, 8U}, {1U, 3U, 7U, 16U}, {2U, 5U, 6U, 11U}, {1U, 2U, 3U, 19U}};
 static davar_config_t config;
 static bool is_q31;
 static accepted_t accepted;
@@ -75,11 +76,13 @@ static void choose_more(bytes_t *bytes)
         config.glr.block = between(bytes, GLR_BLOCK_MIN, GLR_BLOCK_MAX);
         config.window.longest = (8U * config.glr.block) + between(bytes, 0U, 200U);
         config.glr.long_cluster =
-            4U * config.glr.block * (byte(bytes) % ((GLR_CLUSTER_MAX / (4U * config.glr.block)) + 1U));
+            4U * config.glr.block *
+            (byte(bytes) % ((GLR_CLUSTER_MAX / (4U * config.glr.block)) + 1U));
     }
     if ((what & 2U) != 0U) {
         config.stride *= between(bytes, 1U, 20U);
-        config.stride = (config.stride < config.window.longest) ? config.stride : config.window.longest;
+        config.stride =
+            (config.stride < config.window.longest) ? config.stride : config.window.longest;
     }
     if ((what & 4U) != 0U) {
         config.window.gaps_max = (uint16_t)between(bytes, 1U, 4U);
@@ -108,7 +111,8 @@ static uint64_t head_of(const davar_result_t *result)
 
 static void check(const davar_result_t *result)
 {
-    REQUIRE((result->window_samples >= config.window.shortest) && (result->window_samples <= config.window.longest));
+    REQUIRE((result->window_samples >= config.window.shortest) &&
+            (result->window_samples <= config.window.longest));
     REQUIRE(result->epoch < accepted.now);
     REQUIRE(!result->young || (instances[current].health.cuts > 0U));
     if (config.window.gaps_max < 400U) {
@@ -122,7 +126,8 @@ static void check(const davar_result_t *result)
     for (uint32_t t = 0U; t < TAUS; t++) {
         uint32_t differences = 0U;
         const double m = (double)config.taus[t];
-        const double sum = accepted_sum(&accepted, head - result->window_samples, head, config.taus[t], &differences);
+        const double sum = accepted_sum(&accepted, head - result->window_samples, head,
+                                        config.taus[t], &differences);
         REQUIRE(differences == result->tau[t].differences);
         if (differences > 0U) {
             const double expected = sqrt(sum / (2.0 * m * m * (double)differences));
@@ -196,7 +201,8 @@ static void run_stretch(bytes_t *bytes)
     const uint8_t what = byte(bytes);
     const uint32_t length = between(bytes, 1U, 120U);
     const bool is_left = (what & 0x80U) != 0U;
-    const int32_t level = 1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and beyond */
+    const int32_t level =
+        1 << (((what >> 3U) % 16U) + (is_q31 ? 4U : 0U)); /* up to full scale and beyond */
     switch (what % 8U) {
     case 0U:
         change_over();
@@ -230,7 +236,8 @@ static void same_health(void)
     const davar_health_t health = davar_health(&instances[current]);
     REQUIRE(health.cuts == accepted.cuts);
     REQUIRE(health.shocks == accepted.shocks);
-    REQUIRE((config.glr.long_cluster != 0U) ? (health.alarms >= accepted.alarms) : (health.alarms == accepted.alarms));
+    REQUIRE((config.glr.long_cluster != 0U) ? (health.alarms >= accepted.alarms)
+                                            : (health.alarms == accepted.alarms));
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

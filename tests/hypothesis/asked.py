@@ -27,7 +27,9 @@ class Lawful(unittest.TestCase):
     """self.work: a folder of its own for each test; each example empties it."""
 
     def setUp(self):
-        warnings.simplefilter("ignore", ResourceWarning)  # as outside of unittest: a library that gives up a damaged file leaves it to be collected
+        warnings.simplefilter(
+            "ignore", ResourceWarning
+        )  # as outside of unittest: a library that gives up a damaged file leaves it to be collected
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.work = Path(folder.name)
@@ -47,7 +49,11 @@ class Lawful(unittest.TestCase):
         after = {path.name: path.read_bytes() for path in self.work.iterdir() if path.is_file()}
         self.keeps_the_law(done, arguments[1], statuses)
         written = set(after) - set(before)
-        self.assertEqual(written, {output.name} if output is not None and done.returncode in statuses else set(), done.stderr)
+        self.assertEqual(
+            written,
+            {output.name} if output is not None and done.returncode in statuses else set(),
+            done.stderr,
+        )
         self.assertEqual({name: after[name] for name in before}, before)
         return done
 

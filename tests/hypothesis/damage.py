@@ -5,9 +5,16 @@ import struct
 
 from hypothesis import strategies as st
 
-EXTREMES = [struct.pack(form, value) for form, values in (
-    ("<H", (0, 0x7FFF, 0xFFFF)), ("<I", (0, 1, 0x7FFFFFFF, 0xFFFFFFFF)), (">I", (0x7FFFFFFF, 0xFFFFFFFF)),
-    ("<Q", (0, 1 << 31, 1 << 32, 1 << 40, (1 << 63) - 1, (1 << 64) - 1))) for value in values]
+EXTREMES = [
+    struct.pack(form, value)
+    for form, values in (
+        ("<H", (0, 0x7FFF, 0xFFFF)),
+        ("<I", (0, 1, 0x7FFFFFFF, 0xFFFFFFFF)),
+        (">I", (0x7FFFFFFF, 0xFFFFFFFF)),
+        ("<Q", (0, 1 << 31, 1 << 32, 1 << 40, (1 << 63) - 1, (1 << 64) - 1)),
+    )
+    for value in values
+]
 
 
 @st.composite
@@ -26,12 +33,12 @@ def damaged(draw, data, most=4):
         elif how == "cut":
             del data[place:]
         elif how == "drop":
-            del data[place:place + draw(st.integers(1, 40))]
+            del data[place : place + draw(st.integers(1, 40))]
         elif how == "twice":
-            data[place:place] = data[place:place + draw(st.integers(1, 40))]
+            data[place:place] = data[place : place + draw(st.integers(1, 40))]
         elif how == "put":
             data[place:place] = draw(st.binary(min_size=1, max_size=8))
         else:
             extreme = draw(st.sampled_from(EXTREMES))
-            data[place:place + len(extreme)] = extreme
+            data[place : place + len(extreme)] = extreme
     return bytes(data)

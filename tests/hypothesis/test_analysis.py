@@ -1,13 +1,14 @@
 """compare, fit, diagnose and improve on recordings and models of any size: an answer with status 0 or 1, or a refusal; never anything else."""
 
 import unittest
+from profile import examples
 
 import asked
 import numpy as np
 from davarlab import model as models
 from davarlab.data import recording as recordings
-from hypothesis import given, strategies as st
-from profile import examples
+from hypothesis import given
+from hypothesis import strategies as st
 from test_models import terms
 
 SHAPES = {
@@ -18,10 +19,16 @@ SHAPES = {
     "two values": lambda time, rng: rng.integers(0, 2, len(time)) * 1.0,
     "counts": lambda time, rng: np.round(rng.standard_normal(len(time)) * 2) / 2,
     "walk": lambda time, rng: np.cumsum(rng.standard_normal(len(time))),
-    "stuck": lambda time, rng: rng.standard_normal(len(time)) * (np.arange(len(time)) < len(time) // 2),
-    "late": lambda time, rng: rng.standard_normal(len(time)) * (np.arange(len(time)) > len(time) - 5),
-    "spikes": lambda time, rng: rng.standard_normal(len(time)) * (1 + 1e6 * (rng.random(len(time)) < 0.01)),
-    "repeated": lambda time, rng: np.repeat(rng.standard_normal(len(time)), 3)[:len(time)],
+    "stuck": lambda time, rng: (
+        rng.standard_normal(len(time)) * (np.arange(len(time)) < len(time) // 2)
+    ),
+    "late": lambda time, rng: (
+        rng.standard_normal(len(time)) * (np.arange(len(time)) > len(time) - 5)
+    ),
+    "spikes": lambda time, rng: (
+        rng.standard_normal(len(time)) * (1 + 1e6 * (rng.random(len(time)) < 0.01))
+    ),
+    "repeated": lambda time, rng: np.repeat(rng.standard_normal(len(time)), 3)[: len(time)],
     "heavy": lambda time, rng: rng.standard_cauchy(len(time)),
 }
 CLOCKS = {
@@ -32,25 +39,45 @@ CLOCKS = {
     "uneven": lambda count, rng: np.cumsum(rng.exponential(size=count)),
     "twice": lambda count, rng: np.arange(count) // 2 * 1.0,
 }
-EXTRA = st.dictionaries(st.sampled_from(("temp_degC", "accel_x_g", "accel_y_g", "accel_z_g", "gyro_x_dps", "volt")), st.sampled_from(sorted(SHAPES)), max_size=3)
+EXTRA = st.dictionaries(
+    st.sampled_from(("temp_degC", "accel_x_g", "accel_y_g", "accel_z_g", "gyro_x_dps", "volt")),
+    st.sampled_from(sorted(SHAPES)),
+    max_size=3,
+)
 
 
 class Analysis(asked.Lawful):
-    @given(st.sampled_from(("compare", "fit", "diagnose", "improve")), st.sampled_from(sorted(SHAPES)), st.sampled_from(sorted(CLOCKS)), EXTRA,
-           st.sampled_from((1.0, 1.0, 1e-3, 1e-12, 1e12, 1e-20, 1e20)), st.sampled_from((50.0, 50.0, 1000.0, 1e-6, 1e8)), st.sampled_from((1000, 1001, 1500)),
-           st.lists(terms(), max_size=2), st.integers(0, 99))
+    @given(
+        st.sampled_from(("compare", "fit", "diagnose", "improve")),
+        st.sampled_from(sorted(SHAPES)),
+        st.sampled_from(sorted(CLOCKS)),
+        EXTRA,
+        st.sampled_from((1.0, 1.0, 1e-3, 1e-12, 1e12, 1e-20, 1e20)),
+        st.sampled_from((50.0, 50.0, 1000.0, 1e-6, 1e8)),
+        st.sampled_from((1000, 1001, 1500)),
+        st.lists(terms(), max_size=2),
+        st.integers(0, 99),
+    )
     @examples(30)
-    def test_an_answer_or_a_refusal(self, command, shape, clock, extra, size, rate_hz, count, added, seed):
+    def test_an_answer_or_a_refusal(
+        self, command, shape, clock, extra, size, rate_hz, count, added, seed
+    ):
         rng = np.random.default_rng(seed)
         time = CLOCKS[clock](count, rng) / rate_hz
-        columns = {"time_s": time, "gyro_z_dps": size * SHAPES[shape](time, rng)} | {name: SHAPES[kind](time, rng) for name, kind in extra.items()}
+        columns = {"time_s": time, "gyro_z_dps": size * SHAPES[shape](time, rng)} | {
+            name: SHAPES[kind](time, rng) for name, kind in extra.items()
+        }
         path, model, out = self.work / "r.csv", self.work / "m.toml", self.work / "out.toml"
         recordings.write_columns(columns, {}, path)
-        noise = models.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3 * min(max(size, 1e-9), 1e6)})
+        noise = models.Term(
+            "angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3 * min(max(size, 1e-9), 1e6)}
+        )
         models.write(models.Model(None, "gyro_z_dps", [noise, *added]), model)
         out.unlink(missing_ok=True)
         done = asked.run(command, path, "-m", model, *(("-o", out) if command == "improve" else ()))
-        self.keeps_the_law(done, self.named(done), (0, 1) if command in ("compare", "improve") else (0,))
+        self.keeps_the_law(
+            done, self.named(done), (0, 1) if command in ("compare", "improve") else (0,)
+        )
         self.assertEqual(out.exists(), command == "improve" and done.returncode < 2)
         if out.exists():
             models.read(out)

@@ -6,14 +6,15 @@ import tempfile
 import unittest
 from decimal import Decimal
 from pathlib import Path
+from profile import examples
 
 import asked
 import numpy as np
 import writing_logs as writing
 from damage import damaged
 from davarlab.data import table
-from hypothesis import given, strategies as st
-from profile import examples
+from hypothesis import given
+from hypothesis import strategies as st
 
 TRUTH = writing.Truth(count=24)
 
@@ -62,6 +63,7 @@ def attack(name):
     @examples(60)
     def test(self, data):
         self.imported(name, data)
+
     return test
 
 
@@ -73,7 +75,7 @@ def message_ends(name):
     if name == "a.ulg":
         found = [16]
         while found[-1] < len(data):
-            found.append(found[-1] + 3 + int.from_bytes(data[found[-1]:found[-1] + 2], "little"))
+            found.append(found[-1] + 3 + int.from_bytes(data[found[-1] : found[-1] + 2], "little"))
         return set(found)
     return set(range(len(data))) if name == "a.log" else set()
 
@@ -82,7 +84,9 @@ def cut(name):
     """A log that ends too early is refused, or all of it is there; behind a whole message what came before it."""
     ends = message_ends(name)
 
-    @given(st.one_of(st.integers(0, len(LOGS[name]) - 1), st.sampled_from(sorted(ends)[:-1] or [0])))
+    @given(
+        st.one_of(st.integers(0, len(LOGS[name]) - 1), st.sampled_from(sorted(ends)[:-1] or [0]))
+    )
     @examples(25)
     def test(self, length):
         if self.imported(name, LOGS[name][:length]).returncode != 0:
@@ -91,9 +95,17 @@ def cut(name):
             rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
         if length not in ends:
             self.assertEqual(len(rows), TRUTH.count)
-        rows = rows[:-1] if name == "a.log" else rows  # of a number in text that was cut nothing tells either
+        rows = (
+            rows[:-1] if name == "a.log" else rows
+        )  # of a number in text that was cut nothing tells either
         for axis, letter in enumerate("xyz"):
-            np.testing.assert_allclose([float(row[f"gyro_{letter}_dps"]) for row in rows], TRUTH.gyro[axis][:len(rows)], rtol=2e-7, atol=1e-8)
+            np.testing.assert_allclose(
+                [float(row[f"gyro_{letter}_dps"]) for row in rows],
+                TRUTH.gyro[axis][: len(rows)],
+                rtol=2e-7,
+                atol=1e-8,
+            )
+
     return test
 
 
@@ -111,10 +123,35 @@ class Known(Importing):
         self.assertEqual(self.imported("a5.mat", data).returncode, 2)
 
 
-NAMES = st.one_of(st.text(st.characters(blacklist_categories=("Cs",)), min_size=1, max_size=6), st.sampled_from(
-    ("a,b", "a\nb", '"a"', " a", "#a", "time", "temp", "accel_x", "epoch", "\x1b[2J", "a\u2028b")))
-STAMPS = st.one_of(st.integers(0, 2**62 // 1000), st.integers(-2**63, 2**63 - 1), st.integers(1_700_000_000_000_000, 1_700_000_001_000_000))
-VALUES = st.one_of(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.floats(), st.sampled_from((5e-324, 1e29, 1e30, 1e300, -0.0)))
+NAMES = st.one_of(
+    st.text(st.characters(blacklist_categories=("Cs",)), min_size=1, max_size=6),
+    st.sampled_from(
+        (
+            "a,b",
+            "a\nb",
+            '"a"',
+            " a",
+            "#a",
+            "time",
+            "temp",
+            "accel_x",
+            "epoch",
+            "\x1b[2J",
+            "a\u2028b",
+        )
+    ),
+)
+STAMPS = st.one_of(
+    st.integers(0, 2**62 // 1000),
+    st.integers(-(2**63), 2**63 - 1),
+    st.integers(1_700_000_000_000_000, 1_700_000_001_000_000),
+)
+VALUES = st.one_of(
+    st.floats(-1e6, 1e6),
+    st.floats(-1e6, 1e6),
+    st.floats(),
+    st.sampled_from((5e-324, 1e29, 1e30, 1e300, -0.0)),
+)
 
 
 class Tables(Importing):
@@ -129,8 +166,14 @@ class Tables(Importing):
     @given(st.lists(NAMES, max_size=3, unique=True))
     @examples(150)
     def test_columns_of_any_name(self, names):
-        columns = {f"gyro_{axis}_dps": TRUTH.gyro[place].astype(float) for place, axis in enumerate("xyz")}
-        columns = {"time_s": np.arange(TRUTH.count) / 50} | columns | {name: np.full(TRUTH.count, 1.0 + place) for place, name in enumerate(names)}
+        columns = {
+            f"gyro_{axis}_dps": TRUTH.gyro[place].astype(float) for place, axis in enumerate("xyz")
+        }
+        columns = (
+            {"time_s": np.arange(TRUTH.count) / 50}
+            | columns
+            | {name: np.full(TRUTH.count, 1.0 + place) for place, name in enumerate(names)}
+        )
         path = self.work / "a.parquet"
         writing.parquet.write_table(writing.pyarrow.table(columns), path)
         if self.imported(path.name, path.read_bytes()).returncode == 0:
@@ -142,8 +185,13 @@ class Tables(Importing):
             for place, name in enumerate(found[4:]):
                 self.assertEqual(len(set(values[4 + place])), 1)
 
-    @given(st.lists(st.tuples(STAMPS, VALUES, VALUES, VALUES), min_size=4, max_size=7), st.sampled_from((np.float64, np.float32)),
-           st.sampled_from((np.int64, np.uint64, np.float64)), st.booleans(), st.sampled_from((("ns", 1), ("us", 1000), ("ms", 10**6))))
+    @given(
+        st.lists(st.tuples(STAMPS, VALUES, VALUES, VALUES), min_size=4, max_size=7),
+        st.sampled_from((np.float64, np.float32)),
+        st.sampled_from((np.int64, np.uint64, np.float64)),
+        st.booleans(),
+        st.sampled_from((("ns", 1), ("us", 1000), ("ms", 10**6))),
+    )
     @examples(300)
     def test_any_values(self, rows, kind, clock, ordered, tick):
         rows = sorted(rows) if ordered else rows
@@ -159,11 +207,17 @@ class Tables(Importing):
         found, values = self.back()
         self.assertEqual(found, ["time_s", "gyro_x_dps", "gyro_y_dps", "gyro_z_dps"])
         for axis in range(3):
-            self.assertEqual([float(one) for one in values[1 + axis]], [float(f"{one:.9g}") for one in gyro[:, axis].tolist()])
+            self.assertEqual(
+                [float(one) for one in values[1 + axis]],
+                [float(f"{one:.9g}") for one in gyro[:, axis].tolist()],
+            )
         for text, stamp in zip(values[0], stamps.tolist(), strict=True):
             exact = Decimal(stamp) * tick[1] / 10**9
             # a nanosecond, as far as the 53 bits of a double reach: 97 days
-            self.assertLessEqual(abs(Decimal(text) - exact), max(Decimal("1.1e-9"), abs(exact) * Decimal("3e-16")))
+            self.assertLessEqual(
+                abs(Decimal(text) - exact), max(Decimal("1.1e-9"), abs(exact) * Decimal("3e-16"))
+            )
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -4,28 +4,54 @@ again it is the same."""
 import math
 import tomllib
 import unittest
+from profile import examples
 
 import asked
 from damage import damaged
-from davarlab import kalibr, model as models
+from davarlab import kalibr
+from davarlab import model as models
 from davarlab.effects import table
 from davarlab.errors import BadInput
 from davarlab.fleet import limits
 from davarlab.report import parameters
-from hypothesis import assume, example, given, strategies as st
-from profile import examples
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
 
 KINDS = sorted(table.TABLE)
 BASE = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
-FULL = BASE + '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
-SCENARIO = FULL + '[simulate]\nduration_s = 30.0\nseed = 3\n'
+FULL = (
+    BASE
+    + '[[effect]]\nkind = "sinusoid"\nfrequency_hz = 0.7\namplitude_dps = 0.02\n[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.02\n'
+)
+SCENARIO = FULL + "[simulate]\nduration_s = 30.0\nseed = 3\n"
 LIMITS = 'at_limit = 0.02\nadequate = true\n[[limit]]\ncoefficient = "angle_random_walk.coefficient_deg_per_sqrt_h"\nmin = 0.1\nmax = 0.4\n'
-KALIBR = "imu0:\n  gyroscope_noise_density: 1.5e-4\n  gyroscope_random_walk: 2.0e-06\n  rate_hz: 200\n"
-COMMANDS = [("export",), ("add", "warm_up"), *(("export", "--to", form) for form in sorted(parameters.FORMATS))]
-SCALAR = st.one_of(st.floats(), st.integers(-2**70, 2**70), st.booleans(), st.text(max_size=6), st.none(), st.just(10**400), st.just([]), st.just({}),
-                   st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e100, "x", "y", "bilinear")))
-COLUMNS = st.one_of(st.sampled_from(("gyro_z_dps", "gyro_x_rad_s", "accel_x_mps2")),
-                    st.text(st.characters(blacklist_categories=("Cs",), blacklist_characters=",\n\r"), min_size=1, max_size=8))
+KALIBR = (
+    "imu0:\n  gyroscope_noise_density: 1.5e-4\n  gyroscope_random_walk: 2.0e-06\n  rate_hz: 200\n"
+)
+COMMANDS = [
+    ("export",),
+    ("add", "warm_up"),
+    *(("export", "--to", form) for form in sorted(parameters.FORMATS)),
+]
+SCALAR = st.one_of(
+    st.floats(),
+    st.integers(-(2**70), 2**70),
+    st.booleans(),
+    st.text(max_size=6),
+    st.none(),
+    st.just(10**400),
+    st.just([]),
+    st.just({}),
+    st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e100, "x", "y", "bilinear")),
+)
+COLUMNS = st.one_of(
+    st.sampled_from(("gyro_z_dps", "gyro_x_rad_s", "accel_x_mps2")),
+    st.text(
+        st.characters(blacklist_categories=("Cs",), blacklist_characters=",\n\r"),
+        min_size=1,
+        max_size=8,
+    ),
+)
 
 
 def toml_of(value):
@@ -37,7 +63,13 @@ def toml_of(value):
     if isinstance(value, str):
         return '"' + "".join(f"\\U{ord(one):08x}" for one in value) + '"'
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{toml_of(key)} = {toml_of(one)}" for key, one in value.items() if one is not None) + "}"
+        return (
+            "{"
+            + ", ".join(
+                f"{toml_of(key)} = {toml_of(one)}" for key, one in value.items() if one is not None
+            )
+            + "}"
+        )
     if isinstance(value, list):
         return "[" + ", ".join(toml_of(one) for one in value if one is not None) + "]"
     return repr(value)
@@ -45,7 +77,9 @@ def toml_of(value):
 
 def text_of(data):
     """Tables of a model file: sensor, simulate, and effect, a list."""
-    return "".join(f"{name} = {toml_of(value)}\n" for name, value in data.items() if value is not None)
+    return "".join(
+        f"{name} = {toml_of(value)}\n" for name, value in data.items() if value is not None
+    )
 
 
 @st.composite
@@ -64,7 +98,11 @@ def values(draw, parameter):
 def terms(draw):
     """A term within the bounds of the table."""
     effect = table.find(draw(st.sampled_from(KINDS)))
-    found = {p.name: draw(values(p)) for p in effect.parameters if p.default is None or draw(st.booleans())}
+    found = {
+        p.name: draw(values(p))
+        for p in effect.parameters
+        if p.default is None or draw(st.booleans())
+    }
     if "start_s" in found:
         found["start_s"], found["stop_s"] = sorted((found["start_s"], found["stop_s"]))
     return models.Term(effect.kind, found)
@@ -81,8 +119,21 @@ def entries(draw):
 
 
 TABLES = st.fixed_dictionaries(
-    {"sensor": st.one_of(st.fixed_dictionaries({"column": st.one_of(COLUMNS, SCALAR)}, optional={"rate_hz": st.one_of(st.floats(1, 1e6), SCALAR)}), SCALAR)},
-    optional={"effect": st.one_of(st.lists(entries(), max_size=3), SCALAR), "simulate": SCALAR, "odd": SCALAR})
+    {
+        "sensor": st.one_of(
+            st.fixed_dictionaries(
+                {"column": st.one_of(COLUMNS, SCALAR)},
+                optional={"rate_hz": st.one_of(st.floats(1, 1e6), SCALAR)},
+            ),
+            SCALAR,
+        )
+    },
+    optional={
+        "effect": st.one_of(st.lists(entries(), max_size=3), SCALAR),
+        "simulate": SCALAR,
+        "odd": SCALAR,
+    },
+)
 
 
 class Models(asked.Lawful):
@@ -90,13 +141,18 @@ class Models(asked.Lawful):
     @examples(150)
     def test_what_is_written_is_read(self, rate_hz, column, made):
         assume(not any(term.parameters.get("column") == column for term in made))
-        assume(not rate_hz or not any(term.parameters.get("frequency_hz", 0) > rate_hz / 2 for term in made))
+        assume(
+            not rate_hz
+            or not any(term.parameters.get("frequency_hz", 0) > rate_hz / 2 for term in made)
+        )
         wanted, path = models.Model(rate_hz, column, made), self.work / "m.toml"
         models.write(wanted, path)
         self.assertEqual(models.read(path), wanted)
         with open(path, "rb") as file:
             plain = tomllib.load(file)
-        self.assertEqual(plain["sensor"], {"column": column} | ({"rate_hz": rate_hz} if rate_hz else {}))
+        self.assertEqual(
+            plain["sensor"], {"column": column} | ({"rate_hz": rate_hz} if rate_hz else {})
+        )
         self.assertEqual(len(plain.get("effect", [])), len(made))
 
     @given(TABLES)
@@ -110,13 +166,30 @@ class Models(asked.Lawful):
             return
         with open(path, "rb") as file:
             plain = tomllib.load(file)
-        self.assertEqual((found.column, found.rate_hz), (plain["sensor"]["column"], plain["sensor"].get("rate_hz")))
+        self.assertEqual(
+            (found.column, found.rate_hz),
+            (plain["sensor"]["column"], plain["sensor"].get("rate_hz")),
+        )
         for term, entry in zip(found.terms, plain.get("effect", []), strict=True):
-            said = {models.spoken(name, found.column): value for name, value in term.parameters.items()}
-            kind = models.ACCEL_KINDS.get(term.kind, term.kind) if found.column.startswith("accel_") else term.kind
+            said = {
+                models.spoken(name, found.column): value for name, value in term.parameters.items()
+            }
+            kind = (
+                models.ACCEL_KINDS.get(term.kind, term.kind)
+                if found.column.startswith("accel_")
+                else term.kind
+            )
             self.assertEqual({"kind": kind, **said}, entry)
 
-    @given(st.one_of(TABLES.map(text_of), damaged(FULL.encode()), st.binary(max_size=80), st.text(max_size=80)), st.sampled_from(COMMANDS))
+    @given(
+        st.one_of(
+            TABLES.map(text_of),
+            damaged(FULL.encode()),
+            st.binary(max_size=80),
+            st.text(max_size=80),
+        ),
+        st.sampled_from(COMMANDS),
+    )
     @example("[" * 20000, COMMANDS[0])
     @example("a = " + "[" * 20000 + "]" * 20000, COMMANDS[0])
     @example("a = " + "{a=" * 20000, COMMANDS[0])
@@ -130,25 +203,65 @@ class Models(asked.Lawful):
     @given(damaged(SCENARIO.encode()))
     @examples(60)
     def test_scenarios(self, text):
-        assume(b"duration_s = 30.0\n" in text and b"rate_hz = 50.0\n" in text)  # else it may be a large one
-        self.asked(self.work / "out.csv", "simulate", self.file("s.toml", text), "-o", self.work / "out.csv")
+        assume(
+            b"duration_s = 30.0\n" in text and b"rate_hz = 50.0\n" in text
+        )  # else it may be a large one
+        self.asked(
+            self.work / "out.csv",
+            "simulate",
+            self.file("s.toml", text),
+            "-o",
+            self.work / "out.csv",
+        )
 
-    @given(st.dictionaries(st.sampled_from(("duration_s", "seed", "vibration_g", "tilt_g", "temperature_degC", "odd")), SCALAR, min_size=1), SCALAR)
+    @given(
+        st.dictionaries(
+            st.sampled_from(
+                ("duration_s", "seed", "vibration_g", "tilt_g", "temperature_degC", "odd")
+            ),
+            SCALAR,
+            min_size=1,
+        ),
+        SCALAR,
+    )
     @examples(60)
     def test_scenarios_of_any_values(self, settings, rate):
         if isinstance(settings.get("duration_s"), float) and isinstance(rate, float):
             assume(not 0 < settings["duration_s"] * rate < 1e9)
         settings = {"duration_s": 30.0} | settings
         text = FULL.replace("50.0", toml_of(rate)) if rate is not None else FULL
-        text += "[simulate]\n" + "".join(f"{name} = {toml_of(value)}\n" for name, value in settings.items() if value is not None)
+        text += "[simulate]\n" + "".join(
+            f"{name} = {toml_of(value)}\n" for name, value in settings.items() if value is not None
+        )
         assume(not isinstance(rate, (int, float)) or rate < 1e6)
         assume(not isinstance(settings["duration_s"], (int, float)) or settings["duration_s"] < 1e4)
-        self.asked(self.work / "out.csv", "simulate", self.file("s.toml", text), "-o", self.work / "out.csv")
+        self.asked(
+            self.work / "out.csv",
+            "simulate",
+            self.file("s.toml", text),
+            "-o",
+            self.work / "out.csv",
+        )
 
 
 class Others(asked.Lawful):
-    @given(st.one_of(damaged(LIMITS.encode()), st.dictionaries(st.sampled_from(("at_limit", "adequate", "limit", "odd")), st.one_of(
-        SCALAR, st.lists(st.dictionaries(st.sampled_from(("coefficient", "min", "max", "odd")), SCALAR), max_size=2))).map(text_of)))
+    @given(
+        st.one_of(
+            damaged(LIMITS.encode()),
+            st.dictionaries(
+                st.sampled_from(("at_limit", "adequate", "limit", "odd")),
+                st.one_of(
+                    SCALAR,
+                    st.lists(
+                        st.dictionaries(
+                            st.sampled_from(("coefficient", "min", "max", "odd")), SCALAR
+                        ),
+                        max_size=2,
+                    ),
+                ),
+            ).map(text_of),
+        )
+    )
     @examples(200)
     def test_limits(self, text):
         path = self.file("l.toml", text)
@@ -159,14 +272,35 @@ class Others(asked.Lawful):
             return
         with open(path, "rb") as file:
             plain = tomllib.load(file)
-        self.assertEqual((found.at_limit, found.adequate), (plain.get("at_limit", 0.025), plain.get("adequate", False)))
-        wanted = [(one["coefficient"], float(one[name]), side) for one in plain.get("limit", []) for name, side in (("min", -1), ("max", 1)) if name in one]
+        self.assertEqual(
+            (found.at_limit, found.adequate),
+            (plain.get("at_limit", 0.025), plain.get("adequate", False)),
+        )
+        wanted = [
+            (one["coefficient"], float(one[name]), side)
+            for one in plain.get("limit", [])
+            for name, side in (("min", -1), ("max", 1))
+            if name in one
+        ]
         self.assertEqual([(one.coefficient, one.value, one.side) for one in found.limits], wanted)
 
-    @given(st.one_of(damaged(KALIBR.encode()), st.binary(max_size=60), st.text(max_size=60), st.dictionaries(
-        st.sampled_from(("gyroscope_noise_density", "gyroscope_random_walk", "imu0", "rate_hz")), SCALAR).map(repr)))
+    @given(
+        st.one_of(
+            damaged(KALIBR.encode()),
+            st.binary(max_size=60),
+            st.text(max_size=60),
+            st.dictionaries(
+                st.sampled_from(
+                    ("gyroscope_noise_density", "gyroscope_random_walk", "imu0", "rate_hz")
+                ),
+                SCALAR,
+            ).map(repr),
+        )
+    )
     @example("imu0: " + "[" * 20000)
-    @example("a: &a [x, x]\nb: &b [*a, *a, *a, *a, *a, *a]\nc: &c [*b, *b, *b, *b]\ngyroscope_noise_density: *c")
+    @example(
+        "a: &a [x, x]\nb: &b [*a, *a, *a, *a, *a, *a]\nc: &c [*b, *b, *b, *b]\ngyroscope_noise_density: *c"
+    )
     @example("gyroscope_noise_density: 2024-99-99\n")
     @example("gyroscope_noise_density: !!int x\n")
     @examples(150)
@@ -177,7 +311,10 @@ class Others(asked.Lawful):
         if done.returncode == 0:
             models.read(out)
 
-    @given(st.sampled_from(sorted(kalibr.SHEET)), st.one_of(st.floats(0, 1e29).map(repr), st.text("0123456789.eE+-_ \u0661", max_size=12)))
+    @given(
+        st.sampled_from(sorted(kalibr.SHEET)),
+        st.one_of(st.floats(0, 1e29).map(repr), st.text("0123456789.eE+-_ \u0661", max_size=12)),
+    )
     @examples(150)
     def test_sheets(self, unit, number):
         try:
@@ -186,7 +323,14 @@ class Others(asked.Lawful):
             return
         kind, factor = kalibr.SHEET[unit]
         self.assertEqual(found.kinds, [kind])
-        self.assertTrue(math.isclose(table.find(kind).dps(found.terms[0].parameters), float(number) * factor, rel_tol=1e-14), number)
+        self.assertTrue(
+            math.isclose(
+                table.find(kind).dps(found.terms[0].parameters),
+                float(number) * factor,
+                rel_tol=1e-14,
+            ),
+            number,
+        )
 
 
 def run_sheet(test, path, out):

@@ -8,24 +8,47 @@ import re
 import struct
 import unittest
 from decimal import Decimal
+from profile import examples
 
 import asked
 import yaml
-from davarlab import kalibr, model as models, option_types
+from davarlab import kalibr, option_types
+from davarlab import model as models
 from davarlab.data import guess
 from davarlab.effects import table
-from davarlab.errors import BadInput
 from davarlab.inference.estimate import Estimate
 from davarlab.report import parameters, terminal, values, words
 from davarlab.wire import raw
-from hypothesis import example, given, strategies as st
-from profile import examples
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 RAD = math.pi / 180
-WORDS = {"deg": 1.0, "mdeg": 1e-3, "rad": 180 / math.pi, "s": 1.0, "h": 3600.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "Hz": 1.0, "m": 1.0, "degC": 1.0,
-         "sqrt": math.sqrt, "ug": 9.80665e-6, "mg": 9.80665e-3, "g": 9.80665, "samples": 1.0, "dps": 1.0}
-SIZES = st.one_of(st.floats(0, 1e9, exclude_min=True), st.sampled_from((5e-324, 1e-300, 1e-5, 2e-6, 1.0, 1e6)))
-DOUBLES = st.one_of(st.floats(), st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e-4, 9999.5, 999999.5, 1e6)))
+WORDS = {
+    "deg": 1.0,
+    "mdeg": 1e-3,
+    "rad": 180 / math.pi,
+    "s": 1.0,
+    "h": 3600.0,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "ns": 1e-9,
+    "Hz": 1.0,
+    "m": 1.0,
+    "degC": 1.0,
+    "sqrt": math.sqrt,
+    "ug": 9.80665e-6,
+    "mg": 9.80665e-3,
+    "g": 9.80665,
+    "samples": 1.0,
+    "dps": 1.0,
+}
+SIZES = st.one_of(
+    st.floats(0, 1e9, exclude_min=True), st.sampled_from((5e-324, 1e-300, 1e-5, 2e-6, 1.0, 1e6))
+)
+DOUBLES = st.one_of(
+    st.floats(),
+    st.sampled_from((5e-324, 1.7976931348623157e308, -0.0, 1e-4, 9999.5, 999999.5, 1e6)),
+)
 
 
 def meaning(unit):
@@ -38,22 +61,38 @@ class Units(unittest.TestCase):
         for sheet, column in ((kalibr.SHEET, "gyro_z_dps"), (kalibr.ACCEL_SHEET, "accel_z_g")):
             for unit in sheet:
                 term = kalibr.of_sheet([f"3.5{unit}"], column, None).terms[0]
-                self.assertAlmostEqual(table.find(term.kind).dps(term.parameters) / (3.5 * meaning(unit)), 1, places=12, msg=unit)
+                self.assertAlmostEqual(
+                    table.find(term.kind).dps(term.parameters) / (3.5 * meaning(unit)),
+                    1,
+                    places=12,
+                    msg=unit,
+                )
 
     def test_every_unit_of_a_model_is_what_its_name_says(self):
-        asked_of = [(effect.kind, one) for effect in table.TABLE.values() for one in effect.parameters if re.fullmatch(r"deg/(s|h|sqrt\(h\)|h/sqrt\(h\)|h\^2)", one.unit)]
+        asked_of = [
+            (effect.kind, one)
+            for effect in table.TABLE.values()
+            for one in effect.parameters
+            if re.fullmatch(r"deg/(s|h|sqrt\(h\)|h/sqrt\(h\)|h\^2)", one.unit)
+        ]
         self.assertGreater(len(asked_of), 8)
         for kind, one in asked_of:
-            self.assertAlmostEqual(one.scale / meaning(one.unit), 1, places=12, msg=f"{kind} {one.name}")
+            self.assertAlmostEqual(
+                one.scale / meaning(one.unit), 1, places=12, msg=f"{kind} {one.name}"
+            )
 
     def test_every_unit_of_a_log_is_what_its_name_says(self):
         for quantity, base in (("time", "s"), ("gyro", "deg/s"), ("accel", "g")):
             for unit, factor in guess.UNITS[quantity].items():
-                self.assertAlmostEqual(factor / (meaning(unit) / meaning(base)), 1, places=12, msg=unit)
+                self.assertAlmostEqual(
+                    factor / (meaning(unit) / meaning(base)), 1, places=12, msg=unit
+                )
 
 
 def model_of(white, walk, rate_hz, flicker=None):
-    sizes = {"angle_random_walk": white, "rate_random_walk": walk} | ({"bias_instability": flicker} if flicker else {})
+    sizes = {"angle_random_walk": white, "rate_random_walk": walk} | (
+        {"bias_instability": flicker} if flicker else {}
+    )
     return kalibr.model_of(sizes, "gyro_z_dps", rate_hz)
 
 
@@ -75,16 +114,35 @@ class Exports(asked.Lawful):
         if text is None:
             return
         found = yaml.safe_load(text)
-        wanted = {"gyroscope_noise_density": white * RAD / 60, "gyroscope_random_walk": walk * RAD / 216000, "update_rate": rate_hz}
+        wanted = {
+            "gyroscope_noise_density": white * RAD / 60,
+            "gyroscope_random_walk": walk * RAD / 216000,
+            "update_rate": rate_hz,
+        }
         for name, value in wanted.items():
-            self.assertIsInstance(found[name], (float, int), f"{name}: {found[name]!r} is text to YAML 1.1")
-            self.assertTrue(math.isclose(found[name], value, rel_tol=1e-5, abs_tol=1e-300), (name, found[name], value))
+            self.assertIsInstance(
+                found[name], (float, int), f"{name}: {found[name]!r} is text to YAML 1.1"
+            )
+            self.assertTrue(
+                math.isclose(found[name], value, rel_tol=1e-5, abs_tol=1e-300),
+                (name, found[name], value),
+            )
         path, back = self.file("imu.yaml", text), self.work / "back.toml"
         self.assertEqual(asked.run("sheet", "--kalibr", path, "-o", back).returncode, 0)
         for term, was in zip(models.read(back).terms, (white, walk), strict=True):
-            self.assertTrue(math.isclose(next(iter(term.parameters.values())), was, rel_tol=1e-5, abs_tol=1e-300))
+            self.assertTrue(
+                math.isclose(
+                    next(iter(term.parameters.values())), was, rel_tol=1e-5, abs_tol=1e-300
+                )
+            )
 
-    @given(SIZES, SIZES, st.sampled_from((("px4", 0.010, r"param set (\w+) (\S+)"), ("ardupilot", 0.012, r"(\w+),(\S+)"))))
+    @given(
+        SIZES,
+        SIZES,
+        st.sampled_from(
+            (("px4", 0.010, r"param set (\w+) (\S+)"), ("ardupilot", 0.012, r"(\w+),(\S+)"))
+        ),
+    )
     @examples(60)
     def test_filters_get_what_their_prediction_squares(self, white, walk, form):
         name, step_s, pattern = form
@@ -94,14 +152,39 @@ class Exports(asked.Lawful):
         found = [float(match[2]) for match in re.finditer(f"(?m)^{pattern}$", text)]
         wanted = [white * RAD / 60 / math.sqrt(step_s), walk * RAD / 216000 / math.sqrt(step_s)]
         for value, exact in zip(found, wanted, strict=True):
-            self.assertTrue(math.isclose(value, exact, rel_tol=1e-5, abs_tol=1e-300), (value, exact))
+            self.assertTrue(
+                math.isclose(value, exact, rel_tol=1e-5, abs_tol=1e-300), (value, exact)
+            )
 
-    @given(SIZES, SIZES, st.floats(1e-300, 1e300), st.sampled_from(sorted(parameters.FORMATS)), DOUBLES, DOUBLES)
+    @given(
+        SIZES,
+        SIZES,
+        st.floats(1e-300, 1e300),
+        st.sampled_from(sorted(parameters.FORMATS)),
+        DOUBLES,
+        DOUBLES,
+    )
     @examples(150)
     def test_no_format_says_what_is_no_number(self, white, walk, rate_hz, form, inflate, seconds):
         if 0 < inflate < math.inf and 0 < seconds < math.inf:
-            self.exported(model_of(white, walk, rate_hz), "--to", form, "--inflate", repr(inflate), "--bias-time", repr(seconds))
-            self.exported(kalibr.model_of({"angle_random_walk": white, "bias_instability": walk}, "gyro_z_dps", rate_hz), "--to", form, "--bias-time", repr(seconds))
+            self.exported(
+                model_of(white, walk, rate_hz),
+                "--to",
+                form,
+                "--inflate",
+                repr(inflate),
+                "--bias-time",
+                repr(seconds),
+            )
+            self.exported(
+                kalibr.model_of(
+                    {"angle_random_walk": white, "bias_instability": walk}, "gyro_z_dps", rate_hz
+                ),
+                "--to",
+                form,
+                "--bias-time",
+                repr(seconds),
+            )
 
     @given(SIZES, SIZES, st.floats(1e-9, 1e9), st.integers(100, 4000))
     @examples(40)
@@ -116,7 +199,9 @@ class Exports(asked.Lawful):
 
 
 class Imports(asked.Lawful):
-    @given(DOUBLES.map(repr), st.sampled_from(("--scale gyro_z_dps=", "--scale time_s=", "--rate ")))
+    @given(
+        DOUBLES.map(repr), st.sampled_from(("--scale gyro_z_dps=", "--scale time_s=", "--rate "))
+    )
     @examples(100)
     def test_factors_and_rates_of_any_size(self, value, option):
         rows = "".join(f"{place / 50},{place % 7 - 3}\n" for place in range(20))
@@ -135,7 +220,9 @@ def close(text, value, relative):
     """Is a number as text that of a double."""
     if not math.isfinite(value):
         return float(text) == value or value != value and float(text) != float(text)
-    return abs(Decimal(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(relative) + Decimal("5e-324")
+    return abs(Decimal(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(relative) + Decimal(
+        "5e-324"
+    )
 
 
 class Said(unittest.TestCase):
@@ -148,9 +235,15 @@ class Said(unittest.TestCase):
         elif math.isinf(value):
             self.assertEqual(said, "−∞" if value < 0 else "∞")
         else:
-            plain = said.replace("−", "-").replace("·10", "e").translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-"))
+            plain = (
+                said.replace("−", "-")
+                .replace("·10", "e")
+                .translate(str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-"))
+            )
             mantissa, _, power = plain.partition("e")
-            self.assertTrue(close(f"{mantissa}e{power or 0}", value, 0.51 * 10 ** (2 - digits)), (said, value))
+            self.assertTrue(
+                close(f"{mantissa}e{power or 0}", value, 0.51 * 10 ** (2 - digits)), (said, value)
+            )
 
     @given(DOUBLES, DOUBLES, DOUBLES)
     @examples(100)
@@ -161,7 +254,15 @@ class Said(unittest.TestCase):
         words.bounds(Estimate(value, low, high))
         words.chance(value)
 
-    @given(st.recursive(DOUBLES, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3)))
+    @given(
+        st.recursive(
+            DOUBLES,
+            lambda inner: (
+                st.lists(inner, max_size=3)
+                | st.dictionaries(st.text(max_size=3), inner, max_size=3)
+            ),
+        )
+    )
     @examples(100)
     def test_json_has_no_infinity(self, value):
         plain = values.plain(value)
@@ -172,8 +273,21 @@ class Said(unittest.TestCase):
     def test_a_single_is_written_as_it_was_meant(self, single):
         self.assertEqual(struct.pack("<f", raw.written(single)), struct.pack("<f", single))
 
-    @given(st.one_of(st.text(max_size=12), DOUBLES.map(repr), st.integers().map(str), st.just("9" * 5000)), st.sampled_from(
-        (option_types.whole, option_types.natural, option_types.positive, option_types.identifier, option_types.channel, option_types.port)))
+    @given(
+        st.one_of(
+            st.text(max_size=12), DOUBLES.map(repr), st.integers().map(str), st.just("9" * 5000)
+        ),
+        st.sampled_from(
+            (
+                option_types.whole,
+                option_types.natural,
+                option_types.positive,
+                option_types.identifier,
+                option_types.channel,
+                option_types.port,
+            )
+        ),
+    )
     @examples(300)
     def test_options_are_numbers_or_refused(self, text, kind):
         try:
@@ -181,7 +295,14 @@ class Said(unittest.TestCase):
         except (argparse.ArgumentTypeError, ValueError):
             return
         self.assertTrue(math.isfinite(value) and value >= 0)
-        self.assertEqual(value, int(text, 16) if kind is option_types.identifier else float(text) if kind is option_types.positive else int(text))
+        self.assertEqual(
+            value,
+            int(text, 16)
+            if kind is option_types.identifier
+            else float(text)
+            if kind is option_types.positive
+            else int(text),
+        )
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ import copy
 import json
 import math
 import unittest
+from profile import examples
 from types import SimpleNamespace
 
 import asked
@@ -13,15 +14,61 @@ from davarlab import model as models
 from davarlab.errors import BadInput
 from davarlab.fleet import store
 from davarlab.wire import record
-from davarlab.workbench import steps as sessions, visit
-from hypothesis import example, given, strategies as st
-from profile import examples
+from davarlab.workbench import steps as sessions
+from davarlab.workbench import visit
+from hypothesis import example, given
+from hypothesis import strategies as st
 
-ROWS = "time_s,gyro_z_dps,temp_degC\n" + "".join(f"{place / 50:.2f},{math.sin(place * place % 997):.6g},{place % 7}\n" for place in range(1000))
-MODEL = models.Model(50.0, "gyro_z_dps", [models.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})])
-JSON = st.recursive(st.one_of(st.none(), st.booleans(), st.integers(-3, 3), st.integers(), st.floats(), st.text(max_size=5), st.sampled_from(
-    ("gyro_z_dps", "nowhere.csv", "x", "time_s", "[]", '["gyro_z_dps", [], []]', '["gyro_z_dps", [0, 30], []]', '["temp_degC", [], []]', models.text_of(MODEL)))),
-    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(("columns", "rate_hz", "sensor", "name", "quantity", "axis", "unit", "factor", "odd")), inner, max_size=4)), max_leaves=6)
+ROWS = "time_s,gyro_z_dps,temp_degC\n" + "".join(
+    f"{place / 50:.2f},{math.sin(place * place % 997):.6g},{place % 7}\n" for place in range(1000)
+)
+MODEL = models.Model(
+    50.0, "gyro_z_dps", [models.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})]
+)
+JSON = st.recursive(
+    st.one_of(
+        st.none(),
+        st.booleans(),
+        st.integers(-3, 3),
+        st.integers(),
+        st.floats(),
+        st.text(max_size=5),
+        st.sampled_from(
+            (
+                "gyro_z_dps",
+                "nowhere.csv",
+                "x",
+                "time_s",
+                "[]",
+                '["gyro_z_dps", [], []]',
+                '["gyro_z_dps", [0, 30], []]',
+                '["temp_degC", [], []]',
+                models.text_of(MODEL),
+            )
+        ),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.sampled_from(
+                (
+                    "columns",
+                    "rate_hz",
+                    "sensor",
+                    "name",
+                    "quantity",
+                    "axis",
+                    "unit",
+                    "factor",
+                    "odd",
+                )
+            ),
+            inner,
+            max_size=4,
+        ),
+    ),
+    max_leaves=6,
+)
 
 
 def places_in(value, way=()):
@@ -51,13 +98,35 @@ def changed(draw, data):
 def session(path):
     """A session of two steps and two sights, as the program writes it."""
     steps = sessions.Steps(path)
-    steps.log = {"columns": [{"name": name, "quantity": quantity, "axis": axis, "unit": unit, "factor": 1.0} for name, quantity, axis, unit in (
-        ("time_s", "time", "", "s"), ("gyro_z_dps", "gyro", "z", "deg/s"), ("temp_degC", "temp", "", "degC"))], "rate_hz": None, "sensor": None, "as_recorded": False}
+    steps.log = {
+        "columns": [
+            {"name": name, "quantity": quantity, "axis": axis, "unit": unit, "factor": 1.0}
+            for name, quantity, axis, unit in (
+                ("time_s", "time", "", "s"),
+                ("gyro_z_dps", "gyro", "z", "deg/s"),
+                ("temp_degC", "temp", "", "degC"),
+            )
+        ],
+        "rate_hz": None,
+        "sensor": None,
+        "as_recorded": False,
+    }
     steps.held_out = str(path)
     for sight in (sessions.Sight("gyro_z_dps", (), ((1.0, 2.0),)), sessions.Sight("gyro_z_dps")):
         steps.sight = sight
         steps.grow("a first model", MODEL, root=True, error=0.1, floor=0.03)
-        steps.grow("a line", models.Model(50.0, "gyro_z_dps", [*MODEL.terms, models.Term("sinusoid", {"frequency_hz": 0.7, "amplitude_dps": 0.02})]), off=[{"kind": "warm_up", "amplitude_dps": 0.01, "time_constant_s": 100.0}])
+        steps.grow(
+            "a line",
+            models.Model(
+                50.0,
+                "gyro_z_dps",
+                [
+                    *MODEL.terms,
+                    models.Term("sinusoid", {"frequency_hz": 0.7, "amplitude_dps": 0.02}),
+                ],
+            ),
+            off=[{"kind": "warm_up", "amplitude_dps": 0.01, "time_constant_s": 100.0}],
+        )
     return json.loads(steps.path.read_bytes())
 
 
@@ -84,7 +153,10 @@ class Sessions(asked.Lawful):
 
     def test_the_session_that_was_written_is_opened_as_it_was(self):
         shown = self.opened(json.dumps(self.valid))
-        self.assertEqual((shown["current"], len(shown["steps"]), len(shown["sights"]), shown["held_out"]), (1, 2, 2, str(self.recording)))
+        self.assertEqual(
+            (shown["current"], len(shown["steps"]), len(shown["sights"]), shown["held_out"]),
+            (1, 2, 2, str(self.recording)),
+        )
         self.assertEqual(json.loads(self.path.read_bytes()), self.valid)
 
     @given(st.data())
@@ -93,23 +165,56 @@ class Sessions(asked.Lawful):
         made = data.draw(changed(self.valid))
         shown = self.opened(json.dumps(made))
         if shown is not None:
-            self.assertEqual(json.loads(self.path.read_bytes()).keys() - made.keys(), set() if "held_out" in made else {"held_out"})
+            self.assertEqual(
+                json.loads(self.path.read_bytes()).keys() - made.keys(),
+                set() if "held_out" in made else {"held_out"},
+            )
 
     @given(st.data())
     @examples(100)
     def test_any_bytes(self, data):
-        self.opened(data.draw(st.one_of(st.binary(max_size=60), damaged(json.dumps(self.valid).encode()), JSON.map(json.dumps))))
+        self.opened(
+            data.draw(
+                st.one_of(
+                    st.binary(max_size=60),
+                    damaged(json.dumps(self.valid).encode()),
+                    JSON.map(json.dumps),
+                )
+            )
+        )
 
     def test_what_is_nested_too_deep(self):
-        for text in ("[" * 100_000, '{"a":' * 100_000, '{"sha256": "x", "version": ' + "9" * 10_000 + "}"):
+        for text in (
+            "[" * 100_000,
+            '{"a":' * 100_000,
+            '{"sha256": "x", "version": ' + "9" * 10_000 + "}",
+        ):
             self.assertIsNone(self.opened(text))
 
 
 class Kept(asked.Lawful):
     """What a fleet keeps of a unit: of anything else it says that nothing was done."""
 
-    @given(st.one_of(st.binary(max_size=60), JSON.map(json.dumps), changed({"marker": "m", "address": "a", "seconds": 1.0, "rows": [
-        {"verdict": "none", "chance": {"warm_up": 1.0}, "coefficients": {"a.b": [1.0, 0.5, 2.0]}}]}).map(json.dumps)))
+    @given(
+        st.one_of(
+            st.binary(max_size=60),
+            JSON.map(json.dumps),
+            changed(
+                {
+                    "marker": "m",
+                    "address": "a",
+                    "seconds": 1.0,
+                    "rows": [
+                        {
+                            "verdict": "none",
+                            "chance": {"warm_up": 1.0},
+                            "coefficients": {"a.b": [1.0, 0.5, 2.0]},
+                        }
+                    ],
+                }
+            ).map(json.dumps),
+        )
+    )
     @example("[" * 100_000)
     @example('{"marker": "m"}')
     @examples(200)
@@ -119,14 +224,25 @@ class Kept(asked.Lawful):
         store.done(kept.kept("a"), "m", True)
 
 
-CAPTURE = ",".join(record.FIELDS) + ",adev_1,adev_2\n" + "".join(f"0,{1 + place // 4},{100 * place}," + ",".join(["1.5"] * (len(record.FIELDS) - 3))
-                                                               + ",0.5,0.25\n" for place in range(9))
+CAPTURE = (
+    ",".join(record.FIELDS)
+    + ",adev_1,adev_2\n"
+    + "".join(
+        f"0,{1 + place // 4},{100 * place},"
+        + ",".join(["1.5"] * (len(record.FIELDS) - 3))
+        + ",0.5,0.25\n"
+        for place in range(9)
+    )
+)
 
 
 class Captures(asked.Lawful):
     """`live --record FILE` where FILE is there already."""
 
-    @given(st.one_of(st.binary(max_size=300), damaged(CAPTURE.encode()), st.just(CAPTURE.encode())), st.integers(1, 3))
+    @given(
+        st.one_of(st.binary(max_size=300), damaged(CAPTURE.encode()), st.just(CAPTURE.encode())),
+        st.integers(1, 3),
+    )
     @examples(120)
     def test_what_was_there_stays(self, data, results):
         for path in self.work.iterdir():
@@ -134,26 +250,40 @@ class Captures(asked.Lawful):
         path = self.file("live.csv", data)
         said = []
         recorder = record.Recorder(path, said.append)
-        made = [SimpleNamespace(channel=0, stretch=1 + place // 2, epoch=7 + place, values={"window_samples": 600}, adev={0: 0.5}, deviation={})
-                for place in range(results)]
+        made = [
+            SimpleNamespace(
+                channel=0,
+                stretch=1 + place // 2,
+                epoch=7 + place,
+                values={"window_samples": 600},
+                adev={0: 0.5},
+                deviation={},
+            )
+            for place in range(results)
+        ]
         setup = SimpleNamespace(setup={"rate_hz": 100.0}, clusters={0: 1})
         for one in made:
             recorder.add(one, setup)
         recorder.close()
         written = recorder.path.read_bytes()
         if recorder.path == path:
-            whole = data[:data.rfind(b"\n") + 1]
+            whole = data[: data.rfind(b"\n") + 1]
             self.assertTrue(written.startswith(whole), "what was there")
-            rows = written[len(whole):].decode().splitlines()
+            rows = written[len(whole) :].decode().splitlines()
         else:
             self.assertEqual(path.read_bytes(), data)
             rows = written.decode().splitlines()
         self.assertEqual(len(rows) - rows[0].startswith("channel,"), results)
         header = written.decode(errors="replace").split("\n")[0].strip().split(",")
         found = [dict(zip(header, row.split(","))) for row in rows[-results:]]
-        self.assertEqual([(one["epoch"], one["window_samples"], one["adev_1"]) for one in found], [(str(7 + place), "600", "0.5") for place in range(results)])
+        self.assertEqual(
+            [(one["epoch"], one["window_samples"], one["adev_1"]) for one in found],
+            [(str(7 + place), "600", "0.5") for place in range(results)],
+        )
         stretches = [int(one["stretch"]) for one in found]
-        self.assertEqual([one - stretches[0] for one in stretches], [one.stretch - 1 for one in made])
+        self.assertEqual(
+            [one - stretches[0] for one in stretches], [one.stretch - 1 for one in made]
+        )
 
 
 if __name__ == "__main__":

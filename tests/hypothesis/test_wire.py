@@ -6,12 +6,14 @@ import re
 import string
 import struct
 import unittest
+from profile import examples
 
 import asked  # noqa: F401  (it finds davarlab)
 from crccheck.crc import Crc8SaeJ1850
-from davarlab.wire import frames as wire, record, source
-from hypothesis import given, strategies as st
-from profile import examples
+from davarlab.wire import frames as wire
+from davarlab.wire import record, source
+from hypothesis import given
+from hypothesis import strategies as st
 
 FRAMES_MOST = 60
 STRIDE = 100
@@ -26,7 +28,7 @@ def fnv_1a(identifier, data):
     """32 bits, over the bytes that the checksum covers: nothing of davarlab's."""
     value = 0x811C9DC5
     for byte in identifier.to_bytes(2, "little") + data[1:]:
-        value = (value ^ byte) * 0x01000193 % 2 ** 32
+        value = (value ^ byte) * 0x01000193 % 2**32
     return value
 
 
@@ -34,7 +36,13 @@ def fnv_1a(identifier, data):
 def any_frame(draw):
     """A frame of any identifier: noise, or with the right checksum and anything in it."""
     identifier = draw(st.one_of(st.integers(0x5D0, 0x5EF), st.integers(0, 0x7FF)))
-    data = draw(st.one_of(st.binary(min_size=8, max_size=8), st.binary(max_size=8), st.binary(min_size=64, max_size=64)))
+    data = draw(
+        st.one_of(
+            st.binary(min_size=8, max_size=8),
+            st.binary(max_size=8),
+            st.binary(min_size=64, max_size=64),
+        )
+    )
     return identifier, sealed(identifier, data) if data and draw(st.booleans()) else data
 
 
@@ -55,7 +63,12 @@ def sent(run, results, session):
             add(0x5D3, n, struct.pack("<Hf", tau, value + tau / 8), tag)
         add(0x5D5, n, struct.pack("<BBI", 0, session, 0), tag)
         mine = out[-5:-1]  # Health belongs to none
-        add(0x5DB, n, struct.pack("<BBI", len(mine), session, sum(fnv_1a(*frame) for frame in mine) % 2 ** 32), tag)
+        add(
+            0x5DB,
+            n,
+            struct.pack("<BBI", len(mine), session, sum(fnv_1a(*frame) for frame in mine) % 2**32),
+            tag,
+        )
     return out
 
 
@@ -63,7 +76,13 @@ def sent(run, results, session):
 def delivered(draw, frames):
     """What became of frames: [frame], and how many were lost, came twice and in the wrong order."""
     out, count, at = [], {"lost": 0, "twice": 0, "swapped": 0}, 0
-    ways = draw(st.lists(st.sampled_from(("", "", "", "", "lost", "twice", "swapped")), min_size=len(frames), max_size=len(frames)))
+    ways = draw(
+        st.lists(
+            st.sampled_from(("", "", "", "", "lost", "twice", "swapped")),
+            min_size=len(frames),
+            max_size=len(frames),
+        )
+    )
     for at, way in enumerate(ways):
         if way == "lost":
             count["lost"] += 1
@@ -87,7 +106,10 @@ class Frames(unittest.TestCase):
 
     def adds_up(self, receiver, count):
         faults = receiver.faults
-        self.assertEqual(faults.good + faults.foreign + faults.corrupted + faults.repeated + faults.impossible, count)
+        self.assertEqual(
+            faults.good + faults.foreign + faults.corrupted + faults.repeated + faults.impossible,
+            count,
+        )
         self.assertTrue(all(value >= 0 for value in vars(faults).values()), faults)
 
     @given(st.lists(any_frame(), max_size=FRAMES_MOST))
@@ -99,12 +121,19 @@ class Frames(unittest.TestCase):
         self.assertEqual(len(seen), len(set(seen)))
         for result in found:
             values = record.row(result, result.of)
-            self.assertTrue(all(value is None or isinstance(value, int) or math.isfinite(value) for value in values.values()))
+            self.assertTrue(
+                all(
+                    value is None or isinstance(value, int) or math.isfinite(value)
+                    for value in values.values()
+                )
+            )
 
     @given(st.data(), st.lists(st.integers(1, 12), min_size=1, max_size=3))
     @examples(300)
     def test_what_is_passed_on_was_sent(self, data, lengths):
-        ways = [data.draw(delivered(sent(run, results, 7 + run))) for run, results in enumerate(lengths)]
+        ways = [
+            data.draw(delivered(sent(run, results, 7 + run))) for run, results in enumerate(lengths)
+        ]
         frames = [frame for out, _ in ways for frame in out]
         found, receiver = self.fed(frames)
         self.adds_up(receiver, len(frames))
@@ -114,17 +143,29 @@ class Frames(unittest.TestCase):
             n, rest = divmod(result.epoch, STRIDE)
             self.assertEqual(rest, 0)
             wanted = {1000.0 * run + n for run in range(len(lengths))}
-            said = [value - tau / 8 for tau, value in result.adev.items()] + [value for name, value in result.values.items() if name == "arw_deg_per_sqrt_h"]
+            said = [value - tau / 8 for tau, value in result.adev.items()] + [
+                value for name, value in result.values.items() if name == "arw_deg_per_sqrt_h"
+            ]
             self.assertLessEqual(set(said), wanted, result)
             self.assertLessEqual(len(set(said)), 1, result)
         if not any(count["lost"] or count["swapped"] for _, count in ways) and len(lengths) == 1:
-            self.assertEqual([one.epoch for one in found], [STRIDE * n for n in range(1, lengths[0] + 1)])
+            self.assertEqual(
+                [one.epoch for one in found], [STRIDE * n for n in range(1, lengths[0] + 1)]
+            )
             self.assertEqual(receiver.faults.repeated, ways[0][1]["twice"])
             self.assertEqual(receiver.faults.total(), receiver.faults.repeated)
 
 
-LINE = st.one_of(st.binary(max_size=12), st.binary(min_size=60, max_size=140), any_frame().map(lambda frame: b"t%03X%d%s" % (
-    frame[0], len(frame[1]), frame[1].hex().encode())), st.sampled_from((b"", b"t5D0", b"T000005D08", b"t8008", b"t5D09" + b"00" * 9, b"t5D0800112233445566", b"z")))
+LINE = st.one_of(
+    st.binary(max_size=12),
+    st.binary(min_size=60, max_size=140),
+    any_frame().map(
+        lambda frame: b"t%03X%d%s" % (frame[0], len(frame[1]), frame[1].hex().encode())
+    ),
+    st.sampled_from(
+        (b"", b"t5D0", b"T000005D08", b"t8008", b"t5D09" + b"00" * 9, b"t5D0800112233445566", b"z")
+    ),
+)
 
 
 class Lines(unittest.TestCase):
@@ -135,7 +176,11 @@ class Lines(unittest.TestCase):
         made.faults, made.text, made.too_long = wire.Faults(), b"", False
         return made
 
-    @given(st.lists(LINE, max_size=8), st.lists(st.integers(1, 30), min_size=1), st.sampled_from((b"\r", b"\a")))
+    @given(
+        st.lists(LINE, max_size=8),
+        st.lists(st.integers(1, 30), min_size=1),
+        st.sampled_from((b"\r", b"\a")),
+    )
     @examples(300)
     def test_frames_are_those_of_whole_lines_whatever_the_pieces(self, lines, pieces, end):
         text, wanted, noise = end.join([*lines, b""]), [], 0
@@ -145,7 +190,7 @@ class Lines(unittest.TestCase):
             noise += bool(line) and not frame
         port, found, at = self.port(), [], 0
         for length in itertools.cycle(pieces):
-            found += port.taken(text[at:at + length])
+            found += port.taken(text[at : at + length])
             at += length
             if at >= len(text):
                 break
@@ -156,10 +201,19 @@ class Lines(unittest.TestCase):
         try:
             word = line.decode("ascii")
             kind, identifier, length, rest = word[0], word[1:4], word[4], word[5:]
-            if kind != "t" or not all(one in string.hexdigits for one in identifier + rest) or not length.isdigit() or int(length) > 8:
+            if (
+                kind != "t"
+                or not all(one in string.hexdigits for one in identifier + rest)
+                or not length.isdigit()
+                or int(length) > 8
+            ):
                 return None
             data = bytes.fromhex(rest)
-            return (int(identifier, 16), data[:int(length)]) if int(identifier, 16) < 0x800 and len(data) in (int(length), int(length) + 2) else None
+            return (
+                (int(identifier, 16), data[: int(length)])
+                if int(identifier, 16) < 0x800 and len(data) in (int(length), int(length) + 2)
+                else None
+            )
         except (ValueError, IndexError):
             return None
 

@@ -34,7 +34,13 @@ assert "time-travel=inf-cpu" in Path("/proc/cmdline").read_text(), "these tests 
 
 
 def shell(*command):
-    return subprocess.run([*map(str, command)], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout
+    return subprocess.run(
+        [*map(str, command)],
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=True,
+    ).stdout
 
 
 def settle(seconds=0.5):
@@ -58,7 +64,7 @@ def sim_csv(*options):
     return list(csv.DictReader(io.StringIO(done.stdout)))
 
 
-def near(a, b, relative=2 ** -24):
+def near(a, b, relative=2**-24):
     return abs(a - b) <= relative * abs(b) * 1.01
 
 
@@ -101,7 +107,11 @@ class KernelCase(unittest.TestCase):
 
     def vcan(self, name="vcan0", mtu=None, up=True):
         shell("ip", "link", "add", name, "type", "vcan")
-        self.addCleanup(lambda: subprocess.run(["ip", "link", "del", name], stderr=subprocess.DEVNULL, check=False))
+        self.addCleanup(
+            lambda: subprocess.run(
+                ["ip", "link", "del", name], stderr=subprocess.DEVNULL, check=False
+            )
+        )
         if mtu:
             shell("ip", "link", "set", name, "mtu", mtu)
         if up:
@@ -109,8 +119,13 @@ class KernelCase(unittest.TestCase):
         return name
 
     def start(self, *command, **keywords):
-        process = subprocess.Popen([*map(str, command)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                                   **keywords)
+        process = subprocess.Popen(
+            [*map(str, command)],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            **keywords,
+        )
         self.addCleanup(self.end, process)
         return process
 
@@ -121,9 +136,26 @@ class KernelCase(unittest.TestCase):
         process.communicate()
 
     def node(self, *options, source="-", **keywords):
-        return self.start(NODE, "--source", source, "--rate", "1000", "--lsb", "0.05", "--window-max", "200",
-                          "--window-min", "100", "--segment", "30", "--stride", "50", *options, stdin=subprocess.PIPE,
-                          **keywords)
+        return self.start(
+            NODE,
+            "--source",
+            source,
+            "--rate",
+            "1000",
+            "--lsb",
+            "0.05",
+            "--window-max",
+            "200",
+            "--window-min",
+            "100",
+            "--segment",
+            "30",
+            "--stride",
+            "50",
+            *options,
+            stdin=subprocess.PIPE,
+            **keywords,
+        )
 
     def stop(self, node):
         """Ends a node by SIGTERM; its last line as {name: count}. What it has not read yet stays unread."""
@@ -144,13 +176,16 @@ class KernelCase(unittest.TestCase):
         """A Receiver fed by a thread; stop_listening() ends it when nothing more comes."""
         import can
         from davarlab.wire import frames as wire
+
         receiver = wire.Receiver()
         bus = can.Bus(interface="socketcan", channel=interface, fd=True)
         done, collected = threading.Event(), []
 
         def work():
             message = None
-            while message or not done.is_set():  # what the socket still holds at the end belongs to it
+            while (
+                message or not done.is_set()
+            ):  # what the socket still holds at the end belongs to it
                 try:
                     message = bus.recv(patience_s)
                 except can.CanError:  # the interface is down; the socket stays good
@@ -179,6 +214,6 @@ class KernelCase(unittest.TestCase):
         """Counts that look like noise, the same every time."""
         value = 12345 + first
         for _ in range(count):
-            value = (1103515245 * value + 12345) % 2 ** 31
+            value = (1103515245 * value + 12345) % 2**31
             node.stdin.write(f"{(value >> 16) % 200 - 100}\n")
         node.stdin.flush()

@@ -5,20 +5,37 @@ import time
 import unittest
 from pathlib import Path
 
-from kernel_case import NODE, REPLAY, ROOT, SIM, KernelCase, SerialCan, near, settle, shell, sim_csv, wait_for
+from kernel_case import (
+    NODE,
+    REPLAY,
+    ROOT,
+    SIM,
+    KernelCase,
+    SerialCan,
+    near,
+    settle,
+    shell,
+    sim_csv,
+    wait_for,
+)
 
 
 class Values(KernelCase):
     def check(self, content):
         interface = self.vcan()
         receiver, stop_listening = self.listen(interface)
-        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", content, "--pace", "200"], check=True)
+        subprocess.run(
+            [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", content, "--pace", "200"],
+            check=True,
+        )
         found, wanted = stop_listening(), sim_csv()
         self.assertEqual(0, receiver.faults.total(), receiver.faults)
         self.assertEqual([int(row["epoch"]) for row in wanted], [result.epoch for result in found])
         for row, result in zip(wanted, found):
             if row["arw_deg_per_sqrt_h"]:
-                self.assertTrue(near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"])))
+                self.assertTrue(
+                    near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"]))
+                )
             self.assertEqual(int(row["window_samples"]), result.values["window_samples"])
             self.assertEqual(int(row["unstable"]), result.values["unstable"])
             for index, m in enumerate((1, 2, 4, 8, 16, 32, 64) if content != "summary" else ()):
@@ -34,25 +51,42 @@ class Values(KernelCase):
         interface = self.vcan()
         dump = self.start("candump", "-L", "-n", "1", interface)
         settle()
-        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True)
+        subprocess.run(
+            [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], check=True
+        )
         self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
     def test_can_fd_on_a_classical_interface_is_refused(self):
         interface = self.vcan(mtu=16)
-        done = subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"], text=True,
-                              capture_output=True, check=False)
-        self.assertEqual((2, "davar-sim: --out: can:vcan0: the interface is not set to CAN FD (mtu 72)\n"),
-                         (done.returncode, done.stderr))
+        done = subprocess.run(
+            [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"],
+            text=True,
+            capture_output=True,
+            check=False,
+        )
+        self.assertEqual(
+            (2, "davar-sim: --out: can:vcan0: the interface is not set to CAN FD (mtu 72)\n"),
+            (done.returncode, done.stderr),
+        )
 
     def test_candump_and_cantools_read_it(self):
         interface = self.vcan()
         command = f"candump -n 6 {interface} | cantools decode {ROOT}/tools/davar.dbc"
         decoder = self.start("bash", "-c", command)
         settle()
-        subprocess.run([SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True)
+        subprocess.run(
+            [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "summary"], check=True
+        )
         text, errors = decoder.communicate(timeout=60)
         arw = float(sim_csv()[0]["arw_deg_per_sqrt_h"])
-        for word in ("DAVAR_State(", "DAVAR_Stationarity(", "DAVAR_Arw(", f"ArwDegPerSqrtH: {arw:.5f}"[:-1], "deg/sqrt(h)", "DAVAR_End("):
+        for word in (
+            "DAVAR_State(",
+            "DAVAR_Stationarity(",
+            "DAVAR_Arw(",
+            f"ArwDegPerSqrtH: {arw:.5f}"[:-1],
+            "deg/sqrt(h)",
+            "DAVAR_End(",
+        ):
             self.assertIn(word, text, errors)
 
 
@@ -64,13 +98,21 @@ class Link(KernelCase):
         return done.stderr
 
     def test_a_missing_interface_is_one_clear_error(self):
-        self.assertEqual("davar-sim: --out: can:can9: No such device\n", self.refused(SIM, *REPLAY, "--out", "can:can9"))
-        self.assertEqual("davar-node: can:can9: No such device\n",
-                         self.refused(NODE, "--source", "-", "--rate", 100, "--lsb", 1, "--out", "can:can9"))
+        self.assertEqual(
+            "davar-sim: --out: can:can9: No such device\n",
+            self.refused(SIM, *REPLAY, "--out", "can:can9"),
+        )
+        self.assertEqual(
+            "davar-node: can:can9: No such device\n",
+            self.refused(NODE, "--source", "-", "--rate", 100, "--lsb", 1, "--out", "can:can9"),
+        )
 
     def test_an_interface_that_is_down_is_one_clear_error(self):
         self.vcan(up=False)
-        self.assertEqual("davar-sim: --out: can:vcan0: Network is down\n", self.refused(SIM, *REPLAY, "--out", "can:vcan0"))
+        self.assertEqual(
+            "davar-sim: --out: can:vcan0: Network is down\n",
+            self.refused(SIM, *REPLAY, "--out", "can:vcan0"),
+        )
 
     def test_down_and_up_again_loses_frames_that_are_counted_on_both_sides(self):
         interface = self.vcan()
@@ -86,7 +128,9 @@ class Link(KernelCase):
         before = receiver.faults.good
         settle()
         self.feed(node, 1000, first=2)
-        wait_for(lambda: receiver.faults.good > before + 100, "frames after the interface came back")
+        wait_for(
+            lambda: receiver.faults.good > before + 100, "frames after the interface came back"
+        )
         told = self.last_words(node)
         found = stop_listening()
         health = receiver.channels[0].health
@@ -94,7 +138,10 @@ class Link(KernelCase):
         self.assertGreater(told["frames dropped"], 100)
         self.assertEqual(told["frames dropped"], health["FramesDropped"])
         state = receiver.sequences[0x5D1]
-        self.assertEqual(told["results"] - len(found), state.missing + receiver.faults.missing_results + receiver.faults.incomplete_results)
+        self.assertEqual(
+            told["results"] - len(found),
+            state.missing + receiver.faults.missing_results + receiver.faults.incomplete_results,
+        )
         self.assertEqual(2500, told["samples"])
 
     def test_a_node_may_start_before_its_interface(self):
@@ -115,7 +162,9 @@ class Link(KernelCase):
 class Bus(KernelCase):
     def test_a_full_transmit_queue_is_waited_for_and_loses_nothing(self):
         import os
+
         from davarlab.wire import frames as wire
+
         line = SerialCan()
         self.addCleanup(line.close)
         sim = self.start(SIM, *REPLAY, "--out", f"can:{line.name}")
@@ -155,7 +204,11 @@ class Bus(KernelCase):
         told = self.last_words(node)
         self.assertEqual((2, 1), (told["error passive"], told["bus off"]), told)
         self.assertEqual(2000, told["samples"])
-        self.assertEqual(told["frames dropped"], told["results"] * 16 + 19, "all, with what the queue held at the end")
+        self.assertEqual(
+            told["frames dropped"],
+            told["results"] * 16 + 19,
+            "all, with what the queue held at the end",
+        )
 
     def count_frames(self, line, receiver, seconds=0.5):
         """How many good frames the line brings in so long."""
@@ -164,21 +217,33 @@ class Bus(KernelCase):
             line.hear(receiver)
         return receiver.faults.good - before
 
-    def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_every_lost_one_is_counted(self):
+    def test_after_bus_off_and_a_restart_of_the_interface_frames_flow_again_and_every_lost_one_is_counted(
+        self,
+    ):
         from davarlab.wire import frames as wire
+
         line, receiver = SerialCan(), wire.Receiver()
         self.addCleanup(line.close)
         node = self.node("--out", f"can:{line.name}")
         self.feed(node, 1000)
-        wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > 200, "frames")
+        wait_for(
+            lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > 200,
+            "frames",
+        )
         wait_for(lambda: self.count_frames(line, receiver) == 0, "the last of them")
         line.say(b"sb255255\r")
-        wait_for(lambda: Path(f"/sys/class/net/{line.name}/carrier").read_text() == "0\n", "bus-off")
+        wait_for(
+            lambda: Path(f"/sys/class/net/{line.name}/carrier").read_text() == "0\n", "bus-off"
+        )
         settle()
         line.hear(receiver)
         self.feed(node, 5000, first=1)
-        self.assertEqual(0, self.count_frames(line, receiver), "nothing is given to a bus that is off")
-        line.say(b"sa000000\r")  # the controller is well again; the interface has not been restarted
+        self.assertEqual(
+            0, self.count_frames(line, receiver), "nothing is given to a bus that is off"
+        )
+        line.say(
+            b"sa000000\r"
+        )  # the controller is well again; the interface has not been restarted
         self.assertEqual(0, self.count_frames(line, receiver))
         shell("ip", "link", "set", line.name, "down")
         settle()
@@ -186,7 +251,12 @@ class Bus(KernelCase):
         settle()
         before = receiver.faults.good
         self.feed(node, 1000, first=2)
-        wait_for(lambda: self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > before + 200, "frames again")
+        wait_for(
+            lambda: (
+                self.count_frames(line, receiver, 0.1) >= 0 and receiver.faults.good > before + 200
+            ),
+            "frames again",
+        )
         node.stdin.close()
         node.stdin = None
         self.count_frames(line, receiver, 2)

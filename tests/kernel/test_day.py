@@ -48,11 +48,30 @@ class Day(KernelCase):
     def live(self, interface, record, poll_s):
         """Starts it; what it tells by the hour goes to the file `hours`, the results shown to the list `shown`."""
         self.hours, self.shown = self.folder / "hours", []
-        options = {"source": f"can:{interface}", "base": 0x5D0, "record": str(record), "raw": None, "count": None, "idle": None, "json": True}
+        options = {
+            "source": f"can:{interface}",
+            "base": 0x5D0,
+            "record": str(record),
+            "raw": None,
+            "count": None,
+            "idle": None,
+            "json": True,
+        }
         with open(self.hours, "wb") as file:
-            process = self.start(sys.executable, "-B", "-c", LIVE, json.dumps(options), poll_s, file.fileno(), cwd=ROOT / "tools/lab",
-                                 pass_fds=(file.fileno(),))
-        reader = threading.Thread(target=lambda: self.shown.extend(self.key(json.loads(line)) for line in process.stdout))
+            process = self.start(
+                sys.executable,
+                "-B",
+                "-c",
+                LIVE,
+                json.dumps(options),
+                poll_s,
+                file.fileno(),
+                cwd=ROOT / "tools/lab",
+                pass_fds=(file.fileno(),),
+            )
+        reader = threading.Thread(
+            target=lambda: self.shown.extend(self.key(json.loads(line)) for line in process.stdout)
+        )
         reader.start()
         self.addCleanup(lambda: (process.kill(), reader.join()))
         wait_for(lambda: listeners(interface) == 1, "davarlab live", 60)
@@ -68,10 +87,27 @@ class Day(KernelCase):
         with open(path, "w", encoding="ascii") as file:
             file.write("gyro_z_dps\n")
             for _ in range(int(HOURS * 3600 // RUNS * rate)):
-                value = (1103515245 * value + 12345) % 2 ** 31
+                value = (1103515245 * value + 12345) % 2**31
                 file.write(f"{((value >> 16) % 200 - 100) * 0.01:.2f}\n")
-        options = [SIM, str(path), "--rate", str(rate), "--lsb", "0.01", "--stride", "12", "--progress", "never"]
-        wanted = list(csv.DictReader(subprocess.run(options, text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()))
+        options = [
+            SIM,
+            str(path),
+            "--rate",
+            str(rate),
+            "--lsb",
+            "0.01",
+            "--stride",
+            "12",
+            "--progress",
+            "never",
+        ]
+        wanted = list(
+            csv.DictReader(
+                subprocess.run(
+                    options, text=True, stdout=subprocess.PIPE, check=True
+                ).stdout.splitlines()
+            )
+        )
         for run in range(1, RUNS + 1):
             subprocess.run([*options, "--pace", "4", "--out", f"can:{interface}"], check=True)
             time.sleep(self.start_s + run * HOURS * 3600 / RUNS - time.monotonic())
@@ -81,14 +117,28 @@ class Day(KernelCase):
         """Runs of davar-node, whose counts come by the second."""
         wanted = []
         for run in range(RUNS):
-            node = self.start(NODE, "--source", "-", "--rate", NODE_HZ, "--lsb", "0.05", "--stride", NODE_STRIDE, "--out", f"can:{interface}",
-                              stdin=subprocess.PIPE)
+            node = self.start(
+                NODE,
+                "--source",
+                "-",
+                "--rate",
+                NODE_HZ,
+                "--lsb",
+                "0.05",
+                "--stride",
+                NODE_STRIDE,
+                "--out",
+                f"can:{interface}",
+                stdin=subprocess.PIPE,
+            )
             for second in range(HOURS * 3600 // RUNS):
                 self.feed(node, NODE_HZ, first=second + run)
                 time.sleep(1)
             told = self.last_words(node)
             samples = HOURS * 3600 // RUNS * NODE_HZ
-            first = -(-400 // NODE_STRIDE) * NODE_STRIDE - 1  # its windows are trailing, and told from 400 samples on
+            first = (
+                -(-400 // NODE_STRIDE) * NODE_STRIDE - 1
+            )  # its windows are trailing, and told from 400 samples on
             wanted.append([{"epoch": str(epoch)} for epoch in range(first, samples, NODE_STRIDE)])
             self.assertEqual((samples, len(wanted[-1])), (told["samples"], told["results"]))
             self.assertLessEqual(set(told), {"samples", "results", "alarms"}, "nothing is lost")
@@ -97,13 +147,26 @@ class Day(KernelCase):
         return wanted
 
     def check_memory(self):
-        hours = [list(map(int, line.split())) for line in self.hours.read_text(encoding="ascii").splitlines()]
+        hours = [
+            list(map(int, line.split()))
+            for line in self.hours.read_text(encoding="ascii").splitlines()
+        ]
         self.assertGreaterEqual(len(hours), HOURS - 1)
         for number, (blocks, objects, rss, files) in enumerate(hours, 1):
-            print(f"hour {number:2}: {blocks} blocks, {objects} objects, {rss} KiB, {files} open files", flush=True)
-        warm = list(map(max, *hours[WARM_H - 1:WARM_H + 1]))  # in the middle of a run, and between two
-        for later in hours[WARM_H + 1:]:
-            for what, before, after, most in zip(("blocks", "objects", "KiB", "open files"), warm, later, (BLOCKS, BLOCKS, RSS_KIB, 0)):
+            print(
+                f"hour {number:2}: {blocks} blocks, {objects} objects, {rss} KiB, {files} open files",
+                flush=True,
+            )
+        warm = list(
+            map(max, *hours[WARM_H - 1 : WARM_H + 1])
+        )  # in the middle of a run, and between two
+        for later in hours[WARM_H + 1 :]:
+            for what, before, after, most in zip(
+                ("blocks", "objects", "KiB", "open files"),
+                warm,
+                later,
+                (BLOCKS, BLOCKS, RSS_KIB, 0),
+            ):
                 self.assertLessEqual(after - before, most, (what, hours))
 
     def test_a_day_of_results_is_recorded_whole_in_memory_that_does_not_grow(self):
@@ -124,14 +187,29 @@ class Day(KernelCase):
         keys = [(stretch, int(row["epoch"])) for stretch, of in enumerate(wanted, 1) for row in of]
         self.assertEqual(keys, self.shown)
         print(f"{len(keys)} results", flush=True)
-        sent = int(Path(f"/sys/class/net/{interface}/statistics/tx_packets").read_text(encoding="ascii"))
-        counted = {name: int(count) for count, name in re.findall(r"(\d+) ([a-z ]+)", told.split("received: ")[1].splitlines()[0])}
-        self.assertEqual({"good": sent, "restarts": RUNS - 1}, {name: count for name, count in counted.items() if count})
+        sent = int(
+            Path(f"/sys/class/net/{interface}/statistics/tx_packets").read_text(encoding="ascii")
+        )
+        counted = {
+            name: int(count)
+            for count, name in re.findall(
+                r"(\d+) ([a-z ]+)", told.split("received: ")[1].splitlines()[0]
+            )
+        }
+        self.assertEqual(
+            {"good": sent, "restarts": RUNS - 1},
+            {name: count for name, count in counted.items() if count},
+        )
         with open(record, encoding="utf-8") as file:  # the guest has no room for all rows at once
-            for row, key, given in itertools.zip_longest(csv.DictReader(file), keys, (one for of in wanted for one in of)):
+            for row, key, given in itertools.zip_longest(
+                csv.DictReader(file), keys, (one for of in wanted for one in of)
+            ):
                 self.assertEqual(key, self.key(row))
                 if given.get("arw_deg_per_sqrt_h"):
-                    self.assertTrue(near(float(row["arw_deg_per_sqrt_h"]), float(given["arw_deg_per_sqrt_h"])), (row, given))
+                    self.assertTrue(
+                        near(float(row["arw_deg_per_sqrt_h"]), float(given["arw_deg_per_sqrt_h"])),
+                        (row, given),
+                    )
 
 
 if __name__ == "__main__":

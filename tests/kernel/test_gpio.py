@@ -49,9 +49,28 @@ class Gpio(KernelCase):
         self.interface = self.vcan()
 
     def gateway(self, source, *options):
-        node = self.start(NODE, "--source", source, "--rate", 1 / PERIOD_S, "--lsb", "0.05", "--window-max", 40, "--window-min",
-                          20, "--segment", 6, "--stride", 4, "--out", f"can:{self.interface}", "--edges",
-                          f"{self.chip.name}:{EDGE}", *options)
+        node = self.start(
+            NODE,
+            "--source",
+            source,
+            "--rate",
+            1 / PERIOD_S,
+            "--lsb",
+            "0.05",
+            "--window-max",
+            40,
+            "--window-min",
+            20,
+            "--segment",
+            6,
+            "--stride",
+            4,
+            "--out",
+            f"can:{self.interface}",
+            "--edges",
+            f"{self.chip.name}:{EDGE}",
+            *options,
+        )
         settle()
         return node
 
@@ -93,8 +112,13 @@ class Gpio(KernelCase):
     def test_the_alarm_rises_when_the_noise_becomes_unstable_and_falls_again(self):
         quiet = [(7 * n * n + 3 * n) % 11 - 5 for n in range(200)]
         burst = [400 if n % 9 == 0 else 0 for n in range(40)]
-        node = self.gateway(self.recording(quiet[:80] + burst + quiet), "--alarm", f"{self.chip.name}:{ALARM}",
-                            "--alarm-off", "12")
+        node = self.gateway(
+            self.recording(quiet[:80] + burst + quiet),
+            "--alarm",
+            f"{self.chip.name}:{ALARM}",
+            "--alarm-off",
+            "12",
+        )
         seen = []
         for _ in range(300):
             self.chip.edge()
@@ -107,8 +131,23 @@ class Gpio(KernelCase):
     def test_policy_glr_raises_the_alarm_when_the_noise_has_changed(self):
         noise = random.Random(5)
         quiet, loud = ([round(noise.gauss(0, sigma)) for _ in range(250)] for sigma in (20, 60))
-        node = self.gateway(self.recording(quiet + loud), "--alarm", f"{self.chip.name}:{ALARM}", "--policy", "glr", "--stride", "10",
-                            "--window-max", "600", "--window-min", "20", "--segment", "0", "--long-cluster", "40")
+        node = self.gateway(
+            self.recording(quiet + loud),
+            "--alarm",
+            f"{self.chip.name}:{ALARM}",
+            "--policy",
+            "glr",
+            "--stride",
+            "10",
+            "--window-max",
+            "600",
+            "--window-min",
+            "20",
+            "--segment",
+            "0",
+            "--long-cluster",
+            "40",
+        )
         seen = []
         for _ in range(500):
             self.chip.edge()
@@ -128,8 +167,24 @@ class Gpio(KernelCase):
         self.assertEqual(30, self.stop(node)["samples"])
 
     def refused(self, *options):
-        done = subprocess.run([NODE, "--source", "-", "--rate", "100", "--lsb", "1", "--out", f"can:{self.interface}",
-                               *options], text=True, capture_output=True, check=False, stdin=subprocess.DEVNULL)
+        done = subprocess.run(
+            [
+                NODE,
+                "--source",
+                "-",
+                "--rate",
+                "100",
+                "--lsb",
+                "1",
+                "--out",
+                f"can:{self.interface}",
+                *options,
+            ],
+            text=True,
+            capture_output=True,
+            check=False,
+            stdin=subprocess.DEVNULL,
+        )
         self.assertEqual((2, ""), (done.returncode, done.stdout))
         self.assertEqual(1, done.stderr.count("\n"), done.stderr)
         return done.stderr
@@ -142,7 +197,9 @@ class Gpio(KernelCase):
     def test_a_busy_line_is_named(self):
         holder = self.start("gpiomon", self.chip.name, EDGE)
         settle()
-        self.assertIn("busy: another program holds it", self.refused("--edges", f"{self.chip.name}:{EDGE}"))
+        self.assertIn(
+            "busy: another program holds it", self.refused("--edges", f"{self.chip.name}:{EDGE}")
+        )
         holder.kill()
 
 

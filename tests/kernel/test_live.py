@@ -16,7 +16,8 @@ from test_readme import listeners
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab import errors  # noqa: E402
-from davarlab.wire import frames as wire, source  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import source
 
 # The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
@@ -26,8 +27,19 @@ FRAMES = RESULTS * 18 + 19
 
 class Live(KernelCase):
     def live(self, where, **options):
-        wanted = {"source": where, "base": wire.BASE, "record": None, "raw": None, "count": None, "idle": None, "json": False, **options}
-        return self.start(sys.executable, "-B", "-c", LIVE, json.dumps(wanted), cwd=ROOT / "tools/lab")
+        wanted = {
+            "source": where,
+            "base": wire.BASE,
+            "record": None,
+            "raw": None,
+            "count": None,
+            "idle": None,
+            "json": False,
+            **options,
+        }
+        return self.start(
+            sys.executable, "-B", "-c", LIVE, json.dumps(wanted), cwd=ROOT / "tools/lab"
+        )
 
     def live_on(self, interface, **options):
         live = self.live(f"can:{interface}", **options)
@@ -69,7 +81,13 @@ class Live(KernelCase):
         self.assertEqual(2, told.count("davarlab live: can:vcan0: back\n"), told)
         self.assertIn("2 link lost, 2 link back", told)
         self.assertEqual(3 * RESULTS, len(self.epochs(record)))
-        self.assertEqual(2, told.count("channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"), told)
+        self.assertEqual(
+            2,
+            told.count(
+                "channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"
+            ),
+            told,
+        )
         with open(record, encoding="utf-8") as file:
             keys = [(row["stretch"], row["epoch"]) for row in csv.DictReader(file)]
         self.assertEqual((3, 3 * RESULTS), (len({stretch for stretch, _ in keys}), len(set(keys))))
@@ -98,7 +116,9 @@ class Live(KernelCase):
         self.assertEqual(170 // 18, len(shown), told)
         self.assertIn("1 incomplete results", told)  # cut in the middle
         self.assertEqual(2, told.count("board: lost (the device is gone)"), told)
-        self.assertIn("received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told)
+        self.assertIn(
+            "received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told
+        )
         self.assertIn("2 link lost, 1 link back", told)
 
     def text(self):
@@ -121,7 +141,16 @@ class Live(KernelCase):
         port = source.Source(f"slcan:{os.ttyname(its)}", faults, print)
         self.addCleanup(port.close)
         os.close(its)
-        noise = (b"\xff\xfe\x00", b"t5D08", b"t5D0", b"t", b"tXYZ80000000000000000", b"d5D0F00", b"T", b"x" * 300)
+        noise = (
+            b"\xff\xfe\x00",
+            b"t5D08",
+            b"t5D0",
+            b"t",
+            b"tXYZ80000000000000000",
+            b"d5D0F00",
+            b"T",
+            b"x" * 300,
+        )
         wanted, text = [], b"\r"
         for n, dirt in enumerate(noise):
             wanted.append((0x5D0, n.to_bytes(8, "big")))
@@ -149,15 +178,20 @@ class Live(KernelCase):
         sim.kill()
         wanted, found = sim_csv(), self.epochs(record)
         self.assertGreaterEqual(len(found), 30)
-        self.assertEqual([int(row["epoch"]) for row in wanted[:len(found)]], found)
+        self.assertEqual([int(row["epoch"]) for row in wanted[: len(found)]], found)
         with open(record, encoding="utf-8") as file:
             self.assertEqual([*wanted[0]][-7:], file.readline().strip().split(",")[-7:])
 
     def test_a_source_that_cannot_be_opened_is_named(self):
         self.vcan(up=False)
-        for where, why in {"can:vcan9": "can:vcan9: no such interface", "can:vcan0": "Network is down",
-                           "can:": "expected, found 'can:'", "slcan:/dev/ttyUSB7": "No such file or directory",
-                           "slcan:/dev/null": "slcan:/dev/null: not a serial line", "lin:1": "can:IFACE or slcan:PATH"}.items():
+        for where, why in {
+            "can:vcan9": "can:vcan9: no such interface",
+            "can:vcan0": "Network is down",
+            "can:": "expected, found 'can:'",
+            "slcan:/dev/ttyUSB7": "No such file or directory",
+            "slcan:/dev/null": "slcan:/dev/null: not a serial line",
+            "lin:1": "can:IFACE or slcan:PATH",
+        }.items():
             with self.assertRaisesRegex(errors.BadInput, why):
                 source.Source(where, wire.Faults(), print)
 

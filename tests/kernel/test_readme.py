@@ -12,11 +12,10 @@ import tty
 import unittest
 from pathlib import Path
 
+from davarlab.wire import frames as wire
 from kernel_case import ROOT, KernelCase, near, settle, shell, wait_for
 from test_gpio import Chip
 from test_serial import take
-
-from davarlab.wire import frames as wire
 
 SECTION = (ROOT / "docs/STREAMS.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^```sh\n(.*?)\n```$", SECTION, re.DOTALL | re.MULTILINE)
@@ -34,7 +33,10 @@ def command(*words):
 
 def listeners(interface):
     """How many sockets receive from an interface."""
-    lists = Path("/proc/net/can/rcvlist_all").read_text() + Path("/proc/net/can/rcvlist_fil").read_text()
+    lists = (
+        Path("/proc/net/can/rcvlist_all").read_text()
+        + Path("/proc/net/can/rcvlist_fil").read_text()
+    )
     return len(re.findall(rf"^ *{interface} ", lists, re.MULTILINE))
 
 
@@ -45,16 +47,30 @@ class Readme(KernelCase):
         value = Path("/run/sensor") / IIO
         value.parent.mkdir(parents=True)
         value.write_text("17\n")
-        shell("mount", "-t", "overlay", "overlay", "-o", "lowerdir=/run/sensor:/sys/bus", "/sys/bus")
+        shell(
+            "mount", "-t", "overlay", "overlay", "-o", "lowerdir=/run/sensor:/sys/bus", "/sys/bus"
+        )
         cls.addClassCleanup(shell, "umount", "/sys/bus")
 
     def terminal(self, text):
         """Starts a command; what it prints goes to a file, so that nothing waits for us to read it."""
         shown, said = (tempfile.TemporaryFile("w+", encoding="utf-8") for _ in range(2))
-        process = subprocess.Popen(["bash", "-c", text], cwd=ROOT, text=True, stdin=subprocess.DEVNULL, stdout=shown,
-                                   stderr=said, start_new_session=True)
+        process = subprocess.Popen(
+            ["bash", "-c", text],
+            cwd=ROOT,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            stdout=shown,
+            stderr=said,
+            start_new_session=True,
+        )
         process.shown, process.said = shown, said
-        for undo in (shown.close, said.close, process.wait, lambda: process.poll() is None and os.killpg(process.pid, 9)):
+        for undo in (
+            shown.close,
+            said.close,
+            process.wait,
+            lambda: process.poll() is None and os.killpg(process.pid, 9),
+        ):
             self.addCleanup(undo)
         return process
 
@@ -62,7 +78,14 @@ class Readme(KernelCase):
         """Control-C; what it printed."""
         os.killpg(process.pid, signal.SIGINT)
         process.wait(timeout=30)
-        wait_for(lambda: subprocess.run(["pgrep", "-g", str(process.pid)], stdout=subprocess.DEVNULL).returncode, "its pipeline")
+        wait_for(
+            lambda: (
+                subprocess.run(
+                    ["pgrep", "-g", str(process.pid)], stdout=subprocess.DEVNULL
+                ).returncode
+            ),
+            "its pipeline",
+        )
         return self.printed(process)
 
     @staticmethod
@@ -104,14 +127,22 @@ class Readme(KernelCase):
         return int(re.search(r"(\d+) results", errors)[1])
 
     def check_decoded(self, text, complaints):
-        for word in ("DAVAR_State(", "ArwDegPerSqrtH: 0.29", "deg/sqrt(h)", "DAVAR_Adev(", "HealthIndex: Alarms"):
+        for word in (
+            "DAVAR_State(",
+            "ArwDegPerSqrtH: 0.29",
+            "deg/sqrt(h)",
+            "DAVAR_Adev(",
+            "HealthIndex: Alarms",
+        ):
             self.assertIn(word, text, complaints)
 
     def check_live(self, shown, told, results):
         self.assertEqual(RESULTS, shown.count("channel 0  epoch"), shown + told)
         self.assertEqual(results, shown.count("channel 1  epoch"), shown + told)
         self.assertGreater(results, 2)
-        self.assertRegex(told, r"received: \d+ good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing")
+        self.assertRegex(
+            told, r"received: \d+ good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing"
+        )
         with open(ROOT / "build/arw.csv", encoding="utf-8") as file:
             recorded = [row for row in csv.DictReader(file) if row["channel"] == "0"]
         done = subprocess.run(SIM_CSV, cwd=ROOT, text=True, stdout=subprocess.PIPE, check=True)
@@ -119,7 +150,9 @@ class Readme(KernelCase):
         self.assertEqual([row["epoch"] for row in wanted], [row["epoch"] for row in recorded])
         for one, other in zip(wanted, recorded):
             for name in ("time_s", "arw_deg_per_sqrt_h", "adev_1", "adev_64"):
-                self.assertTrue(near(float(other[name]), float(one[name]), 1e-7), (name, one, other))
+                self.assertTrue(
+                    near(float(other[name]), float(one[name]), 1e-7), (name, one, other)
+                )
 
     def test_a_recording_on_a_serial_line(self):
         ours, its = pty.openpty()

@@ -6,9 +6,8 @@ import subprocess
 import tty
 import unittest
 
-from kernel_case import REPLAY, SIM, KernelCase, near, settle, sim_csv, wait_for
-
 from davarlab.wire import frames as wire
+from kernel_case import REPLAY, SIM, KernelCase, near, settle, sim_csv, wait_for
 
 
 def take(text, receiver):
@@ -41,7 +40,9 @@ class Serial(KernelCase):
         for row in wanted:
             result = found.get(int(row["epoch"]))
             if result and row["arw_deg_per_sqrt_h"]:
-                self.assertTrue(near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"])))
+                self.assertTrue(
+                    near(result.values["arw_deg_per_sqrt_h"], float(row["arw_deg_per_sqrt_h"]))
+                )
 
     def test_a_slow_reader_gets_every_frame(self):
         """The pty takes some hundred bytes at a time: short writes all along."""
@@ -77,7 +78,9 @@ class Serial(KernelCase):
         take(os.read(second, 100000), receiver)
         told = self.last_words(node)
         os.close(second)
-        self.assertEqual((1, 1, 2300), (told["link lost"], told["link back"], told["samples"]), told)
+        self.assertEqual(
+            (1, 1, 2300), (told["link lost"], told["link back"], told["samples"]), told
+        )
         self.assertGreater(told["frames dropped"], 0)
         self.assertGreater(receiver.faults.missing, 0)
 

@@ -8,7 +8,17 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-from kernel_case import RECORDING, REPLAY, ROOT, SIM, KernelCase, settle, sim_csv, unittest, wait_for
+from kernel_case import (
+    RECORDING,
+    REPLAY,
+    ROOT,
+    SIM,
+    KernelCase,
+    settle,
+    sim_csv,
+    unittest,
+    wait_for,
+)
 from test_readme import listeners
 
 LSB = float(REPLAY[REPLAY.index("--lsb") + 1])
@@ -18,12 +28,17 @@ class Bench(KernelCase):
     def open(self):
         bench = self.start(ROOT / "tools/davarlab", "open", "--no-browser", cwd=self.folder)
         place = urllib.parse.urlsplit(bench.stdout.readline().strip())
-        self.origin, self.token = f"http://{place.netloc}", urllib.parse.parse_qs(place.query)["token"][0]
+        self.origin, self.token = (
+            f"http://{place.netloc}",
+            urllib.parse.parse_qs(place.query)["token"][0],
+        )
 
     def ask(self, what, given=None):
         """(status, answer) of a question, or of an action with what is given."""
         data = None if given is None else json.dumps(given).encode()
-        request = urllib.request.Request(f"{self.origin}/api/{what}", data, {"X-Davar-Token": self.token})
+        request = urllib.request.Request(
+            f"{self.origin}/api/{what}", data, {"X-Davar-Token": self.token}
+        )
         try:
             with urllib.request.urlopen(request) as answer:
                 return answer.status, json.load(answer)
@@ -37,7 +52,9 @@ class Bench(KernelCase):
         wait_for(lambda: listeners(interface) == 1, "the workbench", 60)
         status, answer = self.ask("freeze", {"channel": 0})
         self.assertEqual((status, "no raw samples have come" in answer["error"]), (400, True))
-        subprocess.run([SIM, *REPLAY, "--raw", "--pace", "200", "--out", f"can:{interface}"], check=True)
+        subprocess.run(
+            [SIM, *REPLAY, "--raw", "--pace", "200", "--out", f"can:{interface}"], check=True
+        )
         wanted = sim_csv()
         wait_for(lambda: self.ask("live")[1]["count"] >= len(wanted) - 1, "the results")
         settle()
@@ -46,7 +63,9 @@ class Bench(KernelCase):
         self.assertEqual(shown["faults"].keys(), {"good"})
         for row, true in zip(shown["rows"], wanted):
             self.assertEqual(row["epoch"], int(true["epoch"]))
-            self.assertAlmostEqual(row["arw_deg_per_sqrt_h"] / float(true["arw_deg_per_sqrt_h"]), 1, delta=1e-6)
+            self.assertAlmostEqual(
+                row["arw_deg_per_sqrt_h"] / float(true["arw_deg_per_sqrt_h"]), 1, delta=1e-6
+            )
         status, answer = self.ask("freeze", {"channel": 0})
         self.assertEqual(status, 200, answer)
         self.assertGreater(answer["samples"], 5900)
@@ -54,9 +73,17 @@ class Bench(KernelCase):
         self.assertEqual((status, step["error"] > 0), (200, True))
         self.assertTrue(self.ask("candidates")[1]["candidates"])
         with open(self.folder / "davarlab-files/frozen.csv", encoding="ascii") as file:
-            frozen = [float(row["gyro_x_dps"]) for row in csv.DictReader(line for line in file if line[0] != "#")]
-        raw = subprocess.run(["zcat", RECORDING], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
-        truth = [float(row["gyro_z_dps"]) for row in csv.DictReader(line for line in raw if line[0] != "#")]
+            frozen = [
+                float(row["gyro_x_dps"])
+                for row in csv.DictReader(line for line in file if line[0] != "#")
+            ]
+        raw = subprocess.run(
+            ["zcat", RECORDING], stdout=subprocess.PIPE, text=True, check=True
+        ).stdout.splitlines()
+        truth = [
+            float(row["gyro_z_dps"])
+            for row in csv.DictReader(line for line in raw if line[0] != "#")
+        ]
         for one, true in zip(frozen, truth):
             self.assertLessEqual(abs(one - true), LSB / 2 + 1e-6)
             self.assertAlmostEqual(one / LSB, round(one / LSB), delta=1e-6)

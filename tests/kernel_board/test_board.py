@@ -23,7 +23,17 @@ from davarlab.wire import frames as wire  # noqa: E402
 
 SIM, KERNEL = os.environ.get("DAVAR_SIM", "davar-sim"), os.environ.get("DAVAR_KERNEL", "linux")
 TARGET = "cortex-m4f"
-JOB = (ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.05", "--mode", "trailing", "--stride", "200", "--progress", "never")
+JOB = (
+    ROOT / "data/demo_disturbance.csv.gz",
+    "--lsb",
+    "0.05",
+    "--mode",
+    "trailing",
+    "--stride",
+    "200",
+    "--progress",
+    "never",
+)
 SAMPLES, PERIOD_US = 6000, 1000
 HANG_S = 600  # real seconds; quiet machines take ten
 LIKE_16_MHZ = 6  # 2^6 ns an instruction
@@ -37,7 +47,13 @@ until grep -q '^ *slcan0 ' /proc/net/can/rcvlist_inv; do sleep 0.1; done
 cansend slcan0 7FF# && wait $!"""
 READY = b"t7FF0\r"
 EXACT = ("window_samples", "unstable")
-SINGLE = ("arw_deg_per_sqrt_h", "bi_deg_per_h", "rrw_deg_per_h_per_sqrt_h", "rr_deg_per_h2", "qn_deg")
+SINGLE = (
+    "arw_deg_per_sqrt_h",
+    "bi_deg_per_h",
+    "rrw_deg_per_h_per_sqrt_h",
+    "rr_deg_per_h2",
+    "qn_deg",
+)
 SCALED = {"kurtosis": 1e-3, "contribution": 1e-5}
 
 
@@ -73,14 +89,27 @@ class Board(unittest.TestCase):
     def board(self, uart):
         """The emulator's command for the job of JOB, its UART on an open socket."""
         job = self.folder / "job"
-        subprocess.run([SIM, *JOB, "--device", f"sh -c 'cp $0 {job}; exit 1'"], stderr=subprocess.DEVNULL, check=False)
+        subprocess.run(
+            [SIM, *JOB, "--device", f"sh -c 'cp $0 {job}; exit 1'"],
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
         image = targets.build(TARGET, "job", "stream") / "stream.elf"
-        return [*targets.command(TARGET, image, f"{job} {PERIOD_US}", LIKE_16_MHZ, "chardev:uart"),
-                "-chardev", f"socket,id=uart,fd={uart.fileno()}"]
+        return [
+            *targets.command(TARGET, image, f"{job} {PERIOD_US}", LIKE_16_MHZ, "chardev:uart"),
+            "-chardev",
+            f"socket,id=uart,fd={uart.fileno()}",
+        ]
 
     def start(self, command, inherited):
-        process = subprocess.Popen(command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                   stderr=subprocess.STDOUT, pass_fds=[inherited.fileno()])
+        process = subprocess.Popen(
+            command,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            pass_fds=[inherited.fileno()],
+        )
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.kill)
         return process
@@ -98,8 +127,20 @@ class Board(unittest.TestCase):
         uart, line = serial_line()
         with uart, line:
             command = self.board(uart)
-            guest = self.start([ROOT / "tools/support/uml/run", "-t", str(HANG_S), "-s", str(line.fileno()), KERNEL,
-                                "bash", "-c", GUEST.format(frames)], line)
+            guest = self.start(
+                [
+                    ROOT / "tools/support/uml/run",
+                    "-t",
+                    str(HANG_S),
+                    "-s",
+                    str(line.fileno()),
+                    KERNEL,
+                    "bash",
+                    "-c",
+                    GUEST.format(frames),
+                ],
+                line,
+            )
             self.wait_for_guest(uart)
             board = self.start(command, uart)
             told, _ = board.communicate(timeout=HANG_S)
@@ -125,7 +166,9 @@ class Board(unittest.TestCase):
         if text == "":
             self.assertNotEqual(value, value, name)
         else:
-            self.assertLessEqual(abs(value - float(text)), 1.01 * 2 ** -24 * abs(float(text)) + 1e-45, name)
+            self.assertLessEqual(
+                abs(value - float(text)), 1.01 * 2**-24 * abs(float(text)) + 1e-45, name
+            )
 
     def test_the_values_that_candump_saw_are_those_of_the_csv(self):
         rows = sim_rows()
@@ -134,7 +177,9 @@ class Board(unittest.TestCase):
         results, receiver = received(printed)
         self.assertIn(f"samples {SAMPLES}\n", told)
         self.assertIn("overruns 0\n", told)
-        self.assertEqual((frames, 0), (receiver.faults.good, receiver.faults.total()), receiver.faults)
+        self.assertEqual(
+            (frames, 0), (receiver.faults.good, receiver.faults.total()), receiver.faults
+        )
         self.assertEqual(FAREWELL, len(receiver.channels[0].health))
         self.assertEqual([int(row["epoch"]) for row in rows], [result.epoch for result in results])
         for row, result in zip(rows, results):

@@ -21,7 +21,19 @@ class Processor(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        subprocess.run(["cc", "-O1", "-Wall", "-Wextra", "-Werror", "-o", self.folder / "wide", HERE / "wide_processor.c"], check=True)
+        subprocess.run(
+            [
+                "cc",
+                "-O1",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-o",
+                self.folder / "wide",
+                HERE / "wide_processor.c",
+            ],
+            check=True,
+        )
 
     def guest(self, size):
         """A command in the guest on a processor whose state takes `size` bytes; 0: on this one."""
@@ -29,8 +41,13 @@ class Processor(unittest.TestCase):
         wide = f"{self.folder}/wide {size} " if size else ""
         kernel.write_text(f'#!/bin/sh\nexec {wide}{KERNEL} "$@"\n')
         kernel.chmod(0o755)
-        return subprocess.run([ROOT / "tools/support/uml/run", "-t", "600", kernel, "echo", "started"], text=True, stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, check=False)
+        return subprocess.run(
+            [ROOT / "tools/support/uml/run", "-t", "600", kernel, "echo", "started"],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
 
     def test_this_processor(self):
         done = self.guest(0)
@@ -47,7 +64,10 @@ class Processor(unittest.TestCase):
             with self.subTest(size=size):
                 done = self.guest(size)
                 self.assertEqual((125, ""), (done.returncode, done.stdout))
-                self.assertIn("The processor's state (XSTATE) does not fit into host_xstate: enlarge it in tools/support/uml/kernel.patch", done.stderr)
+                self.assertIn(
+                    "The processor's state (XSTATE) does not fit into host_xstate: enlarge it in tools/support/uml/kernel.patch",
+                    done.stderr,
+                )
 
 
 if __name__ == "__main__":

@@ -36,7 +36,8 @@ static void watch_calls(void)
         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_TRACE),
     };
     const struct sock_fprog program = {.len = sizeof filter / sizeof filter[0], .filter = filter};
-    if ((prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) || (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)) {
+    if ((prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) ||
+        (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)) {
         _exit(126);
     }
 }
@@ -45,15 +46,16 @@ static void copy(pid_t child, void *ours, unsigned long long theirs, size_t size
 {
     const struct iovec here = {ours, size};
     const struct iovec there = {(void *)theirs, size};
-    const ssize_t done =
-        write ? process_vm_writev(child, &here, 1, &there, 1, 0) : process_vm_readv(child, &here, 1, &there, 1, 0);
+    const ssize_t done = write ? process_vm_writev(child, &here, 1, &there, 1, 0)
+                               : process_vm_readv(child, &here, 1, &there, 1, 0);
     if (done != (ssize_t)size) {
         _exit(125);
     }
 }
 
 /* The kernel has filled what the real processor has: zeros behind it, as far as there is room. */
-static void widen(pid_t child, const struct user_regs_struct *before, struct iovec asked, size_t bytes)
+static void widen(pid_t child, const struct user_regs_struct *before, struct iovec asked,
+                  size_t bytes)
 {
     static char zeros[BYTES_MAX];
     const size_t room = (asked.iov_len < bytes) ? asked.iov_len : bytes;
@@ -112,7 +114,8 @@ int main(int argc, char **argv)
     }
     int status;
     waitpid(child, &status, 0);
-    ptrace(PTRACE_SETOPTIONS, child, 0, PTRACE_O_TRACESECCOMP | PTRACE_O_EXITKILL | PTRACE_O_TRACEEXEC);
+    ptrace(PTRACE_SETOPTIONS, child, 0,
+           PTRACE_O_TRACESECCOMP | PTRACE_O_EXITKILL | PTRACE_O_TRACEEXEC);
     ptrace(PTRACE_CONT, child, 0, 0);
     while (waitpid(child, &status, 0) == child) {
         if (WIFEXITED(status) || WIFSIGNALED(status)) {

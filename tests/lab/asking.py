@@ -40,6 +40,7 @@ def last_line(text):
 def ask(arguments, limit_s=900):
     """(JSON or None, exit status or None, what went wrong, seconds)."""
     from davarlab import cli
+
     out, err, begin = io.StringIO(), io.StringIO(), time.perf_counter()
     signal.signal(signal.SIGALRM, out_of_time)
     signal.alarm(limit_s)
@@ -50,7 +51,11 @@ def ask(arguments, limit_s=900):
         wrong = "" if found else f"status {status}: {last_line(err)}"
     except (Exception, SystemExit) as why:  # a benchmark counts crashes, it does not die of them
         place = traceback.extract_tb(why.__traceback__)[-1]
-        found, status, wrong = None, None, f"{type(why).__name__}: {why} ({place.name}:{place.lineno}), after: {last_line(err)}"
+        found, status, wrong = (
+            None,
+            None,
+            f"{type(why).__name__}: {why} ({place.name}:{place.lineno}), after: {last_line(err)}",
+        )
     finally:
         signal.alarm(0)
     return found, status, wrong, time.perf_counter() - begin
@@ -59,6 +64,7 @@ def ask(arguments, limit_s=900):
 def run(*arguments):
     """A command with its exit status and what it printed, as subprocess says them."""
     from davarlab import cli
+
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         status = cli.main([*map(str, arguments)])

@@ -13,14 +13,39 @@ from ingredients.bench import RATE, SECONDS, B, Bench, N
 # name -> (ingredients, rate, seconds)
 HOUR = (RATE, SECONDS)
 CASES = {
-    **{make.__name__: ((make,), *HOUR) for make in (
-        thermal.temperature_lag, thermal.temperature_hysteresis, thermal.temperature_squared, thermal.temperature_noise, thermal.warm_up_two,
-        logged.supply_voltage, logged.axis_leak, logged.common_cause,
-        lines.narrow_band, lines.drifting_line, lines.intermittent_line,
-        wander.telegraph_three_levels, wander.bias_step, wander.bias_steps,
-        motion.motion_turned, motion.motion_touched, motion.motion_tilt, motion.wild_samples,
-        sensor.two_tap_average, sensor.butterworth, sensor.bias_subtracted, sensor.rounded_angle, sensor.rounded_rate, sensor.clipped,
-        clock.repeated_each, clock.repeated_slower, clock.repeated_stale, clock.lost_samples)},
+    **{
+        make.__name__: ((make,), *HOUR)
+        for make in (
+            thermal.temperature_lag,
+            thermal.temperature_hysteresis,
+            thermal.temperature_squared,
+            thermal.temperature_noise,
+            thermal.warm_up_two,
+            logged.supply_voltage,
+            logged.axis_leak,
+            logged.common_cause,
+            lines.narrow_band,
+            lines.drifting_line,
+            lines.intermittent_line,
+            wander.telegraph_three_levels,
+            wander.bias_step,
+            wander.bias_steps,
+            motion.motion_turned,
+            motion.motion_touched,
+            motion.motion_tilt,
+            motion.wild_samples,
+            sensor.two_tap_average,
+            sensor.butterworth,
+            sensor.bias_subtracted,
+            sensor.rounded_angle,
+            sensor.rounded_rate,
+            sensor.clipped,
+            clock.repeated_each,
+            clock.repeated_slower,
+            clock.repeated_stale,
+            clock.lost_samples,
+        )
+    },
     "jittered_stamps + line": ((lines.line, clock.jittered_stamps), *HOUR),
     "uneven_clock + line": ((clock.uneven_clock, lines.line), *HOUR),
     "clean": ((logged.clean,), *HOUR),
@@ -43,9 +68,18 @@ CASES = {
     "narrow_band + two_tap_average": ((lines.narrow_band, sensor.two_tap_average), *HOUR),
     "bias_step + temperature": ((wander.bias_step, thermal.temperature), *HOUR),
     "telegraph + narrow_band": ((wander.telegraph, lines.narrow_band), *HOUR),
-    "supply_voltage + temperature_noise": ((logged.supply_voltage, thermal.temperature_noise), *HOUR),
-    "intermittent_line + temperature_squared": ((lines.intermittent_line, thermal.temperature_squared), *HOUR),
-    "narrow_band + temperature_lag + one_pole": ((lines.narrow_band, thermal.temperature_lag, sensor.one_pole), *HOUR),
+    "supply_voltage + temperature_noise": (
+        (logged.supply_voltage, thermal.temperature_noise),
+        *HOUR,
+    ),
+    "intermittent_line + temperature_squared": (
+        (lines.intermittent_line, thermal.temperature_squared),
+        *HOUR,
+    ),
+    "narrow_band + temperature_lag + one_pole": (
+        (lines.narrow_band, thermal.temperature_lag, sensor.one_pole),
+        *HOUR,
+    ),
 }
 
 
@@ -58,13 +92,22 @@ def case(name, seed, rate=None, seconds=None):
         ingredient(bench)
     columns = bench.columns()
     if bench.truth.covers:
-        bench.truth.kinds |= {"angle_random_walk": {"coefficient_deg_per_sqrt_h": N}, "bias_instability": {"coefficient_deg_per_h": B}}
+        bench.truth.kinds |= {
+            "angle_random_walk": {"coefficient_deg_per_sqrt_h": N},
+            "bias_instability": {"coefficient_deg_per_h": B},
+        }
     return columns, bench.truth
 
 
 def write(columns, path):
     formats = ",".join("%.6f" if name == "time_s" else "%.7g" for name in columns)
-    np.savetxt(path, np.column_stack(list(columns.values())), fmt=formats, header=",".join(columns), comments="")
+    np.savetxt(
+        path,
+        np.column_stack(list(columns.values())),
+        fmt=formats,
+        header=",".join(columns),
+        comments="",
+    )
 
 
 if __name__ == "__main__":

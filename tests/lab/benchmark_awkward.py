@@ -1,6 +1,6 @@
 """How often davarlab is right about awkward sensors (awkward.py), beside a model of the true N and B (tools/davarlab effects makes the environment):
 
-    build/venv-lab/bin/python tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...] [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]"""
+build/venv-lab/bin/python tests/lab/benchmark_awkward.py FIRST_SEED SEEDS [CASE ...] [--jobs N] [--rate HZ] [--seconds S] [--rows FILE.json]"""
 
 import argparse
 import json
@@ -25,26 +25,61 @@ def one(job):
         awkward.write(columns, recording)
         model.write_text(asking.MODEL.format(column="gyro_z_dps", n=awkward.N, b=awkward.B))
         found, _, wrong, spent = asking.ask(["diagnose", recording, "-m", model])
-    row = {"case": case, "seed": seed, "seconds": spent, "clean": truth.clean, "outcome": "crash", "reasons": [wrong]}
+    row = {
+        "case": case,
+        "seed": seed,
+        "seconds": spent,
+        "clean": truth.clean,
+        "outcome": "crash",
+        "reasons": [wrong],
+    }
     if not found:
         return row
     outcome, reasons = scoring.outcome(found, truth)
     last = found["steps"][-1]
-    untrue = scoring.observed(found) - set("|".join([*truth.observations, *truth.tolerated]).split("|"))
-    return row | {"outcome": outcome, "reasons": reasons, "verdict": found["verdict"], "named": scoring.named(found),
-                  "alternatives": sorted(scoring.alternatives(found)), "observations": sorted(scoring.observed(found)),
-                  "untrue_observations": sorted(untrue), "ratio": last["error"] / last["error_floor"],
-                  "intervals": scoring.intervals(found, truth) if outcome == "right" else []}
+    untrue = scoring.observed(found) - set(
+        "|".join([*truth.observations, *truth.tolerated]).split("|")
+    )
+    return row | {
+        "outcome": outcome,
+        "reasons": reasons,
+        "verdict": found["verdict"],
+        "named": scoring.named(found),
+        "alternatives": sorted(scoring.alternatives(found)),
+        "observations": sorted(scoring.observed(found)),
+        "untrue_observations": sorted(untrue),
+        "ratio": last["error"] / last["error_floor"],
+        "intervals": scoring.intervals(found, truth) if outcome == "right" else [],
+    }
 
 
 def line(row):
-    missed = [f"{name} {value:.4g} not in {low:.4g} .. {high:.4g}" for _, name, hit, value, low, high in row.get("intervals", []) if not hit]
+    missed = [
+        f"{name} {value:.4g} not in {low:.4g} .. {high:.4g}"
+        for _, name, hit, value, low, high in row.get("intervals", [])
+        if not hit
+    ]
     said = f"{row['verdict']} {row['named']}" if "verdict" in row else ""
-    beside = [f"{word} {row[name]}" for word, name in (("or", "alternatives"), ("observed", "observations"), ("UNTRUE", "untrue_observations"))
-              if row.get(name)]
+    beside = [
+        f"{word} {row[name]}"
+        for word, name in (
+            ("or", "alternatives"),
+            ("observed", "observations"),
+            ("UNTRUE", "untrue_observations"),
+        )
+        if row.get(name)
+    ]
     head = row["outcome"] if row["outcome"] == "right" else row["outcome"].upper()
     ratio = f"{row['ratio']:.2f} of the floor, " if "ratio" in row else ""
-    return "; ".join([f"{head} {row['case']} {row['seed']}: {said}", *beside, *row["reasons"], *missed, f"{ratio}{row['seconds']:.1f} s"])
+    return "; ".join(
+        [
+            f"{head} {row['case']} {row['seed']}: {said}",
+            *beside,
+            *row["reasons"],
+            *missed,
+            f"{ratio}{row['seconds']:.1f} s",
+        ]
+    )
 
 
 def share(rows, outcome):
@@ -52,20 +87,32 @@ def share(rows, outcome):
 
 
 def summary(rows):
-    yield f"{len(rows)} recordings: " + ", ".join(f"{outcome} {share(rows, outcome):.1%}" for outcome in scoring.OUTCOMES)
-    yield f"goals: right {share(rows, 'right'):.1%} ({GOALS['right']:.0%}), wrong with \"explains\" {share(rows, 'wrong'):.1%} ({GOALS['wrong']:.0%} at most)"
-    for name, of in (("clean", [r for r in rows if r["clean"]]), ("rounded angles", [r for r in rows if r["case"] == "rounded_angle"])):
+    yield f"{len(rows)} recordings: " + ", ".join(
+        f"{outcome} {share(rows, outcome):.1%}" for outcome in scoring.OUTCOMES
+    )
+    yield f'goals: right {share(rows, "right"):.1%} ({GOALS["right"]:.0%}), wrong with "explains" {share(rows, "wrong"):.1%} ({GOALS["wrong"]:.0%} at most)'
+    for name, of in (
+        ("clean", [r for r in rows if r["clean"]]),
+        ("rounded angles", [r for r in rows if r["case"] == "rounded_angle"]),
+    ):
         if of:
             yield f"goal: {name} right {share(of, 'right'):.1%} of {len(of)} ({GOALS[name]:.0%})"
     untrue = sum(bool(row.get("untrue_observations")) for row in rows)
-    ratios, seconds = [row["ratio"] for row in rows if "ratio" in row], [row["seconds"] for row in rows]
+    ratios, seconds = (
+        [row["ratio"] for row in rows if "ratio" in row],
+        [row["seconds"] for row in rows],
+    )
     yield f"recordings with an untrue observation: {untrue}"
     if ratios:
         yield f"error over floor: median {np.median(ratios):.2f}, {np.mean(np.array(ratios) <= 1.25):.1%} within 1.25, worst {max(ratios):.2f}"
     yield f"seconds: median {np.median(seconds):.1f}, worst {max(seconds):.1f}"
     for case in dict.fromkeys(row["case"] for row in rows):
         of = [row for row in rows if row["case"] == case]
-        yield f"  {case:<44}" + " ".join(f"{outcome} {sum(r['outcome'] == outcome for r in of)}" for outcome in scoring.OUTCOMES if share(of, outcome))
+        yield f"  {case:<44}" + " ".join(
+            f"{outcome} {sum(r['outcome'] == outcome for r in of)}"
+            for outcome in scoring.OUTCOMES
+            if share(of, outcome)
+        )
     yield from coverage(rows)
 
 
@@ -82,7 +129,9 @@ def coverage(rows):
 
 
 def options():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("first_seed", type=int)
     parser.add_argument("seeds", type=int)
     parser.add_argument("cases", nargs="*", metavar="CASE")
@@ -96,9 +145,14 @@ def options():
 def main(chosen):
     strange = set(chosen.cases) - set(awkward.CASES)
     if strange:
-        raise SystemExit(f"no such case: {', '.join(sorted(strange))}; there are {', '.join(awkward.CASES)}")
-    jobs = [(case, seed, chosen.rate, chosen.seconds) for case in chosen.cases or awkward.CASES
-            for seed in range(chosen.first_seed, chosen.first_seed + chosen.seeds)]
+        raise SystemExit(
+            f"no such case: {', '.join(sorted(strange))}; there are {', '.join(awkward.CASES)}"
+        )
+    jobs = [
+        (case, seed, chosen.rate, chosen.seconds)
+        for case in chosen.cases or awkward.CASES
+        for seed in range(chosen.first_seed, chosen.first_seed + chosen.seeds)
+    ]
     rows = []
     with multiprocessing.Pool(chosen.jobs) as pool:
         for row in pool.imap(one, jobs):

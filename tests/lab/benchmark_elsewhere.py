@@ -1,15 +1,15 @@
 """How often davarlab is right on recordings that its own simulator did not make (elsewhere.py), beside a model of N and B as they are:
 
-    PYTHONPATH=tools/lab build/venv-lab/bin/python tests/lab/benchmark_elsewhere.py FIRST_SEED SEEDS [CASE ...]"""
+PYTHONPATH=tools/lab build/venv-lab/bin/python tests/lab/benchmark_elsewhere.py FIRST_SEED SEEDS [CASE ...]"""
 
 import sys
 import time
 
 import elsewhere
 import numpy as np
+from davarlab.data.recording import Recording
 from davarlab.diagnosis import diagnose, improve
 from davarlab.model import Model, Term
-from davarlab.data.recording import Recording
 
 N, B = "coefficient_deg_per_sqrt_h", "coefficient_deg_per_h"
 
@@ -28,7 +28,11 @@ def covered(found, model, truth):
 
 def one(case, seed):
     columns, effects, n, b = elsewhere.recording(case, seed)
-    model = Model(elsewhere.RATE, "gyro_z_dps", [Term("angle_random_walk", {N: n}), Term("bias_instability", {B: b})])
+    model = Model(
+        elsewhere.RATE,
+        "gyro_z_dps",
+        [Term("angle_random_walk", {N: n}), Term("bias_instability", {B: b})],
+    )
     begin = time.perf_counter()
     found = diagnose.diagnose(Recording(columns, elsewhere.RATE, case), model)
     spent = time.perf_counter() - begin
@@ -46,10 +50,25 @@ def main(first, seeds, cases):
             seconds.append(spent)
             for kind, name, hit, *_ in rows:
                 inside.setdefault(f"{kind}.{name}", []).append(hit)
-            missed = [f"{name} {value:.4g} not in {low:.4g} .. {high:.4g}" for _, name, hit, value, low, high in rows if not hit]
-            failed = [f"{name} {p:.1g}" for name, p in found.states[-1].adequacy.tests.items() if p < 0.01 and not right]
-            print(f"{'right' if right else 'WRONG'} {case} {seed}: {found.verdict} {found.added}", *failed, *missed, flush=True)
-    print(f"{sum(verdicts)} of {len(verdicts)} right; {np.median(seconds):.2f} s, worst {max(seconds):.2f} s")
+            missed = [
+                f"{name} {value:.4g} not in {low:.4g} .. {high:.4g}"
+                for _, name, hit, value, low, high in rows
+                if not hit
+            ]
+            failed = [
+                f"{name} {p:.1g}"
+                for name, p in found.states[-1].adequacy.tests.items()
+                if p < 0.01 and not right
+            ]
+            print(
+                f"{'right' if right else 'WRONG'} {case} {seed}: {found.verdict} {found.added}",
+                *failed,
+                *missed,
+                flush=True,
+            )
+    print(
+        f"{sum(verdicts)} of {len(verdicts)} right; {np.median(seconds):.2f} s, worst {max(seconds):.2f} s"
+    )
     hits = [hit for row in inside.values() for hit in row]
     print(f"coverage {np.mean(hits):.3f} of {len(hits)}")
     for name, row in sorted(inside.items()):

@@ -34,10 +34,17 @@ def rows_of(real):
 def segments(real, t, gyro):
     """Ranges of samples without a gap and at rest. Turns as an expert cuts them: the rate of any axis, averaged over 0.25 s, more than
     0.25 deg/s from its median, and 1.2 s on either side."""
-    cut = np.logical_or.reduce([np.zeros(len(t), bool), *((t >= start) & (t < stop) for start, stop in real.events)])
+    cut = np.logical_or.reduce(
+        [np.zeros(len(t), bool), *((t >= start) & (t < stop) for start, stop in real.events)]
+    )
     if real.turns:
         rate = 1 / np.median(np.diff(t))
-        mean = np.stack([np.convolve(axis - np.median(axis), np.ones(int(rate / 4)) / int(rate / 4), "same") for axis in gyro])
+        mean = np.stack(
+            [
+                np.convolve(axis - np.median(axis), np.ones(int(rate / 4)) / int(rate / 4), "same")
+                for axis in gyro
+            ]
+        )
         moving = (np.abs(mean) > 0.25).any(axis=0)
         cut = np.convolve(moving, np.ones(2 * int(1.2 * rate) + 1), "same") > 0.5
     broken = np.flatnonzero(np.diff(t) > real.apart_s) + 1 if real.apart_s else np.array([], int)
@@ -54,7 +61,7 @@ def allan(parts, rate):
         squares, count = 0.0, 0
         for angle in angles:
             if len(angle) > 2 * m + 1:
-                second = angle[2 * m:] - 2 * angle[m:-m] + angle[:-2 * m]
+                second = angle[2 * m :] - 2 * angle[m:-m] + angle[: -2 * m]
                 squares, count = squares + np.dot(second, second), count + len(second)
         if count > 0:
             taus.append(m / rate)
@@ -86,7 +93,10 @@ def white_reading(parts, rate, taus, adev):
         if inside.sum() < 3:
             continue
         slope = np.polyfit(np.log(taus[inside]), np.log(adev[inside]), 1)[0]
-        middle, density = (np.exp(np.mean(np.log(of))) for of in (adev[inside] ** 2, adev[inside] ** 2 * taus[inside]))
+        middle, density = (
+            np.exp(np.mean(np.log(of)))
+            for of in (adev[inside] ** 2, adev[inside] ** 2 * taus[inside])
+        )
         if abs(slope + 0.5) < 0.05 and adev.min() ** 2 < 0.1 * middle:
             share = quiet_level(parts, rate, 0.25 / start / HALF_DECADE, 0.6 / start) / density
             if share > 0.9 and (best is None or abs(np.log(share)) < best[0]):
@@ -98,7 +108,10 @@ def reading(real, axis, header, lines):
     """(N at 1 s or the shortest tau, B at the minimum over 0.664, N of the white part or None)."""
     table = np.loadtxt(lines, delimiter=",")
     names = header.strip().split(",")
-    t, gyro = table[:, names.index("time_s")], np.stack([table[:, names.index(f"gyro_{a}_dps")] for a in "xyz"])
+    t, gyro = (
+        table[:, names.index("time_s")],
+        np.stack([table[:, names.index(f"gyro_{a}_dps")] for a in "xyz"]),
+    )
     rate = 1 / (np.mean if real.even else np.median)(np.diff(t))
     parts = [gyro["xyz".index(axis), a:b] for a, b in segments(real, t, gyro)]
     taus, adev = allan(parts, rate)
@@ -117,8 +130,17 @@ def one(name):
         with open(record, "w") as file:
             file.writelines([header, *lines])
         model.write_text(asking.MODEL.format(column=f"gyro_{axis}_dps", n=n, b=b))
-        found, _, wrong, spent = asking.ask(["improve", record, "-m", model, "-o", Path(folder) / "out.toml"], 1800)
-    row = {"name": name, "seconds": spent, "n": n, "b": b, "white": white, "sees": real.of(real.sees, axis)}
+        found, _, wrong, spent = asking.ask(
+            ["improve", record, "-m", model, "-o", Path(folder) / "out.toml"], 1800
+        )
+    row = {
+        "name": name,
+        "seconds": spent,
+        "n": n,
+        "b": b,
+        "white": white,
+        "sees": real.of(real.sees, axis),
+    }
     return row | (said(real, axis, found) if found else {"crash": wrong})
 
 
@@ -127,56 +149,128 @@ def said(real, axis, found):
     named = [kind for kind in scoring.final_effects(found) if kind not in scoring.BASE]
     agrees, wrong, why = judgement(real, axis, named, scoring.observed(found))
     fitted = scoring.fitted_value(found, "angle_random_walk", "coefficient_deg_per_sqrt_h")
-    return {"given": first["error"], "final": last["error"], "floor": last["error_floor"], "p": last["p_value"], "adequacy": adequacy(found),
-            "deviation": found.get("largest_deviation"), "shown_to": found.get("shown_to_tau_s"), "verdict": found["verdict"], "named": named,
-            "observed": sorted(scoring.observed(found)), "agrees": agrees, "wrong": wrong, "why": why, "fitted_n": fitted}
+    return {
+        "given": first["error"],
+        "final": last["error"],
+        "floor": last["error_floor"],
+        "p": last["p_value"],
+        "adequacy": adequacy(found),
+        "deviation": found.get("largest_deviation"),
+        "shown_to": found.get("shown_to_tau_s"),
+        "verdict": found["verdict"],
+        "named": named,
+        "observed": sorted(scoring.observed(found)),
+        "agrees": agrees,
+        "wrong": wrong,
+        "why": why,
+        "fitted_n": fitted,
+    }
 
 
 def adequacy(found):
     """The word of the contract; where it is missing, an adequate model counts as statistically adequate."""
     last = found["steps"][-1]
-    return last.get("adequacy") or found.get("adequacy") or ("statistical" if scoring.adequate(found) else "no")
+    return (
+        last.get("adequacy")
+        or found.get("adequacy")
+        or ("statistical" if scoring.adequate(found) else "no")
+    )
 
 
 def counted(kinds):
-    return ", ".join(f"{kinds.count(k)} {k}" if kinds.count(k) > 1 else k for k in dict.fromkeys(kinds)) or "-"
+    return (
+        ", ".join(
+            f"{kinds.count(k)} {k}" if kinds.count(k) > 1 else k for k in dict.fromkeys(kinds)
+        )
+        or "-"
+    )
 
 
 def deviation(row):
     d = row["deviation"]
-    return f"{d['percent']:.1f} % at {d['tau_s']:.3g} s" if d and d.get("percent") is not None else ""
+    return (
+        f"{d['percent']:.1f} % at {d['tau_s']:.3g} s" if d and d.get("percent") is not None else ""
+    )
 
 
 def arw(row):
     if row["white"] is None:
         return f"{row['fitted_n']:.2f} (no white part)" if row["fitted_n"] is not None else ""
-    return f"{row['fitted_n']:.3f} / {row['white']:.3f}" if row["fitted_n"] is not None else f"- / {row['white']:.3f}"
+    return (
+        f"{row['fitted_n']:.3f} / {row['white']:.3f}"
+        if row["fitted_n"] is not None
+        else f"- / {row['white']:.3f}"
+    )
 
 
-HEAD = ("axis", "error given", "final", "floor", "ratio", "adequacy", "added", "observed", "largest deviation", "an expert sees", "agrees",
-        "ARW fitted / read", "s")
+HEAD = (
+    "axis",
+    "error given",
+    "final",
+    "floor",
+    "ratio",
+    "adequacy",
+    "added",
+    "observed",
+    "largest deviation",
+    "an expert sees",
+    "agrees",
+    "ARW fitted / read",
+    "s",
+)
 
 
 def cells(row):
     if "crash" in row:
-        return (row["name"], *[""] * 4, "crash", row["crash"], "", "", row["sees"], "no", "", f"{row['seconds']:.0f}")
-    return (row["name"], f"{row['given']:.3f}", f"{row['final']:.4f}", f"{row['floor']:.4f}", f"{row['final'] / row['floor']:.2f}", row["adequacy"],
-            counted(row["named"]), ", ".join(row["observed"]), deviation(row), row["sees"], "; ".join([row["agrees"], *row["why"]]), arw(row),
-            f"{row['seconds']:.0f}")
+        return (
+            row["name"],
+            *[""] * 4,
+            "crash",
+            row["crash"],
+            "",
+            "",
+            row["sees"],
+            "no",
+            "",
+            f"{row['seconds']:.0f}",
+        )
+    return (
+        row["name"],
+        f"{row['given']:.3f}",
+        f"{row['final']:.4f}",
+        f"{row['floor']:.4f}",
+        f"{row['final'] / row['floor']:.2f}",
+        row["adequacy"],
+        counted(row["named"]),
+        ", ".join(row["observed"]),
+        deviation(row),
+        row["sees"],
+        "; ".join([row["agrees"], *row["why"]]),
+        arw(row),
+        f"{row['seconds']:.0f}",
+    )
 
 
 def markdown(rows):
     yield "| " + " | ".join(HEAD) + " |"
     yield "|" + "---|" * len(HEAD)
     for row in rows:
-        yield "| " + " | ".join(str(cell).replace("|", "/").replace("\n", " ") for cell in cells(row)) + " |"
+        yield (
+            "| "
+            + " | ".join(str(cell).replace("|", "/").replace("\n", " ") for cell in cells(row))
+            + " |"
+        )
 
 
 def totals(rows):
     """The goals, for all 30 axes."""
     there = [row for row in rows if "crash" not in row]
     white = [row for row in rows if row["white"] is not None]
-    read = [row for row in white if row.get("fitted_n") is not None and abs(row["fitted_n"] / row["white"] - 1) <= 0.05]
+    read = [
+        row
+        for row in white
+        if row.get("fitted_n") is not None and abs(row["fitted_n"] / row["white"] - 1) <= 0.05
+    ]
     yield f"error within 1.25 of the floor: {sum(r['final'] <= 1.25 * r['floor'] for r in there)} of {len(rows)} (goal 26 of 30)"
     yield f"practically adequate: {sum(r['adequacy'] != 'no' for r in there)} of {len(rows)} (goal 26 of 30)"
     yield f"statistically adequate: {sum(r['adequacy'] == 'statistical' for r in there)} of {len(rows)} (goal 15 of 30)"
@@ -184,13 +278,22 @@ def totals(rows):
     yield f"errors that rose: {sum(r['final'] > 1.0001 * r['given'] for r in there)} (goal 0)"
     wrong, agrees = [r for r in there if r["wrong"]], [r["agrees"] for r in there]
     yield f"axes with a wrong cause: {len(wrong)}, of them called adequate {sum(r['adequacy'] != 'no' for r in wrong)} (goal 0)"
-    yield "the expert agrees: " + ", ".join(f"{word} {agrees.count(word)}" for word in ("yes", "partly", "no"))
+    yield "the expert agrees: " + ", ".join(
+        f"{word} {agrees.count(word)}" for word in ("yes", "partly", "no")
+    )
     yield f"crashes: {len(rows) - len(there)}; seconds: median {np.median([r['seconds'] for r in rows]):.1f}, worst {max(r['seconds'] for r in rows):.1f}"
 
 
 def options():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--axis", action="append", metavar="NAME", help='one axis, as "ADIS16405 run 1 z"; may be given more than once')
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--axis",
+        action="append",
+        metavar="NAME",
+        help='one axis, as "ADIS16405 run 1 z"; may be given more than once',
+    )
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", metavar="TABLE.md")
     parser.add_argument("--rows", metavar="FILE.json")
@@ -202,7 +305,9 @@ def wanted(chosen):
         if not (FOLDER / real.file).exists():
             print(f"absent: {FOLDER / real.file}", flush=True)
             continue
-        yield from (f"{recording} {axis}" for axis in "xyz" if not chosen or f"{recording} {axis}" in chosen)
+        yield from (
+            f"{recording} {axis}" for axis in "xyz" if not chosen or f"{recording} {axis}" in chosen
+        )
 
 
 def main(chosen):

@@ -13,40 +13,51 @@ DEG = 3600.0
 
 def ar1(count, decay, rng):
     """Unit variance, stationary from its first sample."""
-    drive = np.sqrt(1 - decay ** 2) * rng.standard_normal(count)
+    drive = np.sqrt(1 - decay**2) * rng.standard_normal(count)
     return signal.lfilter([1], [1, -decay], drive, zi=[decay * rng.standard_normal()])[0]
 
 
 def flicker_sum(count, b_dps, rng):
     """Two AR(1) an octave: S(f) = b^2 / (2 pi f) two-sided from below the record's lowest frequency to above half the rate."""
     times = 2.0 ** np.arange(-7, 16, 0.5)
-    return b_dps * sum(np.sqrt(np.log(2) * 0.5 / np.pi) * ar1(count, np.exp(-1 / (RATE * t)), rng) for t in times)
+    return b_dps * sum(
+        np.sqrt(np.log(2) * 0.5 / np.pi) * ar1(count, np.exp(-1 / (RATE * t)), rng) for t in times
+    )
 
 
 def flicker_fft(count, b_dps, rng):
     """A circle of eight records, of which one is kept."""
     f = np.fft.rfftfreq(8 * count, 1 / RATE)
     f[0] = f[1]
-    return np.fft.irfft(np.fft.rfft(rng.standard_normal(8 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)), 8 * count)[:count]
+    return np.fft.irfft(
+        np.fft.rfft(rng.standard_normal(8 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)),
+        8 * count,
+    )[:count]
 
 
 def flicker_kasdin(count, b_dps, rng):
     """Kasdin's filter of order one half."""
-    h = np.cumprod(np.concatenate([[1.0], (np.arange(1, 2 * count) - 0.5) / np.arange(1, 2 * count)]))
-    x = signal.fftconvolve(rng.standard_normal(2 * count), h)[count:2 * count]
+    h = np.cumprod(
+        np.concatenate([[1.0], (np.arange(1, 2 * count) - 0.5) / np.arange(1, 2 * count)])
+    )
+    x = signal.fftconvolve(rng.standard_normal(2 * count), h)[count : 2 * count]
     return b_dps * x
 
 
 def temperature(time, how, rng):
     span = time[-1]
     if how == "sine":
-        return 25 + 2.5 * np.sin(2 * np.pi * time / rng.uniform(0.4, 1.1) / span + rng.uniform(0, 6))
+        return 25 + 2.5 * np.sin(
+            2 * np.pi * time / rng.uniform(0.4, 1.1) / span + rng.uniform(0, 6)
+        )
     if how == "ramp":
         return 22 + 6 * time / span + 0.3 * np.sin(2 * np.pi * time / 900)
     if how == "walk":
         x = np.cumsum(rng.standard_normal(len(time)))
         return 25 + 3 * x / np.abs(x).max()
-    steps = np.repeat(rng.uniform(-4, 4, 8), -(-len(time) // 8))[:len(time)]  # a thermal chamber: steps through its time constant
+    steps = np.repeat(rng.uniform(-4, 4, 8), -(-len(time) // 8))[
+        : len(time)
+    ]  # a thermal chamber: steps through its time constant
     a = np.exp(-1 / (RATE * 180))
     return 25 + signal.lfilter([1 - a], [1, -a], steps)
 
@@ -60,7 +71,10 @@ def accelerometer(time, rng, how):
     for axis, gravity in zip("xyz", (0.0, 0.0, 1.0)):
         tilt = np.zeros(len(time))
         for _ in range(5):  # set down anew: smooth steps of the tilt
-            tilt += rng.uniform(-0.03, 0.03) / (1 + np.exp(-np.clip((time - rng.uniform(0, time[-1])) / rng.uniform(1, 10), -50, 50)))
+            tilt += rng.uniform(-0.03, 0.03) / (
+                1
+                + np.exp(-np.clip((time - rng.uniform(0, time[-1])) / rng.uniform(1, 10), -50, 50))
+            )
         shake = rng.standard_normal(len(time))
         if how == "band":
             shake = signal.lfilter(*signal.butter(2, [8, 16], "band", fs=RATE), shake)
@@ -77,7 +91,10 @@ def low_passed(white, n_dps, cutoff, how, rng):
     if how == "bilinear":
         return signal.lfilter(*signal.butter(1, cutoff, fs=RATE), white)
     if how == "response":
-        return np.fft.irfft(np.fft.rfft(white) / np.sqrt(1 + (np.fft.rfftfreq(count, 1 / RATE) / cutoff) ** 2), count)
+        return np.fft.irfft(
+            np.fft.rfft(white) / np.sqrt(1 + (np.fft.rfftfreq(count, 1 / RATE) / cutoff) ** 2),
+            count,
+        )
     fine = n_dps * np.sqrt(RATE * 10) * rng.standard_normal(count * 10)
     a = np.exp(-2 * np.pi * cutoff / RATE / 10)
     return signal.lfilter([1 - a], [1, -a], fine)[::10]
@@ -99,31 +116,52 @@ def make(effects, seed, seconds=7200, n=0.3, b=5.0, **how):
         p = effects["noise_step"]
         white = white * np.where((t >= p["start_s"]) & (t < p["stop_s"]), p["ratio"], 1)
     if "low_pass" in effects:
-        white = low_passed(white, n_dps, effects["low_pass"]["cutoff_hz"], how.get("low_pass", "pole"), rng)
-    flicker = {"sum": flicker_sum, "fft": flicker_fft, "kasdin": flicker_kasdin}[how.get("flicker", "fft")]
+        white = low_passed(
+            white, n_dps, effects["low_pass"]["cutoff_hz"], how.get("low_pass", "pole"), rng
+        )
+    flicker = {"sum": flicker_sum, "fft": flicker_fft, "kasdin": flicker_kasdin}[
+        how.get("flicker", "fft")
+    ]
     y = white + flicker(count, b / DEG, rng)
     for kind, p in effects.items():
         y = y + course(kind, p, t, true_temp, felt, rng, how)
     if "quantization" in effects:  # the integrator's angle in whole counts, differenced
         step = effects["quantization"]["coefficient_deg"] * np.sqrt(12)
-        y = np.diff(np.round(np.concatenate([[0], np.cumsum(y / RATE)]) / step + rng.random()) * step) * RATE
+        y = (
+            np.diff(
+                np.round(np.concatenate([[0], np.cumsum(y / RATE)]) / step + rng.random()) * step
+            )
+            * RATE
+        )
     if how.get("lsb"):
         y = np.round(y / how["lsb"]) * how["lsb"]
     columns = {"time_s": t, "gyro_z_dps": y + how.get("bias", 0.2), "temp_degC": logged}
-    return columns | {f"accel_{axis}_g": a + 0.002 * rng.standard_normal(count) for axis, (a, _) in felt.items()}
+    return columns | {
+        f"accel_{axis}_g": a + 0.002 * rng.standard_normal(count) for axis, (a, _) in felt.items()
+    }
 
 
 def course(kind, p, t, temp, felt, rng, how):
     count = len(t)
     if kind == "rate_random_walk":
-        return np.cumsum(rng.standard_normal(count)) * p["coefficient_deg_per_h_per_sqrt_h"] / DEG / 60 / np.sqrt(RATE)
+        return (
+            np.cumsum(rng.standard_normal(count))
+            * p["coefficient_deg_per_h_per_sqrt_h"]
+            / DEG
+            / 60
+            / np.sqrt(RATE)
+        )
     if kind == "rate_ramp":
-        return p["coefficient_deg_per_h2"] / DEG ** 2 * t
+        return p["coefficient_deg_per_h2"] / DEG**2 * t
     if kind == "gauss_markov":
         return p["std_dps"] * ar1(count, np.exp(-1 / (RATE * p["correlation_time_s"])), rng)
     if kind == "sinusoid":
-        return sum(p["amplitude_dps"] / k * np.sin(2 * np.pi * k * p["frequency_hz"] * t + rng.uniform(0, 6))
-                   for k in range(1, how.get("harmonics", 1) + 1))
+        return sum(
+            p["amplitude_dps"]
+            / k
+            * np.sin(2 * np.pi * k * p["frequency_hz"] * t + rng.uniform(0, 6))
+            for k in range(1, how.get("harmonics", 1) + 1)
+        )
     if kind == "temperature":
         return p["coefficient_dps_per_degC"] * (temp - 25)
     if kind == "temperature_rate":
@@ -137,7 +175,9 @@ def course(kind, p, t, temp, felt, rng, how):
     if kind == "warm_up":
         return p["amplitude_dps"] * np.exp(-t / p["time_constant_s"])
     if kind == "telegraph_noise":
-        switches = np.cumsum(rng.exponential(p["mean_dwell_s"], int(10 + 4 * t[-1] / p["mean_dwell_s"])))
+        switches = np.cumsum(
+            rng.exponential(p["mean_dwell_s"], int(10 + 4 * t[-1] / p["mean_dwell_s"]))
+        )
         return p["amplitude_dps"] * np.where(np.searchsorted(switches, t) % 2, 1.0, -1.0)
     if kind == "shocks":
         return shocks(p, t, rng, how.get("shocks", "sample"))
@@ -154,7 +194,7 @@ def shocks(p, t, rng, how):
             y[place] += p["amplitude_dps"] * rng.standard_normal()
         else:  # a damped ring of a tenth of a second
             k = np.arange(20)
-            y[place:place + 20] += size * np.exp(-k / 4) * np.cos(2 * np.pi * k / 6)
+            y[place : place + 20] += size * np.exp(-k / 4) * np.cos(2 * np.pi * k / 6)
     return y
 
 
@@ -164,7 +204,13 @@ def axis(rng):
 
 def interval(rng):
     start = rng.uniform(500, 5000)
-    return {"noise_step": {"start_s": start, "stop_s": start + rng.uniform(300, 2000), "ratio": 1 + rng.uniform(0.4, 1)}}
+    return {
+        "noise_step": {
+            "start_s": start,
+            "stop_s": start + rng.uniform(300, 2000),
+            "ratio": 1 + rng.uniform(0.4, 1),
+        }
+    }
 
 
 WARMTH = "coefficient_dps_per_degC"
@@ -172,46 +218,178 @@ WARMTH = "coefficient_dps_per_degC"
 CASES = {
     "clean": (lambda r: {}, {}),
     "clean sum": (lambda r: {}, {"flicker": "sum", "temperature": "sine", "vibration": "band"}),
-    "clean kasdin": (lambda r: {}, {"flicker": "kasdin", "temperature": "chamber", "thermometer": "slow"}),
+    "clean kasdin": (
+        lambda r: {},
+        {"flicker": "kasdin", "temperature": "chamber", "thermometer": "slow"},
+    ),
     "clean lsb": (lambda r: {}, {"lsb": 0.01, "temperature": "ramp"}),
     "clean coarse lsb": (lambda r: {}, {"lsb": 0.0625}),
-    **{f"low_pass {way}": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(4, 15)}}, {"low_pass": way})
-       for way in ("pole", "bilinear", "response", "analogue")},
+    **{
+        f"low_pass {way}": (
+            lambda r: {"low_pass": {"cutoff_hz": r.uniform(4, 15)}},
+            {"low_pass": way},
+        )
+        for way in ("pole", "bilinear", "response", "analogue")
+    },
     "quantization": (lambda r: {"quantization": {"coefficient_deg": r.uniform(2e-4, 6e-4)}}, {}),
-    "rate_random_walk": (lambda r: {"rate_random_walk": {"coefficient_deg_per_h_per_sqrt_h": r.uniform(40, 80)}}, {"flicker": "sum"}),
-    "rate_ramp": (lambda r: {"rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)}}, {"temperature": "sine"}),
-    "gauss_markov": (lambda r: {"gauss_markov": {"std_dps": r.uniform(0.003, 0.008), "correlation_time_s": np.exp(r.uniform(0.7, 4))}},
-                     {"flicker": "kasdin"}),
-    "sinusoid": (lambda r: {"sinusoid": {"amplitude_dps": r.uniform(0.002, 0.02), "frequency_hz": np.exp(r.uniform(-4, 3))}}, {}),
-    **{f"temperature {way}": (lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}}, {"temperature": way})
-       for way in ("sine", "ramp", "walk", "chamber")},
-    "temperature slow": (lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}}, {"temperature": "chamber", "thermometer": "slow"}),
-    "temperature_rate sine": (lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(2, 6)}}, {"temperature": "sine"}),
-    "temperature_rate chamber": (lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(0.5, 2)}}, {"temperature": "chamber"}),
-    **{f"g_sensitivity {way}": (lambda r: {"g_sensitivity": {"coefficient_dps_per_g": r.uniform(0.3, 1), "axis": axis(r)}}, {"vibration": way})
-       for way in ("white", "band")},
-    **{f"vibration_noise {way}": (lambda r: {"vibration_noise": {"coefficient_dps_per_g": r.uniform(0.4, 1), "axis": axis(r)}},
-                                  {"vibration": way}) for way in ("white", "band")},
-    **{f"vibration_rectification {way}": (lambda r: {"vibration_rectification": {"coefficient_dps_per_g2": r.uniform(1.5, 6), "axis": axis(r)}},
-                                          {"vibration": way}) for way in ("white", "band")},
-    "warm_up": (lambda r: {"warm_up": {"amplitude_dps": r.uniform(0.03, 0.06), "time_constant_s": r.uniform(200, 1200)}}, {"flicker": "sum"}),
-    "telegraph_noise": (lambda r: {"telegraph_noise": {"amplitude_dps": r.uniform(0.005, 0.01), "mean_dwell_s": r.uniform(30, 150)}}, {}),
-    "telegraph fast": (lambda r: {"telegraph_noise": {"amplitude_dps": r.uniform(0.01, 0.02), "mean_dwell_s": r.uniform(3, 10)}}, {}),
+    "rate_random_walk": (
+        lambda r: {"rate_random_walk": {"coefficient_deg_per_h_per_sqrt_h": r.uniform(40, 80)}},
+        {"flicker": "sum"},
+    ),
+    "rate_ramp": (
+        lambda r: {"rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)}},
+        {"temperature": "sine"},
+    ),
+    "gauss_markov": (
+        lambda r: {
+            "gauss_markov": {
+                "std_dps": r.uniform(0.003, 0.008),
+                "correlation_time_s": np.exp(r.uniform(0.7, 4)),
+            }
+        },
+        {"flicker": "kasdin"},
+    ),
+    "sinusoid": (
+        lambda r: {
+            "sinusoid": {
+                "amplitude_dps": r.uniform(0.002, 0.02),
+                "frequency_hz": np.exp(r.uniform(-4, 3)),
+            }
+        },
+        {},
+    ),
+    **{
+        f"temperature {way}": (
+            lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}},
+            {"temperature": way},
+        )
+        for way in ("sine", "ramp", "walk", "chamber")
+    },
+    "temperature slow": (
+        lambda r: {"temperature": {WARMTH: r.uniform(0.008, 0.02)}},
+        {"temperature": "chamber", "thermometer": "slow"},
+    ),
+    "temperature_rate sine": (
+        lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(2, 6)}},
+        {"temperature": "sine"},
+    ),
+    "temperature_rate chamber": (
+        lambda r: {"temperature_rate": {"coefficient_dps_per_degC_per_s": r.uniform(0.5, 2)}},
+        {"temperature": "chamber"},
+    ),
+    **{
+        f"g_sensitivity {way}": (
+            lambda r: {
+                "g_sensitivity": {"coefficient_dps_per_g": r.uniform(0.3, 1), "axis": axis(r)}
+            },
+            {"vibration": way},
+        )
+        for way in ("white", "band")
+    },
+    **{
+        f"vibration_noise {way}": (
+            lambda r: {
+                "vibration_noise": {"coefficient_dps_per_g": r.uniform(0.4, 1), "axis": axis(r)}
+            },
+            {"vibration": way},
+        )
+        for way in ("white", "band")
+    },
+    **{
+        f"vibration_rectification {way}": (
+            lambda r: {
+                "vibration_rectification": {
+                    "coefficient_dps_per_g2": r.uniform(1.5, 6),
+                    "axis": axis(r),
+                }
+            },
+            {"vibration": way},
+        )
+        for way in ("white", "band")
+    },
+    "warm_up": (
+        lambda r: {
+            "warm_up": {
+                "amplitude_dps": r.uniform(0.03, 0.06),
+                "time_constant_s": r.uniform(200, 1200),
+            }
+        },
+        {"flicker": "sum"},
+    ),
+    "telegraph_noise": (
+        lambda r: {
+            "telegraph_noise": {
+                "amplitude_dps": r.uniform(0.005, 0.01),
+                "mean_dwell_s": r.uniform(30, 150),
+            }
+        },
+        {},
+    ),
+    "telegraph fast": (
+        lambda r: {
+            "telegraph_noise": {
+                "amplitude_dps": r.uniform(0.01, 0.02),
+                "mean_dwell_s": r.uniform(3, 10),
+            }
+        },
+        {},
+    ),
     "noise_step": (interval, {}),
-    **{f"shocks {way}": (lambda r: {"shocks": {"rate_per_hour": r.uniform(8, 40), "amplitude_dps": r.uniform(0.4, 1)}}, {"shocks": way})
-       for way in ("sample", "normal", "ring")},
-    "low_pass pole + rate_ramp": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(5, 12)},
-                                             "rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)}}, {}),
-    "sinusoid fan": (lambda r: {"sinusoid": {"amplitude_dps": 0.008, "frequency_hz": r.uniform(1, 6)}}, {"harmonics": 3}),
-    "quantization + temperature": (lambda r: {"temperature": {WARMTH: 0.015}, "quantization": {"coefficient_deg": r.uniform(3e-4, 6e-4)}}, {}),
-    "low_pass bilinear + gauss_markov": (lambda r: {"low_pass": {"cutoff_hz": r.uniform(5, 12)}, "gauss_markov": {
-        "std_dps": 0.006, "correlation_time_s": r.uniform(3, 30)}}, {"low_pass": "bilinear"}),
-    "vibration_noise + vibration_rectification": (lambda r: {"vibration_noise": {"coefficient_dps_per_g": 0.8, "axis": "x"},
-                                                             "vibration_rectification": {"coefficient_dps_per_g2": 4.0, "axis": "x"}}, {}),
-    "telegraph_noise + temperature": (lambda r: {"telegraph_noise": {"amplitude_dps": 0.008, "mean_dwell_s": 60.0},
-                                                 "temperature": {WARMTH: 0.015}}, {"temperature": "chamber"}),
-    "sinusoid + shocks": (lambda r: {"sinusoid": {"amplitude_dps": 0.01, "frequency_hz": r.uniform(0.05, 10)},
-                                     "shocks": {"rate_per_hour": 20, "amplitude_dps": 0.6}}, {}),
+    **{
+        f"shocks {way}": (
+            lambda r: {
+                "shocks": {"rate_per_hour": r.uniform(8, 40), "amplitude_dps": r.uniform(0.4, 1)}
+            },
+            {"shocks": way},
+        )
+        for way in ("sample", "normal", "ring")
+    },
+    "low_pass pole + rate_ramp": (
+        lambda r: {
+            "low_pass": {"cutoff_hz": r.uniform(5, 12)},
+            "rate_ramp": {"coefficient_deg_per_h2": r.uniform(60, 120)},
+        },
+        {},
+    ),
+    "sinusoid fan": (
+        lambda r: {"sinusoid": {"amplitude_dps": 0.008, "frequency_hz": r.uniform(1, 6)}},
+        {"harmonics": 3},
+    ),
+    "quantization + temperature": (
+        lambda r: {
+            "temperature": {WARMTH: 0.015},
+            "quantization": {"coefficient_deg": r.uniform(3e-4, 6e-4)},
+        },
+        {},
+    ),
+    "low_pass bilinear + gauss_markov": (
+        lambda r: {
+            "low_pass": {"cutoff_hz": r.uniform(5, 12)},
+            "gauss_markov": {"std_dps": 0.006, "correlation_time_s": r.uniform(3, 30)},
+        },
+        {"low_pass": "bilinear"},
+    ),
+    "vibration_noise + vibration_rectification": (
+        lambda r: {
+            "vibration_noise": {"coefficient_dps_per_g": 0.8, "axis": "x"},
+            "vibration_rectification": {"coefficient_dps_per_g2": 4.0, "axis": "x"},
+        },
+        {},
+    ),
+    "telegraph_noise + temperature": (
+        lambda r: {
+            "telegraph_noise": {"amplitude_dps": 0.008, "mean_dwell_s": 60.0},
+            "temperature": {WARMTH: 0.015},
+        },
+        {"temperature": "chamber"},
+    ),
+    "sinusoid + shocks": (
+        lambda r: {
+            "sinusoid": {"amplitude_dps": 0.01, "frequency_hz": r.uniform(0.05, 10)},
+            "shocks": {"rate_per_hour": 20, "amplitude_dps": 0.6},
+        },
+        {},
+    ),
 }
 
 
@@ -226,7 +404,14 @@ def recording(case, seed):
 
 
 def write(columns, path):
-    np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
+    np.savetxt(
+        path,
+        np.column_stack(list(columns.values())),
+        fmt="%.9g",
+        delimiter=",",
+        header=",".join(columns),
+        comments="",
+    )
 
 
 if __name__ == "__main__":

@@ -9,7 +9,10 @@ def flicker(count, b_dps, rng):
     """A circle of four records, of which one is kept."""
     f = np.fft.rfftfreq(4 * count, 1 / RATE)
     f[0] = f[1]
-    return np.fft.irfft(np.fft.rfft(rng.standard_normal(4 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)), 4 * count)[:count]
+    return np.fft.irfft(
+        np.fft.rfft(rng.standard_normal(4 * count)) * b_dps * np.sqrt(RATE / (2 * np.pi * f)),
+        4 * count,
+    )[:count]
 
 
 def late(x, lag_s):
@@ -26,7 +29,13 @@ def loop(x, width):
     """Backlash: x pushes the body along."""
     body, found = x[0], np.empty(len(x))
     for i, value in enumerate(x):
-        body = value + width / 2 if body > value + width / 2 else value - width / 2 if body < value - width / 2 else body
+        body = (
+            value + width / 2
+            if body > value + width / 2
+            else value - width / 2
+            if body < value - width / 2
+            else body
+        )
         found[i] = body
     return found
 
@@ -54,10 +63,19 @@ def course(case, heat, t, rng):
         volts *= 0.05 / volts.std()
         return 0.15 * volts, {"supply_V": 5 + volts + 0.002 * rng.standard_normal(len(t))}
     if case == "leak":
-        other = 0.05 * np.sin(2 * np.pi * t / 300) + 0.035 * rng.standard_normal(len(t)) + flicker(len(t), 5 / 3600, rng)
+        other = (
+            0.05 * np.sin(2 * np.pi * t / 300)
+            + 0.035 * rng.standard_normal(len(t))
+            + flicker(len(t), 5 / 3600, rng)
+        )
         return 0.1 * other, {"gyro_x_dps": other}
-    known = {"plain": lambda: 0.012 * heat, "lag": lambda: 0.012 * late(heat, 60), "hysteresis": lambda: 0.012 * loop(heat, 1.0),
-             "square": lambda: 0.004 * (heat - 25) ** 2, "walk": lambda: walk(len(t), rng) * 150 / 3600 / 60 / np.sqrt(RATE)}
+    known = {
+        "plain": lambda: 0.012 * heat,
+        "lag": lambda: 0.012 * late(heat, 60),
+        "hysteresis": lambda: 0.012 * loop(heat, 1.0),
+        "square": lambda: 0.004 * (heat - 25) ** 2,
+        "walk": lambda: walk(len(t), rng) * 150 / 3600 / 60 / np.sqrt(RATE),
+    }
     return known[case]() if case in known else 0 * t, {}
 
 
@@ -70,8 +88,11 @@ def make(case, how, seed, seconds=3600):
     if case == "noise":
         white *= np.exp(0.05 * (heat - heat.mean()))
     more, columns = course(case, heat, t, rng)
-    return {"time_s": t, "gyro_z_dps": white + flicker(len(t), 5 / 3600, rng) + more + 0.1,
-            "temp_degC": heat + 0.02 * rng.standard_normal(len(t))} | columns
+    return {
+        "time_s": t,
+        "gyro_z_dps": white + flicker(len(t), 5 / 3600, rng) + more + 0.1,
+        "temp_degC": heat + 0.02 * rng.standard_normal(len(t)),
+    } | columns
 
 
 def accelerometers(seed, seconds=3600):
@@ -81,8 +102,16 @@ def accelerometers(seed, seconds=3600):
     tilt = {axis: walk(len(t), rng) for axis in "xyz"}
     cause = walk(len(t), rng)
     noise = 0.3 / 60 * np.sqrt(RATE) * rng.standard_normal(len(t)) + flicker(len(t), 5 / 3600, rng)
-    logged = {axis: 0.01 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()}
-    hidden = {axis: 0.01 * cause / cause.std() + 0.001 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()}
+    logged = {
+        axis: 0.01 * x / x.std() + 0.002 * rng.standard_normal(len(t)) for axis, x in tilt.items()
+    }
+    hidden = {
+        axis: 0.01 * cause / cause.std() + 0.001 * x / x.std() + 0.002 * rng.standard_normal(len(t))
+        for axis, x in tilt.items()
+    }
     true = {"time_s": t, "gyro_z_dps": noise + 0.5 * 0.01 * tilt["x"] / tilt["x"].std()}
     false = {"time_s": t, "gyro_z_dps": noise + 5 * 0.01 * late(cause, 30) / cause.std()}
-    return (true | {f"accel_{axis}_g": x for axis, x in logged.items()}, false | {f"accel_{axis}_g": x for axis, x in hidden.items()})
+    return (
+        true | {f"accel_{axis}_g": x for axis, x in logged.items()},
+        false | {f"accel_{axis}_g": x for axis, x in hidden.items()},
+    )

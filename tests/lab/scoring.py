@@ -15,7 +15,11 @@ def named(found):
 
 
 def final_effects(found):
-    return [entry["kind"] for entry in found["fitted"]] if found.get("fitted") else found["steps"][-1]["effects"]
+    return (
+        [entry["kind"] for entry in found["fitted"]]
+        if found.get("fitted")
+        else found["steps"][-1]["effects"]
+    )
 
 
 def adequate(found):
@@ -44,7 +48,11 @@ def fitted_value(found, kind, parameter):
 
 def has_shape(found, kind, parameter, wanted):
     if isinstance(wanted, str):
-        return any(wanted in json.dumps(entry) for entry in found.get("fitted") or [] if entry["kind"] == kind)
+        return any(
+            wanted in json.dumps(entry)
+            for entry in found.get("fitted") or []
+            if entry["kind"] == kind
+        )
     value = fitted_value(found, kind, parameter)
     try:
         return value is not None and wanted[0] <= float(value) <= wanted[1]
@@ -68,8 +76,16 @@ def faults(found, truth):
         if kind in names and not has_shape(found, kind, parameter, wanted):
             lacking.append(f"{kind} without the right {parameter}")
     seen = observed(found) | names
-    lacking += [f"{wanted} not observed" for wanted in sorted(truth.observations) if not seen & set(wanted.split("|"))]
-    outside = json.dumps({name: value for name, value in found.items() if name != "candidates"}).replace("_", " ").lower()
+    lacking += [
+        f"{wanted} not observed"
+        for wanted in sorted(truth.observations)
+        if not seen & set(wanted.split("|"))
+    ]
+    outside = (
+        json.dumps({name: value for name, value in found.items() if name != "candidates"})
+        .replace("_", " ")
+        .lower()
+    )
     if truth.said not in outside:
         lacking.append(f'"{truth.said}" not said')
     return false, lacking
@@ -95,10 +111,16 @@ def intervals(found, truth):
     rows, kinds = [], final_effects(found)
     for entry in found.get("fitted") or []:
         for name, e in entry["parameters"].items():
-            value = truth.kinds.get(entry["kind"], {}).get(name) if kinds.count(entry["kind"]) == 1 else None
+            value = (
+                truth.kinds.get(entry["kind"], {}).get(name)
+                if kinds.count(entry["kind"]) == 1
+                else None
+            )
             low, high = (e or {}).get("low"), (e or {}).get("high")
             if value is not None and finite(low) and finite(high) and high > low:
-                rows.append((entry["kind"], name, bool(low <= value <= high), float(value), low, high))
+                rows.append(
+                    (entry["kind"], name, bool(low <= value <= high), float(value), low, high)
+                )
     return rows
 
 

@@ -62,8 +62,17 @@ def answer(verdict, named, **more):
 
 
 def truth(*groups, **more):
-    return SimpleNamespace(**{"groups": [set(group) for group in groups], "extra": set(), "observations": set(), "shape": {}, "said": "",
-                              "unknown_is_right": False, **more})
+    return SimpleNamespace(
+        **{
+            "groups": [set(group) for group in groups],
+            "extra": set(),
+            "observations": set(),
+            "shape": {},
+            "said": "",
+            "unknown_is_right": False,
+            **more,
+        }
+    )
 
 
 class Scoring(unittest.TestCase):
@@ -71,26 +80,53 @@ class Scoring(unittest.TestCase):
         return scoring.outcome(found, true)[0]
 
     def test_what_is_there_and_nothing_else_is_right(self):
-        self.assertEqual(self.scored(answer("low_pass", ["low_pass"]), truth(["moving_average", "low_pass"])), "right")
+        self.assertEqual(
+            self.scored(answer("low_pass", ["low_pass"]), truth(["moving_average", "low_pass"])),
+            "right",
+        )
         self.assertEqual(self.scored(answer("none", []), truth()), "right")
-        self.assertEqual(self.scored(answer("low_pass", ["low_pass", "narrow_band", "narrow_band"]), truth(["low_pass"], ["narrow_band"])), "right")
+        self.assertEqual(
+            self.scored(
+                answer("low_pass", ["low_pass", "narrow_band", "narrow_band"]),
+                truth(["low_pass"], ["narrow_band"]),
+            ),
+            "right",
+        )
 
     def test_a_false_kind_is_wrong_when_it_explains_and_unknown_when_not(self):
         self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"]), truth()), "wrong")
         self.assertEqual(self.scored(answer("unknown", ["sinusoid"]), truth()), "unknown")
-        self.assertEqual(self.scored(answer("sinusoid", ["sinusoid"], steps=[{"adequacy": "no"}]), truth()), "unknown")
-        self.assertEqual(self.scored(answer("unknown", ["temperature"]), truth(["temperature"])), "unknown")
+        self.assertEqual(
+            self.scored(answer("sinusoid", ["sinusoid"], steps=[{"adequacy": "no"}]), truth()),
+            "unknown",
+        )
+        self.assertEqual(
+            self.scored(answer("unknown", ["temperature"]), truth(["temperature"])), "unknown"
+        )
 
     def test_undecided_is_right_when_the_truth_is_among_a_few(self):
-        found = answer("rate_random_walk", ["rate_random_walk"], alternatives=[{"kind": "temperature"}])
+        found = answer(
+            "rate_random_walk", ["rate_random_walk"], alternatives=[{"kind": "temperature"}]
+        )
         self.assertEqual(self.scored(found, truth(["temperature"])), "right")
-        found["alternatives"] = [{"kind": kind} for kind in ("warm_up", "rate_ramp", "gauss_markov", "temperature")]
+        found["alternatives"] = [
+            {"kind": kind} for kind in ("warm_up", "rate_ramp", "gauss_markov", "temperature")
+        ]
         self.assertEqual(self.scored(found, truth(["temperature"])), "wrong")
 
     def test_half_of_the_truth_is_missed(self):
-        self.assertEqual(self.scored(answer("low_pass", ["low_pass"]), truth(["low_pass"], ["sinusoid"])), "missed")
+        self.assertEqual(
+            self.scored(answer("low_pass", ["low_pass"]), truth(["low_pass"], ["sinusoid"])),
+            "missed",
+        )
         self.assertEqual(self.scored(answer("none", []), truth(observations={"motion"})), "missed")
-        self.assertEqual(self.scored(answer("none", [], observations=[{"kind": "motion"}]), truth(observations={"motion|outliers"})), "right")
+        self.assertEqual(
+            self.scored(
+                answer("none", [], observations=[{"kind": "motion"}]),
+                truth(observations={"motion|outliers"}),
+            ),
+            "right",
+        )
 
     def test_a_shape_is_part_of_the_truth(self):
         true = truth(["temperature"], shape={("temperature", "lag_s"): (30, 90)})
@@ -101,20 +137,33 @@ class Scoring(unittest.TestCase):
 
     def test_words_count_where_they_are_said_of_the_recording(self):
         true = truth(said="common cause")
-        self.assertEqual(self.scored(answer("none", [], candidates=[{"why": "a common cause"}]), true), "missed")
-        self.assertEqual(self.scored(answer("none", [], notes=["a common cause that was not logged"]), true), "right")
+        self.assertEqual(
+            self.scored(answer("none", [], candidates=[{"why": "a common cause"}]), true), "missed"
+        )
+        self.assertEqual(
+            self.scored(answer("none", [], notes=["a common cause that was not logged"]), true),
+            "right",
+        )
 
     def test_an_interval_counts_where_it_has_a_width_and_the_kind_is_single(self):
         found, true = answer("sinusoid", ["sinusoid"]), truth(["sinusoid"])
         true.kinds = {"sinusoid": {"frequency_hz": 3.0, "amplitude_dps": 1.0}}
-        found["fitted"][1]["parameters"] = {"frequency_hz": {"value": 3.1, "low": 3.05, "high": 3.2}, "amplitude_dps": {"value": 1, "low": 1, "high": 1}}
-        self.assertEqual(scoring.intervals(found, true), [("sinusoid", "frequency_hz", False, 3.0, 3.05, 3.2)])
+        found["fitted"][1]["parameters"] = {
+            "frequency_hz": {"value": 3.1, "low": 3.05, "high": 3.2},
+            "amplitude_dps": {"value": 1, "low": 1, "high": 1},
+        }
+        self.assertEqual(
+            scoring.intervals(found, true), [("sinusoid", "frequency_hz", False, 3.0, 3.05, 3.2)]
+        )
 
     def test_an_expert_contradicts_a_made_up_cause(self):
         real = real_recordings.RECORDINGS["ADIS16405 run 1"]
         self.assertEqual(real_recordings.judgement(real, "x", ["low_pass"], [])[0], "yes")
         self.assertEqual(real_recordings.judgement(real, "z", ["low_pass"], [])[0], "partly")
-        self.assertEqual(real_recordings.judgement(real, "z", ["narrow_band", "g_sensitivity"], [])[:2], ("no", ["g_sensitivity"]))
+        self.assertEqual(
+            real_recordings.judgement(real, "z", ["narrow_band", "g_sensitivity"], [])[:2],
+            ("no", ["g_sensitivity"]),
+        )
 
 
 if __name__ == "__main__":

@@ -12,10 +12,9 @@ import textwrap
 import unittest
 from pathlib import Path
 
-from test_lab import BASE, ROOT, SENSOR, Folder, run
 import numpy as np
-
 from davarlab import errors
+from test_lab import BASE, ROOT, SENSOR, Folder, run
 
 HEAD = "from davarlab.effects.base import Effect, Parameter\nSIZE = (Parameter('a_dps', 'deg/s', 0, 1),)\n"
 REFUSED = {
@@ -50,7 +49,10 @@ class BadInput(Folder):
     def setUp(self):
         super().setUp()
         rows = "".join(f"{i / 50:.2f},{math.sin(i * i % 997):.4f},{i % 7}\n" for i in range(1500))
-        self.recording, self.out = self.file("r.csv", "time_s,gyro_z_dps,temp_degC\n" + rows), self.work / "out"
+        self.recording, self.out = (
+            self.file("r.csv", "time_s,gyro_z_dps,temp_degC\n" + rows),
+            self.work / "out",
+        )
 
     def refused(self, words, *arguments):
         before = {path: path.read_bytes() for path in self.work.iterdir()}
@@ -64,27 +66,55 @@ class BadInput(Folder):
     def test_options_and_outputs(self):
         for command, words in REFUSED.items():
             with self.subTest(command):
-                self.refused(words, *command.format(rec=self.recording, model=self.model, out=self.out).split())
+                self.refused(
+                    words,
+                    *command.format(rec=self.recording, model=self.model, out=self.out).split(),
+                )
 
     def test_a_gzip_file_that_would_fill_the_memory(self):
         """In its rows, and in front of them."""
         packed = self.work / "packed.csv.gz"
-        for text in (b"time_s,gyro_z_dps\n" + b"1.000000000,1.000000000\n" * (3 << 20), b"# a: %s\n" % (b"b" * 250) * (300 << 10)):
+        for text in (
+            b"time_s,gyro_z_dps\n" + b"1.000000000,1.000000000\n" * (3 << 20),
+            b"# a: %s\n" % (b"b" * 250) * (300 << 10),
+        ):
             packed.write_bytes(gzip.compress(text, 9))
             self.assertLess(packed.stat().st_size, 700_000)
-            self.refused("gzip data of more than 64 MiB and 100 times its size", "fit", packed, "-m", self.model)
+            self.refused(
+                "gzip data of more than 64 MiB and 100 times its size",
+                "fit",
+                packed,
+                "-m",
+                self.model,
+            )
 
     def test_what_standard_output_cannot_take_is_told(self):
         with open("/dev/full", "wb") as full:
-            done = subprocess.run([ROOT / "tools/davarlab", "effects"], stdout=full, stderr=subprocess.PIPE, text=True)
-        self.assertEqual((2, "davarlab: standard output: no space left on device\n"), (done.returncode, done.stderr))
+            done = subprocess.run(
+                [ROOT / "tools/davarlab", "effects"], stdout=full, stderr=subprocess.PIPE, text=True
+            )
+        self.assertEqual(
+            (2, "davarlab: standard output: no space left on device\n"),
+            (done.returncode, done.stderr),
+        )
 
     def test_results_are_no_recording(self):
         results = self.work / "results.csv"
         with open(results, "w") as file:
-            subprocess.run([ROOT / "tools/davar-sim", self.recording], stdout=file, stderr=subprocess.PIPE, check=True)
+            subprocess.run(
+                [ROOT / "tools/davar-sim", self.recording],
+                stdout=file,
+                stderr=subprocess.PIPE,
+                check=True,
+            )
         for command in ("compare", "diagnose"):
-            self.refused(f"{results}:1: results of davar-sim or davarlab live", command, results, "-m", self.model)
+            self.refused(
+                f"{results}:1: results of davar-sim or davarlab live",
+                command,
+                results,
+                "-m",
+                self.model,
+            )
         self.refused("results of davar-sim", "import", results, "-o", self.out)
 
     def test_own_effects(self):
@@ -112,15 +142,20 @@ class BadInput(Folder):
         self.assertAlmostEqual(7.0, value["frequency_hz"]["value"], delta=0.1)
         self.assertAlmostEqual(0.03, value["std_dps"]["value"], delta=0.003)
         model = self.file("full.toml", SENSOR + BASE + effect)
-        self.assertEqual(0, run("fit", recording, "-m", model, "--effects", own, "--json").returncode)
+        self.assertEqual(
+            0, run("fit", recording, "-m", model, "--effects", own, "--json").returncode
+        )
 
 
 class Errors(unittest.TestCase):
     def test_only_a_file_of_the_user_is_bad_input(self):
         """A file of this package or of Python that is missing is a fault; but a full disk is the machine's wherever it is met."""
         places = [errors.__file__, unittest.__file__, np.__file__]
-        for path, code, status in [(Path(path).parent / "gone", errno.ENOENT, 3) for path in places] + [("gone.csv", errno.ENOENT, 2), (b"gone.csv", errno.EACCES, 2)] + [
-                (path, errno.ENOSPC, 2) for path in places]:
+        for path, code, status in (
+            [(Path(path).parent / "gone", errno.ENOENT, 3) for path in places]
+            + [("gone.csv", errno.ENOENT, 2), (b"gone.csv", errno.EACCES, 2)]
+            + [(path, errno.ENOSPC, 2) for path in places]
+        ):
             with self.subTest(path), contextlib.redirect_stderr(io.StringIO()) as said:
                 try:
                     raise OSError(code, os.strerror(code), path)

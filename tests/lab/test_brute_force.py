@@ -5,13 +5,15 @@ import unittest
 
 import numpy as np
 from davarlab import model, simulate
+from davarlab.candidates import candidate
+from davarlab.candidates import ranking as candidates
 from davarlab.data import signals
-from davarlab.candidates import candidate, ranking as candidates
-from davarlab.diagnosis import diagnose, oracle, state as state_of
+from davarlab.data.recording import Recording
+from davarlab.diagnosis import diagnose, oracle
+from davarlab.diagnosis import state as state_of
 from davarlab.effects import table
 from davarlab.inference import estimate, refine, states
 from davarlab.inference.parts import Bench, Part
-from davarlab.data.recording import Recording
 from scipy import signal, stats
 
 RATE = 50.0
@@ -21,7 +23,10 @@ def every_path(values, level, noise, stay):
     """(path, joint density) of all paths of a two-level chain."""
     for path in itertools.product((1, -1), repeat=len(values)):
         chance = 0.5 * np.prod([stay if a == b else 1 - stay for a, b in zip(path, path[1:])])
-        yield np.array(path), chance * np.prod(stats.norm.pdf(values, level * np.array(path), noise))
+        yield (
+            np.array(path),
+            chance * np.prod(stats.norm.pdf(values, level * np.array(path), noise)),
+        )
 
 
 class Chains(unittest.TestCase):
@@ -33,7 +38,11 @@ class Chains(unittest.TestCase):
             paths = list(every_path(self.values, level, noise, stay))
             whole = sum(p for _, p in paths)
             likelihood, state = states.smoothed(self.values, level, noise, stay)
-            self.assertAlmostEqual(states.two_level_log_likelihood(self.values, level, noise, stay), np.log(whole), places=7)
+            self.assertAlmostEqual(
+                states.two_level_log_likelihood(self.values, level, noise, stay),
+                np.log(whole),
+                places=7,
+            )
             self.assertAlmostEqual(likelihood, np.log(whole), places=7)
             np.testing.assert_allclose(state, sum(path * p for path, p in paths) / whole, atol=1e-9)
 
@@ -41,19 +50,31 @@ class Chains(unittest.TestCase):
         values = np.random.default_rng(4).normal(size=300)
         for std, noise, decay in ((0.7, 1.0, 0.95), (2.0, 0.1, 0.5)):
             lags = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
-            covariance = std ** 2 * decay ** lags + noise ** 2 * np.eye(300)
+            covariance = std**2 * decay**lags + noise**2 * np.eye(300)
             exact = stats.multivariate_normal.logpdf(values, np.zeros(300), covariance)
-            self.assertAlmostEqual(states.gauss_markov_log_likelihood(values, std, noise, decay), exact, places=5)
+            self.assertAlmostEqual(
+                states.gauss_markov_log_likelihood(values, std, noise, decay), exact, places=5
+            )
 
     def test_a_dwell_longer_than_the_record_is_no_fault(self):
-        state, divergence, doubt, _ = states.decoded(np.random.default_rng(5).normal(size=3000), RATE, 0.5, 1e9, 0.1)
-        self.assertEqual((len(state), np.isfinite(divergence), np.isfinite(doubt)), (3000, True, True))
+        state, divergence, doubt, _ = states.decoded(
+            np.random.default_rng(5).normal(size=3000), RATE, 0.5, 1e9, 0.1
+        )
+        self.assertEqual(
+            (len(state), np.isfinite(divergence), np.isfinite(doubt)), (3000, True, True)
+        )
 
     def test_the_dwell_is_not_lengthened_by_the_blocks(self):
         rng = np.random.default_rng(5)
-        level = np.where(np.searchsorted(np.cumsum(rng.exponential(4.0, 2000)), np.arange(180000) / RATE) % 2, 0.02, -0.02)
-        _, amplitude, dwell, _ = states.fit_levels(level + 0.035 * rng.normal(size=180000), RATE, 0.02, 5.0, 0.035 / RATE ** 0.5)
-        self.assertAlmostEqual(dwell, 4.0, delta=3 * 4.0 / 900 ** 0.5)  # 900 switches
+        level = np.where(
+            np.searchsorted(np.cumsum(rng.exponential(4.0, 2000)), np.arange(180000) / RATE) % 2,
+            0.02,
+            -0.02,
+        )
+        _, amplitude, dwell, _ = states.fit_levels(
+            level + 0.035 * rng.normal(size=180000), RATE, 0.02, 5.0, 0.035 / RATE**0.5
+        )
+        self.assertAlmostEqual(dwell, 4.0, delta=3 * 4.0 / 900**0.5)  # 900 switches
         self.assertAlmostEqual(amplitude, 0.02, delta=0.001)
 
 
@@ -72,7 +93,9 @@ class Courses(unittest.TestCase):
     def test_vibration_that_starts_suddenly_keeps_its_edges(self):
         rng, envelope = np.random.default_rng(8), np.zeros(60000)
         envelope[20000:40000] = 0.1
-        square = signals.mean_square_between(1 + envelope * rng.normal(size=60000) + 0.002 * rng.normal(size=60000), 50, 3000)
+        square = signals.mean_square_between(
+            1 + envelope * rng.normal(size=60000) + 0.002 * rng.normal(size=60000), 50, 3000
+        )
         self.assertLess(square[:19995].max(), 1e-4)
         np.testing.assert_allclose(square[20005:39995], 0.01, rtol=0.15)
 
@@ -88,18 +111,26 @@ class Fits(unittest.TestCase):
         parts = self.noise + [Part("sinusoid", {"frequency_hz": 3.2125})]
         found = refine.refined(self.bench, parts)[-1].shape["frequency_hz"]
         around = [found + k * 2e-6 for k in range(-6, 7)]
-        best = max(around, key=lambda f: self.bench.fit(self.noise + [Part("sinusoid", {"frequency_hz": f})]).log_likelihood)
+        best = max(
+            around,
+            key=lambda f: (
+                self.bench.fit(self.noise + [Part("sinusoid", {"frequency_hz": f})]).log_likelihood
+            ),
+        )
         self.assertAlmostEqual(found, best, delta=2e-6)
         self.assertAlmostEqual(found, 3.21234, delta=6e-5)
 
     def test_the_maximum_is_reached_where_one_ordinate_holds_most_of_the_energy(self):
         rng = np.random.default_rng(13)
         for size, place in ((0.027, 255000), (0.05, 150000), (0.1, 300000)):
-            y = 0.27 / 60 * RATE ** 0.5 * rng.normal(size=360000) + size * (np.arange(360000) > place)
+            y = 0.27 / 60 * RATE**0.5 * rng.normal(size=360000) + size * (np.arange(360000) > place)
             bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
             fit = bench.fit(self.noise)
-            around = [estimate.vector_likelihood(bench, self.noise, np.array([n, b]), np.zeros(0))
-                      for n in fit.sizes[0] * np.geomspace(0.2, 5, 21) for b in np.geomspace(1e-8, 1e-3, 41)]
+            around = [
+                estimate.vector_likelihood(bench, self.noise, np.array([n, b]), np.zeros(0))
+                for n in fit.sizes[0] * np.geomspace(0.2, 5, 21)
+                for b in np.geomspace(1e-8, 1e-3, 41)
+            ]
             self.assertGreater(fit.log_likelihood, max(around) - 0.01)
 
     def test_a_size_fitted_as_nothing_has_a_bound_that_such_noise_would_reach(self):
@@ -108,18 +139,27 @@ class Fits(unittest.TestCase):
         for _ in range(12):
             y = 0.035 * rng.normal(size=20000)
             bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
-            found = estimate.all_estimates(bench, self.noise, bench.fit(self.noise))[1]["coefficient_deg_per_h"]
+            found = estimate.all_estimates(bench, self.noise, bench.fit(self.noise))[1][
+                "coefficient_deg_per_h"
+            ]
             if found.value == 0:
                 zeros += 1
                 bounds.append(found.high)
         self.assertGreater(zeros, 2)
-        self.assertTrue(all(2 < bound < 30 for bound in bounds), bounds)  # deg/h; 400 s of 0.3 deg/sqrt(h) hide about 8
+        self.assertTrue(
+            all(2 < bound < 30 for bound in bounds), bounds
+        )  # deg/h; 400 s of 0.3 deg/sqrt(h) hide about 8
 
     def test_long_memory_is_a_random_walk_unless_it_turns(self):
         def of(kind, gain):
             return candidate.Candidate(kind, Part(kind), gain, -gain)
+
         for lead, first in ((2.0, "rate_random_walk"), (5.0, "gauss_markov")):
-            found = [of("gauss_markov", 20 + lead), of("rate_random_walk", 20.0), of("temperature", 1.0)]
+            found = [
+                of("gauss_markov", 20 + lead),
+                of("rate_random_walk", 20.0),
+                of("temperature", 1.0),
+            ]
             candidates.simplest_first(found)
             self.assertEqual(min(found, key=lambda c: c.log_p).kind, first)
 
@@ -128,26 +168,52 @@ class Oracle(unittest.TestCase):
     """The expected gain against the mean of what recordings have, both likelihoods at the truth."""
 
     def test_the_gain_is_that_of_recordings(self):
-        base = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), model.Term("quantization", {"coefficient_deg": 1e-4})]
-        hidden = {"gauss_markov": {"std_dps": 0.004, "correlation_time_s": 5.0}, "low_pass": {"cutoff_hz": 23.0},
-                  "temperature": {"coefficient_dps_per_degC": 0.002}, "narrow_band": {"std_dps": 0.004, "frequency_hz": 7.0, "half_width_hz": 0.5}}
+        base = [
+            model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
+            model.Term("quantization", {"coefficient_deg": 1e-4}),
+        ]
+        hidden = {
+            "gauss_markov": {"std_dps": 0.004, "correlation_time_s": 5.0},
+            "low_pass": {"cutoff_hz": 23.0},
+            "temperature": {"coefficient_dps_per_degC": 0.002},
+            "narrow_band": {"std_dps": 0.004, "frequency_hz": 7.0, "half_width_hz": 0.5},
+        }
         for kind, parameters in hidden.items():
             term, found, expected = model.Term(kind, parameters), [], []
             for seed in range(8):
                 one = simulate.make([*base, term], RATE, seed=seed, duration_s=900)
-                gyro, with_it, without = one.columns["gyro_z_dps"], oracle.spectrum_of([*base, term], one), oracle.spectrum_of(base, one)
-                known = simulate.contribution(term, one, None, None) if table.find(kind).role == "mean" else 0.0
-                before, after = (signals.transform(x - x.mean())[1:] ** 2 for x in (gyro, gyro - known))
-                found.append(np.sum(np.log(without) + before / without - np.log(with_it) - after / with_it) / 2)
+                gyro, with_it, without = (
+                    one.columns["gyro_z_dps"],
+                    oracle.spectrum_of([*base, term], one),
+                    oracle.spectrum_of(base, one),
+                )
+                known = (
+                    simulate.contribution(term, one, None, None)
+                    if table.find(kind).role == "mean"
+                    else 0.0
+                )
+                before, after = (
+                    signals.transform(x - x.mean())[1:] ** 2 for x in (gyro, gyro - known)
+                )
+                found.append(
+                    np.sum(np.log(without) + before / without - np.log(with_it) - after / with_it)
+                    / 2
+                )
                 expected.append(oracle.gain(term, base, one))
-            self.assertLess(abs(np.mean(found) - np.mean(expected)), 3 * np.std(found) / 8 ** 0.5 + 0.05 * np.mean(expected), kind)
+            self.assertLess(
+                abs(np.mean(found) - np.mean(expected)),
+                3 * np.std(found) / 8**0.5 + 0.05 * np.mean(expected),
+                kind,
+            )
             self.assertGreater(np.mean(expected), 10, kind)
 
     def test_noise_that_has_grown_gains_what_its_variance_says(self):
         base = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3})]
         term = model.Term("noise_step", {"ratio": 1.5, "start_s": 100.0, "stop_s": 200.0})
         one = simulate.make(base, RATE, duration_s=900)
-        self.assertAlmostEqual(oracle.gain(term, base, one), 100 * RATE * (2.25 - 1 - np.log(2.25)) / 2, places=6)
+        self.assertAlmostEqual(
+            oracle.gain(term, base, one), 100 * RATE * (2.25 - 1 - np.log(2.25)) / 2, places=6
+        )
 
 
 class HighPass(unittest.TestCase):
@@ -160,14 +226,23 @@ class HighPass(unittest.TestCase):
             x[0] = 0.2
             a = np.exp(-2 * np.pi / period / RATE)
             y = x - signal.lfilter([1 - a], [1, -a], x, zi=[a * x[0]])[0]
-            given = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.25}),
-                     model.Term("rate_random_walk", {"coefficient_deg_per_h_per_sqrt_h": 300.0})]
-            found = diagnose.diagnose(Recording({"time_s": np.arange(90000) / RATE, "gyro_z_dps": y}, RATE), model.Model(RATE, "gyro_z_dps", given))
+            given = [
+                model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.25}),
+                model.Term("rate_random_walk", {"coefficient_deg_per_h_per_sqrt_h": 300.0}),
+            ]
+            found = diagnose.diagnose(
+                Recording({"time_s": np.arange(90000) / RATE, "gyro_z_dps": y}, RATE),
+                model.Model(RATE, "gyro_z_dps", given),
+            )
             self.assertEqual(found.added, ["high_pass"])
             last = found.states[-1]
-            error = estimate.standard_errors(last.bench, last.parts, last.fit)[1][len(last.parts) - 1, "corner_period_s"]
+            error = estimate.standard_errors(last.bench, last.parts, last.fit)[1][
+                len(last.parts) - 1, "corner_period_s"
+            ]
             self.assertLess(error, 0.1)
-            self.assertLess(abs(np.log(last.parts[-1].shape["corner_period_s"] / period)), 3 * error)
+            self.assertLess(
+                abs(np.log(last.parts[-1].shape["corner_period_s"] / period)), 3 * error
+            )
 
 
 class LowPass(unittest.TestCase):
@@ -175,7 +250,9 @@ class LowPass(unittest.TestCase):
         term = model.checked_term({"kind": "low_pass", "cutoff_hz": 8.0}, "here")
         self.assertEqual(term.parameters, {"cutoff_hz": 8.0})
         rng = np.random.default_rng(12)
-        spectrum = np.fft.rfft(0.035 * rng.normal(size=60000)) / np.sqrt(1 + (np.fft.rfftfreq(60000, 1 / RATE) / 8.0) ** 2)
+        spectrum = np.fft.rfft(0.035 * rng.normal(size=60000)) / np.sqrt(
+            1 + (np.fft.rfftfreq(60000, 1 / RATE) / 8.0) ** 2
+        )
         recording = Recording({"gyro_z_dps": np.fft.irfft(spectrum)}, RATE)
         terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), term]
         state = state_of.judged(state_of.start(recording, model.Model(RATE, "gyro_z_dps", terms)))

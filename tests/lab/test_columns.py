@@ -9,18 +9,22 @@ from unittest import mock
 import heat
 import numpy as np
 from davarlab import model, simulate
-from davarlab.data import recording as logged
-from davarlab.data.recording import Recording
-from davarlab.data.observations import Observation
 from davarlab.candidates import columns, common_cause, doubts, identifiable
 from davarlab.candidates.candidate import Candidate
-from davarlab.diagnosis import diagnose, evidence, state as state_of
+from davarlab.data import recording as logged
+from davarlab.data.observations import Observation
+from davarlab.data.recording import Recording
+from davarlab.diagnosis import diagnose, evidence
+from davarlab.diagnosis import state as state_of
 from davarlab.effects import columns as effects
 from davarlab.errors import BadInput
 from davarlab.inference import changes
 from davarlab.inference.parts import Part
 
-BASE = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}), model.Term("bias_instability", {"coefficient_deg_per_h": 5.0})]
+BASE = [
+    model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
+    model.Term("bias_instability", {"coefficient_deg_per_h": 5.0}),
+]
 MODEL = model.Model(heat.RATE, "gyro_z_dps", BASE)
 
 
@@ -38,22 +42,32 @@ class Courses(unittest.TestCase):
     def test_a_lag_is_late_by_its_time(self):
         x = np.linspace(0, 36, 180000)  # 0.01 a second
         self.assertAlmostEqual(x[-1] - effects.lagged(x, 50.0, 60.0)[-1], 0.6, places=3)
-        self.assertAlmostEqual(x[100] - effects.lagged(x, 50.0, 60.0, moving=True)[100], 0.6, places=3)
+        self.assertAlmostEqual(
+            x[100] - effects.lagged(x, 50.0, 60.0, moving=True)[100], 0.6, places=3
+        )
         np.testing.assert_array_equal(effects.lagged(x, 50.0, 0.0), x)
 
     def test_a_clock_or_a_copy_of_the_gyro_is_not_followed(self):
         found = recording("none", "walk", 1)
-        found.columns |= {"index": np.arange(found.samples) * 1.0, "gyro_z_rad_s": found.columns["gyro_z_dps"] * np.pi / 180,
-                          "gyro_x_dps": np.random.default_rng(2).standard_normal(found.samples)}
+        found.columns |= {
+            "index": np.arange(found.samples) * 1.0,
+            "gyro_z_rad_s": found.columns["gyro_z_dps"] * np.pi / 180,
+            "gyro_x_dps": np.random.default_rng(2).standard_normal(found.samples),
+        }
         self.assertEqual(effects.may_follow(found, "gyro_z_dps"), ["gyro_x_dps"])
 
 
 class Files(unittest.TestCase):
     def sensor(self, **entry):
-        return model.of({"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}, "m.toml")
+        return model.of(
+            {"sensor": {"column": "gyro_z_dps", "rate_hz": 50.0}, "effect": [entry]}, "m.toml"
+        )
 
     def test_a_lag_may_be_left_out_and_a_column_is_a_word(self):
-        self.assertEqual(self.sensor(kind="temperature", coefficient_dps_per_degC=0.01).terms[0].parameters, {"coefficient_dps_per_degC": 0.01})
+        self.assertEqual(
+            self.sensor(kind="temperature", coefficient_dps_per_degC=0.01).terms[0].parameters,
+            {"coefficient_dps_per_degC": 0.01},
+        )
         found = self.sensor(kind="follows", column='V "raw"', coefficient=0.1, lag_s=3)
         self.assertIn('column = "V \\"raw\\""', model.text_of(found))
         for column in (3.0, "", "a,b", "gyro_z_dps"):
@@ -61,9 +75,11 @@ class Files(unittest.TestCase):
                 self.sensor(kind="follows", column=column, coefficient=0.1)
 
     def test_all_kinds_are_simulated_and_fitted(self):
-        terms = BASE + [model.Term("temperature", {"coefficient_dps_per_degC": 0.02, "lag_s": 60.0}),
-                        model.Term("follows", {"coefficient": 0.1, "column": "supply_V"}),
-                        model.Term("temperature_noise", {"relative_per_degC": 0.08})]
+        terms = BASE + [
+            model.Term("temperature", {"coefficient_dps_per_degC": 0.02, "lag_s": 60.0}),
+            model.Term("follows", {"coefficient": 0.1, "column": "supply_V"}),
+            model.Term("temperature_noise", {"relative_per_degC": 0.08}),
+        ]
         found = simulate.make(terms, 50.0, seed=4, duration_s=3600)
         state = state_of.judged(state_of.start(found, model.Model(50.0, "gyro_z_dps", terms)))
         shapes = {part.kind: part.shape for part in state.parts}
@@ -97,22 +113,35 @@ class Verdicts(unittest.TestCase):
     def test_a_random_walk_is_no_heat(self):
         found = self.diagnosed("walk", "cycles")
         self.assertEqual(found.added, ["rate_random_walk"])
-        self.assertEqual([one.kind for one in found.alternatives if one.kind not in identifiable.NOISE], [])
+        self.assertEqual(
+            [one.kind for one in found.alternatives if one.kind not in identifiable.NOISE], []
+        )
 
     def test_noise_that_goes_with_the_temperature(self):
         found = self.diagnosed("noise", "walk")
         self.assertEqual(found.added, ["temperature_noise"])
-        self.assertAlmostEqual(found.states[-1].parts[-1].shape["relative_per_degC"], 0.05, delta=0.01)
+        self.assertAlmostEqual(
+            found.states[-1].parts[-1].shape["relative_per_degC"], 0.05, delta=0.01
+        )
 
     def test_a_supply_and_a_neighbouring_axis_are_followed(self):
         for case, column in (("supply", "supply_V"), ("leak", "gyro_x_dps")):
             found = self.diagnosed(case, "walk")
-            self.assertEqual((found.added, found.states[-1].parts[-1].shape["column"]), (["follows"], column))
+            self.assertEqual(
+                (found.added, found.states[-1].parts[-1].shape["column"]), (["follows"], column)
+            )
 
     def test_a_temperature_of_the_model_that_is_felt_late_is_put_right(self):
-        given = model.Model(heat.RATE, "gyro_z_dps", BASE + [model.Term("temperature", {"coefficient_dps_per_degC": 0.012})])
+        given = model.Model(
+            heat.RATE,
+            "gyro_z_dps",
+            BASE + [model.Term("temperature", {"coefficient_dps_per_degC": 0.012})],
+        )
         found = diagnose.diagnose(recording("lag", "cycles", 6), given)
-        self.assertEqual([part.kind for part in found.states[-1].parts], ["angle_random_walk", "bias_instability", "temperature"])
+        self.assertEqual(
+            [part.kind for part in found.states[-1].parts],
+            ["angle_random_walk", "bias_instability", "temperature"],
+        )
         self.assertEqual(found.added, ["temperature"])
 
 
@@ -122,10 +151,15 @@ class Chance(unittest.TestCase):
         few = 0
         for seed in range(25):
             columns_of = heat.make("none", ("cycles", "walk")[seed % 2], seed, 600) | {
-                "supply_V": heat.walk(30000, np.random.default_rng(seed + 70)), "gyro_x_dps": heat.make("none", "walk", seed + 99, 600)["gyro_z_dps"]}
+                "supply_V": heat.walk(30000, np.random.default_rng(seed + 70)),
+                "gyro_x_dps": heat.make("none", "walk", seed + 99, 600)["gyro_z_dps"],
+            }
             found = Recording(columns_of, heat.RATE)
             state = state_of.start(found, MODEL)
-            few += sum(one.log_p < np.log(0.01) for one in columns.tried(state.bench, state.parts, state.fit, "gyro_z_dps"))
+            few += sum(
+                one.log_p < np.log(0.01)
+                for one in columns.tried(state.bench, state.parts, state.fit, "gyro_z_dps")
+            )
         self.assertLessEqual(few, 6)
 
 
@@ -144,10 +178,20 @@ class Causes(unittest.TestCase):
     def test_axes_that_drift_together_are_said_and_others_not(self):
         alone = heat.make("none", "walk", 3)
         drift = 0.05 * heat.walk(180000, np.random.default_rng(9)) / 200
-        both = alone | {"gyro_z_dps": alone["gyro_z_dps"] + drift, "gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"] + drift}
-        self.assertIn("gyro_x_dps", common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps"))
-        self.assertIn("A shared drift: gyro_x_dps", " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["rate_random_walk"])))
-        self.assertNotIn("drift", " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["quantization"])))
+        both = alone | {
+            "gyro_z_dps": alone["gyro_z_dps"] + drift,
+            "gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"] + drift,
+        }
+        self.assertIn(
+            "gyro_x_dps", common_cause.several_axes(Recording(both, heat.RATE), "gyro_z_dps")
+        )
+        self.assertIn(
+            "A shared drift: gyro_x_dps",
+            " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["rate_random_walk"])),
+        )
+        self.assertNotIn(
+            "drift", " ".join(evidence.notes(Recording(both, heat.RATE), MODEL, ["quantization"]))
+        )
         apart = alone | {"gyro_x_dps": heat.make("none", "walk", 4)["gyro_z_dps"]}
         self.assertEqual(common_cause.several_axes(Recording(apart, heat.RATE), "gyro_z_dps"), "")
 
@@ -157,8 +201,10 @@ class Causes(unittest.TestCase):
             drift = 1.5e-5 * heat.walk(180000, rng)
             noise = 4 * np.std(np.diff(alone["gyro_z_dps"])) * rng.standard_normal(180000)
             turned = drift + heat.make("none", "walk", seed + 1)["gyro_z_dps"]
-            judged = self.judged(alone | {"gyro_z_dps": alone["gyro_z_dps"] + drift + noise, "gyro_x_dps": turned},
-                                 Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0}))
+            judged = self.judged(
+                alone | {"gyro_z_dps": alone["gyro_z_dps"] + drift + noise, "gyro_x_dps": turned},
+                Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0}),
+            )
             self.assertEqual((judged.confirmed, judged.disagrees), (False, True), judged)
             self.assertIn("common cause", judged.why)
 
@@ -166,29 +212,59 @@ class Causes(unittest.TestCase):
 class Doubts(unittest.TestCase):
     def test_what_motion_leaves_behind_is_not_named_and_a_short_touch_forbids_nothing(self):
         def seen(share):
-            return [Observation("motion", [[1.0, 2.0]], share, ""), Observation("jitter", [], 1.0, "")]
-        for part in (Part("noise_step", {}), Part("vibration_noise", {"axis": "x"}), Part("shocks")):
+            return [
+                Observation("motion", [[1.0, 2.0]], share, ""),
+                Observation("jitter", [], 1.0, ""),
+            ]
+
+        for part in (
+            Part("noise_step", {}),
+            Part("vibration_noise", {"axis": "x"}),
+            Part("shocks"),
+        ):
             self.assertIn("moved in 5 % of the record", doubts.of_motion(seen(0.05), part))
             self.assertEqual(doubts.of_motion(seen(0.005), part), "")
-        for part in (Part("g_sensitivity", {"axis": "x"}), Part("narrow_band", {}), Part("follows", {"column": "supply_V", "lag_s": 0.0})):
+        for part in (
+            Part("g_sensitivity", {"axis": "x"}),
+            Part("narrow_band", {}),
+            Part("follows", {"column": "supply_V", "lag_s": 0.0}),
+        ):
             self.assertEqual(doubts.of_motion(seen(0.05), part), "")
 
     def test_a_leak_is_small_and_a_turn_about_an_oblique_axis_is_not(self):
         rng, moved = np.random.default_rng(8), [Observation("motion", [[1.0, 2.0]], 0.05, "")]
-        quiet, rocking = heat.make("none", "walk", 8), np.sin(np.arange(180000) / heat.RATE) * (1 + 0.2 * rng.standard_normal(180000))
-        for size, seen, column, named in ((0.02, moved, "gyro_x_dps", True), (0.15, moved, "gyro_x_dps", False), (0.15, [], "gyro_x_dps", True),
-                                          (0.4, [], "gyro_x_dps", False), (0.02, [], "gyro_x_rad_s", True)):
+        quiet, rocking = (
+            heat.make("none", "walk", 8),
+            np.sin(np.arange(180000) / heat.RATE) * (1 + 0.2 * rng.standard_normal(180000)),
+        )
+        for size, seen, column, named in (
+            (0.02, moved, "gyro_x_dps", True),
+            (0.15, moved, "gyro_x_dps", False),
+            (0.15, [], "gyro_x_dps", True),
+            (0.4, [], "gyro_x_dps", False),
+            (0.02, [], "gyro_x_rad_s", True),
+        ):
             part = Part("follows", {"column": column, "lag_s": 0.0})
-            logged = {"gyro_z_dps": quiet["gyro_z_dps"] + size * rocking, column: np.radians(rocking) if "rad" in column else rocking}
+            logged = {
+                "gyro_z_dps": quiet["gyro_z_dps"] + size * rocking,
+                column: np.radians(rocking) if "rad" in column else rocking,
+            }
             state = state_of.start(Recording(quiet | logged, heat.RATE), MODEL)
             why = doubts.doubt(state.bench, seen, state.parts, Candidate("follows", part, 0.0, 0.0))
             self.assertEqual("turns about an axis" in why, not named, why)
             self.assertEqual(why == "", named, why)
 
     def test_bands_that_are_turned_and_contradict_each_other_confirm_nothing(self):
-        found = [(low, high, beta, 0.001, 1.0) for low, high, beta in ((0.05, 0.25, 0.02), (0.25, 0.5, 0.02), (0.5, 2.5, -0.08))]
+        found = [
+            (low, high, beta, 0.001, 1.0)
+            for low, high, beta in ((0.05, 0.25, 0.02), (0.25, 0.5, 0.02), (0.5, 2.5, -0.08))
+        ]
         with mock.patch.object(common_cause, "in_bands", lambda *_: found):
-            self.assertTrue(common_cause.judge(None, [], Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0})).disagrees)
+            self.assertTrue(
+                common_cause.judge(
+                    None, [], Part("follows", {"column": "gyro_x_dps", "lag_s": 0.0})
+                ).disagrees
+            )
 
     def test_a_software_that_subtracts_the_bias_hides_what_is_slow(self):
         subtracted = [Part("angle_random_walk"), Part("high_pass", {"corner_period_s": 100.0})]
@@ -199,14 +275,25 @@ class Doubts(unittest.TestCase):
             self.assertEqual(doubts.of_software(subtracted, Part(kind)), "")
 
     def test_harmonics_of_something_slow_are_one_wave_and_those_of_a_machine_are_lines(self):
-        bench = SimpleNamespace(recording=Recording({"time_s": np.arange(7200.0)}, 1.0), y=np.zeros(7200))
+        bench = SimpleNamespace(
+            recording=Recording({"time_s": np.arange(7200.0)}, 1.0), y=np.zeros(7200)
+        )
 
         def lines(*frequencies):
             return [Part("sinusoid", {"frequency_hz": f}) for f in frequencies]
+
         wave = lines(0.0125, 0.0375, 0.0625)
         self.assertIn("repeats every 80 s", doubts.of_one_wave(bench, wave[:2], wave[2]))
-        self.assertEqual([doubts.times_of(bench, 0.0125, line) for line in wave + lines(0.05137)], [1, 3, 5, 0])
-        for others in (lines(0.0125, 0.0375, 0.0643), lines(0.2, 0.4, 0.6), wave[:2], lines(0.0125, 0.1237, 0.3171), lines(0.0125, 0.0375, 0.0375)):
+        self.assertEqual(
+            [doubts.times_of(bench, 0.0125, line) for line in wave + lines(0.05137)], [1, 3, 5, 0]
+        )
+        for others in (
+            lines(0.0125, 0.0375, 0.0643),
+            lines(0.2, 0.4, 0.6),
+            wave[:2],
+            lines(0.0125, 0.1237, 0.3171),
+            lines(0.0125, 0.0375, 0.0375),
+        ):
             self.assertEqual(doubts.of_one_wave(bench, others[:-1], others[-1]), "")
 
     def test_a_touch_is_no_vibration(self):
@@ -224,21 +311,37 @@ class Words(unittest.TestCase):
         for named in identifiable.HEAT:
             for other in identifiable.HEAT + identifiable.NOISE + identifiable.COURSES:
                 if other != named:
-                    self.assertRegex(identifiable.alternative(named, other).confirm, r"^Undecided: .* or .*\. To decide, .*\.$")
+                    self.assertRegex(
+                        identifiable.alternative(named, other).confirm,
+                        r"^Undecided: .* or .*\. To decide, .*\.$",
+                    )
 
 
 class Real(unittest.TestCase):
     def test_the_drift_of_a_real_sensor_is_no_sensitivity_to_acceleration(self):
-        terms = [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 2.3}), model.Term("bias_instability", {"coefficient_deg_per_h": 30.0})]
+        terms = [
+            model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 2.3}),
+            model.Term("bias_instability", {"coefficient_deg_per_h": 30.0}),
+        ]
         for name in ("adis16405_run1_static.csv.gz", "adis16405_run4_knocks.csv.gz"):
             with self.subTest(name):
-                path = Path(os.environ.get("DAVAR_REAL_DATA", Path(__file__).resolve().parents[3] / "shared/data/real"), name)
+                path = Path(
+                    os.environ.get(
+                        "DAVAR_REAL_DATA", Path(__file__).resolve().parents[3] / "shared/data/real"
+                    ),
+                    name,
+                )
                 if not path.exists():
                     self.skipTest(f"{name} is not here")
                 found = logged.read(path)
                 state = state_of.start(found, model.Model(found.rate_hz, "gyro_x_dps", terms))
                 for axis in "xyz":
-                    self.assertTrue(common_cause.judge(state.bench, state.parts, Part("g_sensitivity", {"axis": axis})).disagrees, axis)
+                    self.assertTrue(
+                        common_cause.judge(
+                            state.bench, state.parts, Part("g_sensitivity", {"axis": axis})
+                        ).disagrees,
+                        axis,
+                    )
 
 
 if __name__ == "__main__":

@@ -9,15 +9,23 @@ from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve
 
 RATE, N, B = 100.0, 0.3, 5.0
-SIGMA = N / 60 * RATE ** 0.5
-MODEL = model.Model(RATE, "gyro_z_dps", [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": N}),
-                                         model.Term("bias_instability", {"coefficient_deg_per_h": B})])
+SIGMA = N / 60 * RATE**0.5
+MODEL = model.Model(
+    RATE,
+    "gyro_z_dps",
+    [
+        model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": N}),
+        model.Term("bias_instability", {"coefficient_deg_per_h": B}),
+    ],
+)
 
 
 def gyro(samples, rng):
     f = np.fft.rfftfreq(2 * samples, 1 / RATE)
     f[0] = f[1]
-    flicker = np.fft.irfft(np.fft.rfft(rng.standard_normal(2 * samples)) * B / 3600 * np.sqrt(RATE / (2 * np.pi * f)))[:samples]
+    flicker = np.fft.irfft(
+        np.fft.rfft(rng.standard_normal(2 * samples)) * B / 3600 * np.sqrt(RATE / (2 * np.pi * f))
+    )[:samples]
     return SIGMA * rng.standard_normal(samples) + flicker + rng.uniform(-0.5, 0.5)
 
 
@@ -41,13 +49,26 @@ class Grid(unittest.TestCase):
         for q in (1 / 131, 0.05, 0.0175 * 57.3):
             k = np.round(0.8 * rng.normal(size=50000) + 0.3)
             wild = np.round(1e3 * rng.normal(size=len(k)) * (rng.random(len(k)) < 1e-4))
-            for y in (k * q + 0.123456, (k * q + 4.54).astype(np.float32).astype(float), np.round(k * q, 6), k * q - (k * q).mean(),
-                      np.diff(np.cumsum(k * q)), (k + wild) * q, np.round(1000 * k * q, 2) / 1000):
+            for y in (
+                k * q + 0.123456,
+                (k * q + 4.54).astype(np.float32).astype(float),
+                np.round(k * q, 6),
+                k * q - (k * q).mean(),
+                np.diff(np.cumsum(k * q)),
+                (k + wild) * q,
+                np.round(1000 * k * q, 2) / 1000,
+            ):
                 self.assertAlmostEqual(counts.step(y) / q, 1, delta=1e-3)
 
     def test_values_without_a_grid_have_no_count(self):
         x = np.random.default_rng(2).normal(size=50000)
-        for y in (x, np.round(x, 6), np.round(x) + 0.5 * np.arange(len(x)) / len(x), x[:1000], np.zeros(1000)):
+        for y in (
+            x,
+            np.round(x, 6),
+            np.round(x) + 0.5 * np.arange(len(x)) / len(x),
+            x[:1000],
+            np.zeros(1000),
+        ):
             self.assertIn(counts.step(y), (0.0, counts.step(y) if counts.step(y) < 1e-4 else 0.0))
 
 
@@ -57,7 +78,7 @@ class Rates(unittest.TestCase):
         for sigma, phase in ((0.2, 0.1), (0.3, -0.4), (0.5, 0.25)):
             k = np.round(phase + sigma * rng.normal(size=400000))
             mean, variance, _ = counts.rounded(sigma, np.array([phase]))
-            self.assertAlmostEqual(mean[0], k.mean(), delta=4 * k.std() / 400000 ** 0.5)
+            self.assertAlmostEqual(mean[0], k.mean(), delta=4 * k.std() / 400000**0.5)
             self.assertAlmostEqual(variance[0] / k.var(), 1, delta=0.02)
 
     def test_the_noise_behind_the_counts(self):
@@ -83,9 +104,16 @@ class Rates(unittest.TestCase):
             y = rate_in_counts(gyro(120000, rng), SIGMA / sigma)
             found = improved(y)
             self.assertEqual((found.diagnosis.added, found.verdict), ([], "none"), sigma)
-            self.assertAlmostEqual(np.sqrt(found.diagnosis.states[0].fit.sizes[0]) * 60 / N, 1, delta=0.03)
-            named = improved(rate_in_counts(gyro(120000, rng) + drift, SIGMA / sigma)).diagnosis.added
-            self.assertFalse(set(named) & {"noise_step", "shocks", "low_pass", "quantization", "gauss_markov"}, (sigma, named))
+            self.assertAlmostEqual(
+                np.sqrt(found.diagnosis.states[0].fit.sizes[0]) * 60 / N, 1, delta=0.03
+            )
+            named = improved(
+                rate_in_counts(gyro(120000, rng) + drift, SIGMA / sigma)
+            ).diagnosis.added
+            self.assertFalse(
+                set(named) & {"noise_step", "shocks", "low_pass", "quantization", "gauss_markov"},
+                (sigma, named),
+            )
 
 
 class Angles(unittest.TestCase):
@@ -94,21 +122,33 @@ class Angles(unittest.TestCase):
         for sigma, mean in ((0.1, 0.37), (0.2, 0.13), (0.3, 0.013), (0.5, 0.2)):
             angle = np.cumsum(mean + sigma * rng.normal(size=400000))
             error = np.round(angle) - angle
-            drawn = (np.abs(np.fft.rfft(error * np.hanning(len(error)))) ** 2 / np.sum(np.hanning(len(error)) ** 2))[1:]
+            drawn = (
+                np.abs(np.fft.rfft(error * np.hanning(len(error)))) ** 2
+                / np.sum(np.hanning(len(error)) ** 2)
+            )[1:]
             increments = np.zeros(counts.LAGS + 1)
-            increments[0] = sigma ** 2
+            increments[0] = sigma**2
             known = counts.error_spectrum(increments, np.array([mean]))
             nu = np.arange(1, len(drawn) + 1) / len(error)
-            ratio = [drawn[part].mean() / np.interp(nu[part], np.linspace(0, 0.5, len(known)), known).mean()
-                     for part in np.array_split(np.arange(len(nu)), 20)]
+            ratio = [
+                drawn[part].mean()
+                / np.interp(nu[part], np.linspace(0, 0.5, len(known)), known).mean()
+                for part in np.array_split(np.arange(len(nu)), 20)
+            ]
             np.testing.assert_allclose(ratio, 1, atol=0.06)
 
     def test_it_is_quantization_and_nothing_else(self):
         wrong = []
         for seed, sigma in enumerate((0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.5, 0.7, 1.0, 1.5)):
-            found = improved(angle_in_counts(gyro(100000, np.random.default_rng([8, seed])), SIGMA / sigma))
+            found = improved(
+                angle_in_counts(gyro(100000, np.random.default_rng([8, seed])), SIGMA / sigma)
+            )
             size = np.sqrt(found.diagnosis.states[-1].fit.sizes[0]) * 60 / N
-            right = found.verdict == "quantization" and found.diagnosis.added == ["quantization"] and abs(size - 1) < 0.02
+            right = (
+                found.verdict == "quantization"
+                and found.diagnosis.added == ["quantization"]
+                and abs(size - 1) < 0.02
+            )
             if not right or found.last.error > 1.25 * found.last.error_floor:
                 wrong.append((sigma, found.verdict, found.diagnosis.added, size))
         self.assertLessEqual(len(wrong), 1, wrong)

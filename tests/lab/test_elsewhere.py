@@ -52,7 +52,9 @@ class Elsewhere(unittest.TestCase):
         self.assertEqual(self.diagnosed("telegraph fast", 0), ["telegraph_noise"])
 
     def test_vibration_that_starts_suddenly_rectifies_suddenly(self):
-        self.assertEqual(self.diagnosed("vibration_rectification band", 1), ["vibration_rectification"])
+        self.assertEqual(
+            self.diagnosed("vibration_rectification band", 1), ["vibration_rectification"]
+        )
 
     def test_the_level_of_vibration_is_not_that_of_a_single_second(self):
         self.assertEqual(self.diagnosed("vibration_noise white", 4), ["vibration_noise"])

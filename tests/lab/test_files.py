@@ -37,15 +37,21 @@ class Signals(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "file"
             path.write_bytes(b"old")
-            done = subprocess.run([sys.executable, "-c", CHILD, str(int(number)), str(line), call, path],
-                                  env=dict(os.environ, PYTHONPATH=str(PACKAGE)), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+            done = subprocess.run(
+                [sys.executable, "-c", CHILD, str(int(number)), str(line), call, path],
+                env=dict(os.environ, PYTHONPATH=str(PACKAGE)),
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+            )
             held = {entry.name: entry.read_bytes() for entry in Path(folder).iterdir()}
         return (done.returncode, held) if done.stdout else None
 
     def test_at_every_line(self):
         for call, contents in (("write", (b"old", b"new")), ("check", (b"old",))):
             line = 1
-            while (outcome := self.run_child(call, number := STOPS[line % len(STOPS)], line)) is not None:
+            while (
+                outcome := self.run_child(call, number := STOPS[line % len(STOPS)], line)
+            ) is not None:
                 with self.subTest(call=call, number=number, line=line):
                     status, held = outcome
                     self.assertEqual(-number, status)

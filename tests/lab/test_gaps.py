@@ -16,11 +16,17 @@ def noise(count, rng):
     f = np.fft.rfftfreq(4 * count, 1 / RATE)
     f[0] = f[1]
     density = (N_DEG / 60) ** 2 + (B_DEG / 3600) ** 2 / (2 * np.pi * f)
-    return np.fft.irfft(np.fft.rfft(rng.standard_normal(4 * count)) * np.sqrt(density * RATE), 4 * count)[:count]
+    return np.fft.irfft(
+        np.fft.rfft(rng.standard_normal(4 * count)) * np.sqrt(density * RATE), 4 * count
+    )[:count]
 
 
 def losses(count, rng):
-    return {"3 %": rng.random(count) > 0.03, "50 %": rng.random(count) > 0.5, "bursts": np.arange(count) % 900 < 450}
+    return {
+        "3 %": rng.random(count) > 0.03,
+        "50 %": rng.random(count) > 0.5,
+        "bursts": np.arange(count) % 900 < 450,
+    }
 
 
 class Draws(unittest.TestCase):
@@ -35,7 +41,12 @@ class Draws(unittest.TestCase):
         pull = covariance[np.ix_(m, o)] @ linalg.inv(covariance[np.ix_(o, o)])
         mean = y[o].mean() + pull @ (y[o] - y[o].mean())
         left = covariance[np.ix_(m, m)] - pull @ covariance[np.ix_(o, m)]
-        drawn = np.array([gaps.conditional_draw(np.where(known, y, 0), known, level, rng)[m] for _ in range(6000)])
+        drawn = np.array(
+            [
+                gaps.conditional_draw(np.where(known, y, 0), known, level, rng)[m]
+                for _ in range(6000)
+            ]
+        )
         np.testing.assert_allclose(drawn.mean(axis=0), mean, atol=5 * np.sqrt(left.max() / 6000))
         np.testing.assert_allclose(np.cov(drawn.T), left, atol=6 * left.max() / np.sqrt(6000))
 
@@ -44,7 +55,9 @@ class Draws(unittest.TestCase):
         f = np.arange(1, count) * RATE / 2 / count
         level = ((N_DEG / 60) ** 2 + (B_DEG / 3600) ** 2 / (2 * np.pi * f)) * RATE
         level /= 1 + (f / 8) ** 2
-        y0 = fft.idct(np.concatenate([[0], np.sqrt(level) * rng.standard_normal(count - 1)]), norm="ortho")
+        y0 = fft.idct(
+            np.concatenate([[0], np.sqrt(level) * rng.standard_normal(count - 1)]), norm="ortho"
+        )
         for name, known in losses(count, rng).items():
             y = gaps.conditional_draw(np.where(known, y0, 0), known, level, rng)
             np.testing.assert_array_equal(y[known], y0[known])
@@ -58,11 +71,20 @@ class Draws(unittest.TestCase):
             rng = np.random.default_rng([3, seed])
             y0 = noise(60000, rng)
             for known in losses(len(y0), rng).values():
-                y = gaps.conditional_draw(np.where(known, y0, 0), known, gaps.first_level(np.where(known, y0, 0), known), rng)
+                y = gaps.conditional_draw(
+                    np.where(known, y0, 0),
+                    known,
+                    gaps.first_level(np.where(known, y0, 0), known),
+                    rng,
+                )
                 for _ in range(2):
                     bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
                     found = bench.fit(parts)
-                    level = np.exp(np.interp(np.log(bench.data.f), np.log(bench.data.f_bin), np.log(found.level)))
+                    level = np.exp(
+                        np.interp(
+                            np.log(bench.data.f), np.log(bench.data.f_bin), np.log(found.level)
+                        )
+                    )
                     y = gaps.conditional_draw(y, known, level, rng)
                 bench = Bench(Recording({"gyro_z_dps": y}, RATE), y)
                 n, b = estimate.all_estimates(bench, parts, bench.fit(parts))
@@ -70,7 +92,9 @@ class Draws(unittest.TestCase):
                 inside += (n.low <= N_DEG <= n.high) + (b.low <= B_DEG <= b.high)
                 tries += 2
                 self.assertAlmostEqual(n.value, N_DEG, delta=0.015 * N_DEG)
-        self.assertGreaterEqual(inside, tries - 6)  # 95 %; where half is lost the draw's own scatter comes on top
+        self.assertGreaterEqual(
+            inside, tries - 6
+        )  # 95 %; where half is lost the draw's own scatter comes on top
 
 
 class Deviations(unittest.TestCase):
@@ -82,15 +106,24 @@ class Deviations(unittest.TestCase):
         found, share = allan.windows(np.where(known, y, 99), window, taus, known)
         for row in range(3):
             for column, m in enumerate(taus):
-                part, there = y[row * window:(row + 1) * window], known[row * window:(row + 1) * window]
-                square = [(part[i + m:i + 2 * m].mean() - part[i:i + m].mean()) ** 2 for i in range(window - 2 * m + 1) if there[i:i + 2 * m].all()]
+                part, there = (
+                    y[row * window : (row + 1) * window],
+                    known[row * window : (row + 1) * window],
+                )
+                square = [
+                    (part[i + m : i + 2 * m].mean() - part[i : i + m].mean()) ** 2
+                    for i in range(window - 2 * m + 1)
+                    if there[i : i + 2 * m].all()
+                ]
                 self.assertAlmostEqual(share[row, column], len(square) / (window - 2 * m + 1))
                 self.assertAlmostEqual(found[row, column], np.sqrt(np.mean(square) / 2))
 
     def test_without_a_gap_it_is_what_the_library_says(self):
         y = np.random.default_rng(5).standard_normal(4000)
         found, share = allan.windows(y, 1000, [1, 8, 64], np.ones(4000, bool))
-        np.testing.assert_allclose(allan.masked(y, 1000, [1, 8, 64], np.ones(4000, bool))[0], found, rtol=1e-5)
+        np.testing.assert_allclose(
+            allan.masked(y, 1000, [1, 8, 64], np.ones(4000, bool))[0], found, rtol=1e-5
+        )
         self.assertEqual(share.min(), 1)
 
 

@@ -7,7 +7,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from asking import ROOT, typed as run
+from asking import ROOT
+from asking import typed as run
 
 BASE = """[[effect]]
 kind = "angle_random_walk"
@@ -17,11 +18,11 @@ kind = "bias_instability"
 coefficient_deg_per_h = 5.0
 """
 SENSOR = '[sensor]\nrate_hz = 50.0\ncolumn = "gyro_z_dps"\n'
-OWN = '''from davarlab.effects.base import Effect, Parameter
+OWN = """from davarlab.effects.base import Effect, Parameter
 EFFECT = Effect("square_of_temperature", "The bias bends with temperature.",
                 (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", -1e9, 1e9),), "Heat it.", "mean", "slow",
                 regressor=lambda recording, shape: (recording.column("temp_degC") - 25) ** 2, needs=("temp_degC",))
-'''
+"""
 
 
 class Folder(unittest.TestCase):
@@ -36,7 +37,10 @@ class Folder(unittest.TestCase):
         return self.work / name
 
     def simulated(self, effect="", seed=3, seconds=3600, options=()):
-        scenario = self.file("scenario.toml", f"{SENSOR}[simulate]\nseed = {seed}\nduration_s = {seconds}\n{BASE}{effect}")
+        scenario = self.file(
+            "scenario.toml",
+            f"{SENSOR}[simulate]\nseed = {seed}\nduration_s = {seconds}\n{BASE}{effect}",
+        )
         recording = self.work / "rec.csv"
         done = run("simulate", scenario, "-o", recording, *options)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -75,28 +79,46 @@ class Verdict(Folder):
     def test_strong_vibration_noise_is_all_that_is_found(self):
         effect = '[[effect]]\nkind = "vibration_noise"\ncoefficient_dps_per_g = 2.0\naxis = "x"\n'
         found = self.diagnosed(self.simulated(effect, seed=6, seconds=7200))
-        self.assertEqual((found["verdict"], found["missing"]), ("vibration_noise", ["vibration_noise"]))
+        self.assertEqual(
+            (found["verdict"], found["missing"]), ("vibration_noise", ["vibration_noise"])
+        )
 
     def test_noise_with_memory_beside_vibration_noise_is_no_misfit(self):
-        effects = '[[effect]]\nkind = "vibration_noise"\ncoefficient_dps_per_g = 0.8\naxis = "y"\n' \
+        effects = (
+            '[[effect]]\nkind = "vibration_noise"\ncoefficient_dps_per_g = 0.8\naxis = "y"\n'
             '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.006\ncorrelation_time_s = 8.0\n'
+        )
         found = self.diagnosed(self.simulated(effects, seed=11, seconds=7200))
         self.assertEqual(sorted(found["missing"]), ["gauss_markov", "vibration_noise"])
         self.assertNotEqual(found["verdict"], "unknown")
 
     def test_levels_beside_flicker_are_telegraph_noise_and_a_continuum_is_not(self):
-        levels = '[[effect]]\nkind = "telegraph_noise"\namplitude_dps = 0.0075\nmean_dwell_s = 75.0\n'
-        continuum = '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.0075\ncorrelation_time_s = 37.5\n'
-        self.assertEqual(self.diagnosed(self.simulated(levels, seconds=7200))["missing"], ["telegraph_noise"])
-        self.assertEqual(self.diagnosed(self.simulated(continuum, seconds=7200))["missing"], ["gauss_markov"])
+        levels = (
+            '[[effect]]\nkind = "telegraph_noise"\namplitude_dps = 0.0075\nmean_dwell_s = 75.0\n'
+        )
+        continuum = (
+            '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.0075\ncorrelation_time_s = 37.5\n'
+        )
+        self.assertEqual(
+            self.diagnosed(self.simulated(levels, seconds=7200))["missing"], ["telegraph_noise"]
+        )
+        self.assertEqual(
+            self.diagnosed(self.simulated(continuum, seconds=7200))["missing"], ["gauss_markov"]
+        )
 
     def test_shocks_are_named_though_the_error_stays_where_it_was(self):
-        found = self.diagnosed(self.simulated('[[effect]]\nkind = "shocks"\nrate_per_hour = 20.0\namplitude_dps = 0.5\n', seed=2))
+        found = self.diagnosed(
+            self.simulated(
+                '[[effect]]\nkind = "shocks"\nrate_per_hour = 20.0\namplitude_dps = 0.5\n', seed=2
+            )
+        )
         self.assertEqual((found["verdict"], found["missing"]), ("shocks", ["shocks"]))
 
     def test_shocks_are_sought_again_beside_a_strong_sensitivity_to_vibration(self):
-        effects = '[[effect]]\nkind = "g_sensitivity"\ncoefficient_dps_per_g = 0.9\naxis = "x"\n' \
+        effects = (
+            '[[effect]]\nkind = "g_sensitivity"\ncoefficient_dps_per_g = 0.9\naxis = "x"\n'
             '[[effect]]\nkind = "shocks"\nrate_per_hour = 30.0\namplitude_dps = 0.6\n'
+        )
         found = self.diagnosed(self.simulated(effects, seconds=7200))
         self.assertEqual(sorted(found["missing"]), ["g_sensitivity", "shocks"])
 
@@ -112,7 +134,17 @@ class Statistics(Folder):
     """In full: tools/davarlab nulls."""
 
     def test_true_models_are_rejected_as_often_as_stated(self):
-        done = run("nulls", "--recordings", "120", "--seconds", "1200", "--first-seed", "5000", "--adequacy-only", "--json")
+        done = run(
+            "nulls",
+            "--recordings",
+            "120",
+            "--seconds",
+            "1200",
+            "--first-seed",
+            "5000",
+            "--adequacy-only",
+            "--json",
+        )
         self.assertEqual(done.returncode, 0, done.stderr)
         found = json.loads(done.stdout)
         shares = dict(zip(found["levels"], found["rejected"]["whole model"]))
@@ -125,30 +157,76 @@ class Statistics(Folder):
         done = run("nulls", "--recordings", "2", "--seconds", "600", "--jobs", "1", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         found = json.loads(done.stdout)["candidates"]
-        self.assertLessEqual({"gauss_markov", "sinusoid", "noise_step", "temperature", "warm_up"}, set(found))
+        self.assertLessEqual(
+            {"gauss_markov", "sinusoid", "noise_step", "temperature", "warm_up"}, set(found)
+        )
 
 
 class Files(Folder):
     def test_effects_lists_every_kind_of_the_contract(self):
-        kinds = {effect["kind"] for effect in json.loads(run("effects", "--json").stdout)["effects"]}
-        self.assertEqual(kinds, {
-            "quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp", "gauss_markov", "sinusoid", "low_pass",
-            "temperature", "temperature_rate", "g_sensitivity", "vibration_noise", "vibration_rectification", "warm_up", "telegraph_noise",
-            "noise_step", "shocks", "narrow_band", "high_pass", "temperature_squared", "temperature_hysteresis", "temperature_noise",
-            "follows", "moving_average", "intermittent_line", "bias_step"})
+        kinds = {
+            effect["kind"] for effect in json.loads(run("effects", "--json").stdout)["effects"]
+        }
+        self.assertEqual(
+            kinds,
+            {
+                "quantization",
+                "angle_random_walk",
+                "bias_instability",
+                "rate_random_walk",
+                "rate_ramp",
+                "gauss_markov",
+                "sinusoid",
+                "low_pass",
+                "temperature",
+                "temperature_rate",
+                "g_sensitivity",
+                "vibration_noise",
+                "vibration_rectification",
+                "warm_up",
+                "telegraph_noise",
+                "noise_step",
+                "shocks",
+                "narrow_band",
+                "high_pass",
+                "temperature_squared",
+                "temperature_hysteresis",
+                "temperature_noise",
+                "follows",
+                "moving_average",
+                "intermittent_line",
+                "bias_step",
+            },
+        )
 
     def test_export_compiles_and_holds_white_noise(self):
-        model = self.file("white.toml", SENSOR + BASE.split("[[effect]]\nkind = \"bias")[0])
+        model = self.file("white.toml", SENSOR + BASE.split('[[effect]]\nkind = "bias')[0])
         table = self.work / "table.h"
         self.assertEqual(run("export", model, "-o", table).returncode, 0)
-        source = self.file("use.c", '#include "table.h"\nint main(void) { return davar_model_table[0].m != 1; }\n')
-        subprocess.run(["gcc", "-Wall", "-Werror", f"-I{ROOT / 'lib/include'}", source, "-o", self.work / "use"], check=True)
+        source = self.file(
+            "use.c", '#include "table.h"\nint main(void) { return davar_model_table[0].m != 1; }\n'
+        )
+        subprocess.run(
+            [
+                "gcc",
+                "-Wall",
+                "-Werror",
+                f"-I{ROOT / 'lib/include'}",
+                source,
+                "-o",
+                self.work / "use",
+            ],
+            check=True,
+        )
         subprocess.run([self.work / "use"], check=True)
         first = float(table.read_text().split("{ 1U, ")[1].split(",")[0])
-        self.assertAlmostEqual(first, 0.3 / 60 * 50 ** 0.5, delta=2e-4 * first)
+        self.assertAlmostEqual(first, 0.3 / 60 * 50**0.5, delta=2e-4 * first)
 
     def test_export_says_what_it_leaves_out_and_refuses_what_cannot_be(self):
-        model = self.file("hot.toml", SENSOR + BASE + '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.01\n')
+        model = self.file(
+            "hot.toml",
+            SENSOR + BASE + '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.01\n',
+        )
         table = self.work / "table.csv"
         self.assertEqual(run("export", model, "-o", table, "--tolerance", "0.1").returncode, 0)
         self.assertIn("steady noise, ramp and lines only: temperature", table.read_text())
@@ -164,8 +242,21 @@ class Files(Folder):
         picture, other = self.work / "p.png", self.work / "o.csv"
         self.assertEqual(run("plot", recording, "-m", self.model, "-o", picture).returncode, 0)
         self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
-        log = self.file("log.csv", "t;g\n" + "".join(f"{i * 0.01:.2f};{i % 7}\n" for i in range(1200)))
-        done = run("import", log, "-o", other, "--rename", "t=time_s", "--rename", "g=gyro_x_dps", "--scale", "gyro_x_dps=0.5")
+        log = self.file(
+            "log.csv", "t;g\n" + "".join(f"{i * 0.01:.2f};{i % 7}\n" for i in range(1200))
+        )
+        done = run(
+            "import",
+            log,
+            "-o",
+            other,
+            "--rename",
+            "t=time_s",
+            "--rename",
+            "g=gyro_x_dps",
+            "--scale",
+            "gyro_x_dps=0.5",
+        )
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(other.read_text().splitlines()[2], "0.01,0.5")
 
@@ -176,9 +267,27 @@ class Monitor(Folder):
     def healths(self, recording, model):
         table = self.work / f"{model.stem}.csv"
         self.assertEqual(run("export", model, "-o", table, "--window", "6000").returncode, 0)
-        done = subprocess.run([ROOT / "tools/davar-sim", recording, "--column", "gyro_z_dps", "--window-max", "6000",
-                               "--policy", "fixed", "--mode", "trailing", "--stride", "6000", "--model-table", table],
-                              text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        done = subprocess.run(
+            [
+                ROOT / "tools/davar-sim",
+                recording,
+                "--column",
+                "gyro_z_dps",
+                "--window-max",
+                "6000",
+                "--policy",
+                "fixed",
+                "--mode",
+                "trailing",
+                "--stride",
+                "6000",
+                "--model-table",
+                table,
+            ],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         self.assertEqual(done.returncode, 0, done.stderr)
         rows = list(csv.DictReader(done.stdout.splitlines()))
         self.assertEqual(len(rows), 30)
@@ -201,9 +310,19 @@ class Shortest(Folder):
     def test_the_least_accepted_length_works_in_every_command(self):
         recording, report = self.simulated(seconds=20), self.work / "r.html"
         self.assertEqual(len(recording.read_text().splitlines()) - 1 >= 1000, True)
-        for command in (("compare",), ("fit",), ("diagnose", "--report", report), ("improve",), ("plot", "-o", self.work / "p.png")):
+        for command in (
+            ("compare",),
+            ("fit",),
+            ("diagnose", "--report", report),
+            ("improve",),
+            ("plot", "-o", self.work / "p.png"),
+        ):
             done = run(command[0], recording, "-m", self.model, *command[1:])
-            self.assertIn(done.returncode, (0, 1) if command[0] in ("compare", "improve") else (0,), done.stderr)
+            self.assertIn(
+                done.returncode,
+                (0, 1) if command[0] in ("compare", "improve") else (0,),
+                done.stderr,
+            )
             self.assertNotIn("Error", done.stderr)
 
 
@@ -221,24 +340,41 @@ class BadInput(Folder):
 
     def test_models(self):
         recording = self.recording(lambda rows: None)
-        for text, words in (("[sensor\n", "not TOML"), (SENSOR + '[[effect]]\nkind = "magic"\n', "unknown kind 'magic'"),
-                            (SENSOR + BASE + "speed = 3\n", "no parameter speed"),
-                            (SENSOR + BASE.replace("0.3", "-1"), "outside"),
-                            (SENSOR.replace("gyro_z", "gyro_q") + BASE, "no column gyro_q_dps"),
-                            (SENSOR + BASE + '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 1\n', "temp_degC")):
+        for text, words in (
+            ("[sensor\n", "not TOML"),
+            (SENSOR + '[[effect]]\nkind = "magic"\n', "unknown kind 'magic'"),
+            (SENSOR + BASE + "speed = 3\n", "no parameter speed"),
+            (SENSOR + BASE.replace("0.3", "-1"), "outside"),
+            (SENSOR.replace("gyro_z", "gyro_q") + BASE, "no column gyro_q_dps"),
+            (
+                SENSOR + BASE + '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 1\n',
+                "temp_degC",
+            ),
+        ):
             self.refused(words, "compare", recording, "-m", self.file("bad.toml", text))
 
     def test_recordings(self):
         def put(row, text):
             return lambda rows: rows.__setitem__(row, text)
-        for change, words in ((put(7, "0.14,nan"), "r.csv:9: column gyro_z_dps"), (put(7, "0.14,x"), "r.csv:9: column gyro_z"),
-                              (put(7, "0.14"), "r.csv:9: 1 fields"), (put(700, "0.5,1"), "r.csv:702: column time_s: time runs")):
+
+        for change, words in (
+            (put(7, "0.14,nan"), "r.csv:9: column gyro_z_dps"),
+            (put(7, "0.14,x"), "r.csv:9: column gyro_z"),
+            (put(7, "0.14"), "r.csv:9: 1 fields"),
+            (put(700, "0.5,1"), "r.csv:702: column time_s: time runs"),
+        ):
             self.refused(words, "compare", self.recording(change), "-m", self.model)
-        still = self.file("still.csv", "time_s,gyro_z_dps\n" + "".join(f"{i / 50:.2f},{(i % 997 == 0) * 0.1}\n" for i in range(3000)))
+        still = self.file(
+            "still.csv",
+            "time_s,gyro_z_dps\n"
+            + "".join(f"{i / 50:.2f},{(i % 997 == 0) * 0.1}\n" for i in range(3000)),
+        )
         done = run("diagnose", still, "-m", self.model)
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("still.csv: column gyro_z_dps hardly ever changes", done.stderr)
-        self.refused("no samples", "compare", self.file("e.csv", "time_s,gyro_z_dps\n"), "-m", self.model)
+        self.refused(
+            "no samples", "compare", self.file("e.csv", "time_s,gyro_z_dps\n"), "-m", self.model
+        )
         self.refused("none.csv", "compare", self.work / "none.csv", "-m", self.model)
 
     def test_options(self):

@@ -16,10 +16,29 @@ REFUSED = {
     ("live", "can:nope"): "can:nope: ",
     ("live", "can:vcan0", "--count", "0"): "--count: a whole number above 0 expected, found '0'",
     ("live", "can:vcan0", "--idle", "nan"): "--idle: a number above 0 expected, found 'nan'",
-    ("live", "can:vcan0", "--base", "800"): "--base: a hexadecimal identifier up to 7F6 expected, found '800'",
+    (
+        "live",
+        "can:vcan0",
+        "--base",
+        "800",
+    ): "--base: a hexadecimal identifier up to 7F6 expected, found '800'",
     ("live",): "source",
-    ("dbc", "--base", "x", "-o", "{0}"): "--base: a hexadecimal identifier up to 7F6 expected, found 'x'",
-    ("dbc", "--base", "7F0", "--channel", "1", "-o", "{0}"): "--channel: 1 does not fit into 11-bit identifiers from 7F0 on",
+    (
+        "dbc",
+        "--base",
+        "x",
+        "-o",
+        "{0}",
+    ): "--base: a hexadecimal identifier up to 7F6 expected, found 'x'",
+    (
+        "dbc",
+        "--base",
+        "7F0",
+        "--channel",
+        "1",
+        "-o",
+        "{0}",
+    ): "--channel: 1 does not fit into 11-bit identifiers from 7F0 on",
     ("dbc", "--channel", "-1", "-o", "{0}"): "--channel: a channel from 0 on expected, found '-1'",
     ("dbc", "-o", "/nonexistent/my.dbc"): "/nonexistent/my.dbc: cannot be written",
 }
@@ -45,8 +64,10 @@ class Options(unittest.TestCase):
         done = run("live", f"slcan:{os.ttyname(its)}", "--record", "/nonexistent/a.csv")
         os.close(its)
         os.close(ours)
-        self.assertEqual((2, "", "davarlab: --record: /nonexistent/a.csv: No such file or directory\n"),
-                         (done.returncode, done.stdout, done.stderr))
+        self.assertEqual(
+            (2, "", "davarlab: --record: /nonexistent/a.csv: No such file or directory\n"),
+            (done.returncode, done.stdout, done.stderr),
+        )
 
     def test_help_says_what_is_run_and_what_is_kept(self):
         said = " ".join(run("live", "--help").stdout.split())

@@ -43,23 +43,47 @@ class Logs(Folder):
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
         for words in said:
             self.assertIn(words, done.stderr)
-        self.assertEqual([path.name for path in self.work.iterdir() if path.name.startswith("out") or path.name.endswith("partial")], [])
+        self.assertEqual(
+            [
+                path.name
+                for path in self.work.iterdir()
+                if path.name.startswith("out") or path.name.endswith("partial")
+            ],
+            [],
+        )
 
     def check(self, columns, gyro=1.0, accel=True, temp=True, first=0):
         for axis, name in enumerate("xyz"):
-            np.testing.assert_allclose(np.float64(columns[f"gyro_{name}_dps"]), self.truth.gyro[axis] * gyro, rtol=SINGLE, atol=1e-8)
+            np.testing.assert_allclose(
+                np.float64(columns[f"gyro_{name}_dps"]),
+                self.truth.gyro[axis] * gyro,
+                rtol=SINGLE,
+                atol=1e-8,
+            )
             if accel:
-                np.testing.assert_allclose(np.float64(columns[f"accel_{name}_g"])[first::2], self.truth.accel[axis][first::2], rtol=SINGLE, atol=1e-7)
+                np.testing.assert_allclose(
+                    np.float64(columns[f"accel_{name}_g"])[first::2],
+                    self.truth.accel[axis][first::2],
+                    rtol=SINGLE,
+                    atol=1e-7,
+                )
         if temp:
-            np.testing.assert_allclose(np.float64(columns["temp_degC"]), self.truth.temp, atol=0.12)  # behind its last stamp it is held
+            np.testing.assert_allclose(
+                np.float64(columns["temp_degC"]), self.truth.temp, atol=0.12
+            )  # behind its last stamp it is held
 
     def check_stamps(self, columns, ns):
-        whole = [int(second) * 10**9 + int(part.ljust(9, "0") or 0) for second, _, part in (text.partition(".") for text in columns["time_s"])]
+        whole = [
+            int(second) * 10**9 + int(part.ljust(9, "0") or 0)
+            for second, _, part in (text.partition(".") for text in columns["time_s"])
+        ]
         self.assertEqual(whole, [int(one) for one in ns])
 
 
 class Formats(Logs):
-    def test_px4_ulog_the_unit_that_was_named_with_its_temperature_and_the_accelerometer_at_its_own_stamps(self):
+    def test_px4_ulog_the_unit_that_was_named_with_its_temperature_and_the_accelerometer_at_its_own_stamps(
+        self,
+    ):
         log = self.work / "log.ulg"
         writing.ulog(log, self.truth)
         self.refused(log, "log.ulg", "--sensor", "sensor_gyro:0", "sensor_gyro:1")
@@ -110,7 +134,9 @@ class Formats(Logs):
         self.refused(log, "--sensor /imu3", "/imu2 (", options=("--sensor", "/imu3"))
         self.check(self.imported(log, "--sensor", "/imu2")[1], temp=False)
         listed = json.loads(run("import", log, "--list", "--json").stdout)["sensors"]
-        self.assertEqual([(one["name"], one["samples"]) for one in listed], [("/imu", 400), ("/imu2", 400)])
+        self.assertEqual(
+            [(one["name"], one["samples"]) for one in listed], [("/imu", 400), ("/imu2", 400)]
+        )
 
     def test_message_types_of_ones_own(self):
         bag, folder = self.work / "log.bag", self.work / "bag"
@@ -130,7 +156,11 @@ class Formats(Logs):
         self.check_stamps(columns, self.truth.stamps_ns - writing.START_NS)
 
     def test_numpy_and_parquet(self):
-        for name, write, rest in (("log.npz", writing.npz, True), ("log.npy", writing.npy, False), ("log.parquet", writing.table, True)):
+        for name, write, rest in (
+            ("log.npz", writing.npz, True),
+            ("log.npy", writing.npy, False),
+            ("log.parquet", writing.table, True),
+        ):
             with self.subTest(name=name):
                 write(self.work / name, self.truth)
                 _, columns = self.imported(self.work / name)
@@ -160,30 +190,60 @@ class Formats(Logs):
         writing.npz(log, self.truth)
         self.imported(log)
         self.out.rename(own)
-        found = [json.loads(run("compare", path, "-m", self.file("m.toml", '[sensor]\ncolumn = "gyro_x_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
-                                                                 "coefficient_deg_per_sqrt_h = 2.0\n"), "--json").stdout) for path in (log, own)]
+        found = [
+            json.loads(
+                run(
+                    "compare",
+                    path,
+                    "-m",
+                    self.file(
+                        "m.toml",
+                        '[sensor]\ncolumn = "gyro_x_dps"\n[[effect]]\nkind = "angle_random_walk"\n'
+                        "coefficient_deg_per_sqrt_h = 2.0\n",
+                    ),
+                    "--json",
+                ).stdout
+            )
+            for path in (log, own)
+        ]
         self.assertEqual(found[0]["samples"], 3000)
         self.assertAlmostEqual(found[0]["error"], found[1]["error"], places=5)
 
 
 class Text(Logs):
     def rows(self, name, header, row):
-        return self.file(name, header + "\n" + "".join(row(place) + "\n" for place in range(self.truth.count)))
+        return self.file(
+            name, header + "\n" + "".join(row(place) + "\n" for place in range(self.truth.count))
+        )
 
     def test_semicolons_decimal_commas_odd_names_and_units(self):
         gyro, accel = self.truth.rad_s, self.truth.m_s2
-        log = self.rows("log.csv", "Zeit;Time (ms);GyroX [rad/s];GyroY [rad/s];GyroZ [rad/s];AccX m/s2;AccY m/s2;AccZ m/s2;Temperature",
-                        lambda i: ";".join(f"{value:.9f}" for value in (7, i * 5, *gyro[:, i], *accel[:, i], self.truth.temp[i])).replace(".", ","))
+        log = self.rows(
+            "log.csv",
+            "Zeit;Time (ms);GyroX [rad/s];GyroY [rad/s];GyroZ [rad/s];AccX m/s2;AccY m/s2;AccZ m/s2;Temperature",
+            lambda i: ";".join(
+                f"{value:.9f}"
+                for value in (7, i * 5, *gyro[:, i], *accel[:, i], self.truth.temp[i])
+            ).replace(".", ","),
+        )
         done = run("import", log, "-o", self.out)
         self.assertIn("GyroX [rad/s] -> gyro_x_dps, rad/s by its name", done.stderr)
         _, columns = self.imported(log)
         for axis, name in enumerate("xyz"):
-            np.testing.assert_allclose(np.float64(columns[f"gyro_{name}_dps"]), self.truth.gyro[axis], atol=1e-6)
-            np.testing.assert_allclose(np.float64(columns[f"accel_{name}_g"]), self.truth.accel[axis], atol=1e-6)
+            np.testing.assert_allclose(
+                np.float64(columns[f"gyro_{name}_dps"]), self.truth.gyro[axis], atol=1e-6
+            )
+            np.testing.assert_allclose(
+                np.float64(columns[f"accel_{name}_g"]), self.truth.accel[axis], atol=1e-6
+            )
         self.check_stamps(columns, self.truth.stamps_ns - writing.START_NS)
 
     def test_a_guess_is_shown_and_overridden(self):
-        log = self.rows("log.txt", "t gx gy gz", lambda i: f"  {i * 5}   {i % 50 * 100} {i % 31 * 10}\t{i % 7 * 100}")
+        log = self.rows(
+            "log.txt",
+            "t gx gy gz",
+            lambda i: f"  {i * 5}   {i % 50 * 100} {i % 31 * 10}\t{i % 7 * 100}",
+        )
         done = run("import", log, "-o", self.out)
         self.assertIn("--unit gx=UNIT", done.stderr)
         self.assertIn("gyro_x_counts", done.stdout)
@@ -192,27 +252,47 @@ class Text(Logs):
         self.assertEqual(columns["time_s"][:3], ("0", "0.005", "0.01"))
 
     def test_unix_times_survive(self):
-        own = self.rows("own.csv", "time_s,gyro_x_dps", lambda i: f"{self.truth.stamps_ns[i] // 10**9}.{self.truth.stamps_ns[i] % 10**9:09d},{i % 5}")
+        own = self.rows(
+            "own.csv",
+            "time_s,gyro_x_dps",
+            lambda i: (
+                f"{self.truth.stamps_ns[i] // 10**9}.{self.truth.stamps_ns[i] % 10**9:09d},{i % 5}"
+            ),
+        )
         self.check_stamps(self.imported(own)[1], self.truth.stamps_ns)
         for unit, size in (("ns", 1), ("us", 1000)):
-            log = self.rows(f"{unit}.csv", f"timestamp_{unit},gyro_x_dps", lambda i: f"{self.truth.stamps_ns[i] // size},{i % 5}")
+            log = self.rows(
+                f"{unit}.csv",
+                f"timestamp_{unit},gyro_x_dps",
+                lambda i: f"{self.truth.stamps_ns[i] // size},{i % 5}",
+            )
             self.check_stamps(self.imported(log)[1], self.truth.stamps_ns // size * size)
         dates = np.array(self.truth.stamps_ns, "datetime64[ns]")
         log = self.rows("date.csv", "time,gyro_x_dps", lambda i: f"{dates[i]},{i % 5}")
         self.check_stamps(self.imported(log)[1], self.truth.stamps_ns)
 
     def test_degree_signs_quotes_and_a_column_of_somebody_elses_name(self):
-        log = self.rows("log.csv", '"Time (s)","Gyroscope x (\u00b0/s)","Absolute","light"', lambda i: f'"{i * 0.005:.3f}","{i % 5}.5",3,{i % 2}')
+        log = self.rows(
+            "log.csv",
+            '"Time (s)","Gyroscope x (\u00b0/s)","Absolute","light"',
+            lambda i: f'"{i * 0.005:.3f}","{i % 5}.5",3,{i % 2}',
+        )
         _, columns = self.imported(log)
-        self.assertEqual((columns["gyro_x_dps"][:2], columns["light"][:2]), (("0.5", "1.5"), ("0", "1")))
-        log = self.rows("commas.csv", "t,gx_dps", lambda i: f'"{i * 0.005:.3f}","-{i % 5}.5"'.replace(".", ","))
+        self.assertEqual(
+            (columns["gyro_x_dps"][:2], columns["light"][:2]), (("0.5", "1.5"), ("0", "1"))
+        )
+        log = self.rows(
+            "commas.csv", "t,gx_dps", lambda i: f'"{i * 0.005:.3f}","-{i % 5}.5"'.replace(".", ",")
+        )
         self.assertEqual(self.imported(log)[1]["gyro_x_dps"][:2], ("-0.5", "-1.5"))
         self.refused(self.rows("xyz.csv", "t,x", lambda i: f"{i * 0.005:.3f},{i % 5}"), "--rename")
         columns = self.imported(self.work / "xyz.csv", "--rename", "x=gyro_x_rad_s")[1]
         self.assertAlmostEqual(float(columns["gyro_x_dps"][1]), 57.29578, places=4)
 
     def test_two_gyros_in_a_table(self):
-        log = self.rows("log.csv", "t,imu0_gx_dps,imu1_gx_dps", lambda i: f"{i * 0.005:.3f},{i % 5},{i % 3}")
+        log = self.rows(
+            "log.csv", "t,imu0_gx_dps,imu1_gx_dps", lambda i: f"{i * 0.005:.3f},{i % 5},{i % 3}"
+        )
         self.refused(log, "--sensor", "imu0", "imu1")
         listed = json.loads(run("import", log, "--list", "--json").stdout)["sensors"]
         columns = self.imported(log, "--sensor", listed[1]["name"])[1]
@@ -220,22 +300,42 @@ class Text(Logs):
 
     def test_what_import_writes_holds_only_what_was_measured(self):
         kept = [place for place in range(400) if not 100 <= place < 120]
-        log = self.file("log.csv", "t;gx_dps\n" + "".join(f"{place * 0.005:.3f};{place % 7}\n" for place in kept))
+        log = self.file(
+            "log.csv",
+            "t;gx_dps\n" + "".join(f"{place * 0.005:.3f};{place % 7}\n" for place in kept),
+        )
         self.assertEqual(len(self.imported(log)[1]["time_s"]), 380)
 
 
 class Refused(Logs):
     def test_a_log_cut_short_or_with_another_beginning(self):
-        writers = {"log.ulg": writing.ulog, "log.bin": writing.dataflash, "log.bag": writing.ros1, "log.mat": writing.matlab_5, "new.mat": writing.matlab_73,
-                   "log.npz": writing.npz, "log.npy": writing.npy, "log.parquet": writing.table}
+        writers = {
+            "log.ulg": writing.ulog,
+            "log.bin": writing.dataflash,
+            "log.bag": writing.ros1,
+            "log.mat": writing.matlab_5,
+            "new.mat": writing.matlab_73,
+            "log.npz": writing.npz,
+            "log.npy": writing.npy,
+            "log.parquet": writing.table,
+        }
         for name, write in writers.items():
             whole = self.work / "whole" / name
             whole.parent.mkdir(exist_ok=True)
             write(whole, self.truth)
             data = whole.read_bytes()
             log = self.work / name
-            for what, damaged in (("empty", b""), ("half", data[:len(data) // 2]), ("short", data[:-5]), ("head", data[:20]), ("other", b"something else" + data[14:])):
-                if (name, what) not in (("log.mat", "short"), ("new.mat", "other")):  # padding of a text; the file proper begins behind 512 bytes
+            for what, damaged in (
+                ("empty", b""),
+                ("half", data[: len(data) // 2]),
+                ("short", data[:-5]),
+                ("head", data[:20]),
+                ("other", b"something else" + data[14:]),
+            ):
+                if (name, what) not in (
+                    ("log.mat", "short"),
+                    ("new.mat", "other"),
+                ):  # padding of a text; the file proper begins behind 512 bytes
                     with self.subTest(name=name, what=what):
                         log.write_bytes(damaged)
                         named = {"log.ulg": "sensor_gyro:0", "log.bin": "IMU:0"}.get(name)
@@ -245,18 +345,33 @@ class Refused(Logs):
         for storage in ("db3", "mcap"):
             data = writing.ros2(self.work / storage, self.truth, storage).read_bytes()
             log = self.file(f"log.{storage}", "")
-            log.write_bytes(data[:len(data) // 2])
+            log.write_bytes(data[: len(data) // 2])
             with self.subTest(storage=storage):
                 self.refused(log, f"log.{storage}")
 
     def test_nan_empty_topics_and_text_in_numbers(self):
         self.truth.gyro[1, 17] = np.nan
-        for name, write, options in (("log.ulg", writing.ulog, ("--sensor", "sensor_gyro:0")), ("log.bag", writing.ros1, ()), ("log.npz", writing.npz, ()),
-                                     ("log.parquet", writing.table, ())):
+        for name, write, options in (
+            ("log.ulg", writing.ulog, ("--sensor", "sensor_gyro:0")),
+            ("log.bag", writing.ros1, ()),
+            ("log.npz", writing.npz, ()),
+            ("log.parquet", writing.table, ()),
+        ):
             with self.subTest(name=name):
                 write(self.work / name, self.truth)
-                self.refused(self.work / name, name, "gyro_y_dps", "not a finite number at sample 18", options=options)
-        self.refused(self.file("a.csv", "t;gx_dps\n0,01;1\n0,02;one\n"), "a.csv:3", "gx_dps", "not a number: 'one'")
+                self.refused(
+                    self.work / name,
+                    name,
+                    "gyro_y_dps",
+                    "not a finite number at sample 18",
+                    options=options,
+                )
+        self.refused(
+            self.file("a.csv", "t;gx_dps\n0,01;1\n0,02;one\n"),
+            "a.csv:3",
+            "gx_dps",
+            "not a number: 'one'",
+        )
         self.refused(self.file("b.csv", "t,gx_dps\n0.01,1\n0.02,nan\n"), "b.csv:3", "gx_dps")
         self.refused(self.file("c.csv", "a,b\n1,2\n3,4\n"), "c.csv", "no gyro")
         writing.ros1(self.work / "empty.bag", writing.Truth(0))
@@ -274,7 +389,9 @@ class Refused(Logs):
 @unittest.skipUnless(REAL.is_dir(), f"no real logs in {REAL}")
 class Real(Logs):
     def test_px4_at_rest(self):
-        _, columns = self.imported(REAL / "px4_cubeorange_at_rest_6s.ulg", "--sensor", "sensor_combined:0")
+        _, columns = self.imported(
+            REAL / "px4_cubeorange_at_rest_6s.ulg", "--sensor", "sensor_combined:0"
+        )
         self.assertEqual(len(columns["time_s"]), 1298)
         self.assertAlmostEqual(abs(np.mean(np.float64(columns["accel_z_g"]))), 1, delta=0.05)
         self.assertLess(np.std(np.float64(columns["gyro_x_dps"])), 1)
@@ -287,7 +404,10 @@ class Real(Logs):
 
     def test_ros_1_with_a_message_type_of_its_own(self):
         _, columns = self.imported(REAL / "ros1_xsens_mtig_at_rest_18s.bag")
-        self.assertEqual((len(columns["time_s"]), columns["time_s"][0], columns["temp_degC"][0]), (356, "1326899528.368658417", "20.8125"))
+        self.assertEqual(
+            (len(columns["time_s"]), columns["time_s"][0], columns["temp_degC"][0]),
+            (356, "1326899528.368658417", "20.8125"),
+        )
 
     def test_matlab_with_two_imus_and_an_object_that_breaks_naive_readers(self):
         log = REAL / "rimu_two_imus_40deg_steps.mat"

@@ -11,8 +11,21 @@ from davarlab.data import clock, observations, recording
 from davarlab.data.recording import Recording
 
 RATE = 100.0
-QUIET = ("clean sum", "clean coarse lsb", "noise_step", "vibration_noise band", "vibration_rectification band", "g_sensitivity band",
-         "telegraph fast", "shocks sample", "shocks ring", "sinusoid fan", "warm_up", "rate_random_walk", "quantization")
+QUIET = (
+    "clean sum",
+    "clean coarse lsb",
+    "noise_step",
+    "vibration_noise band",
+    "vibration_rectification band",
+    "g_sensitivity band",
+    "telegraph fast",
+    "shocks sample",
+    "shocks ring",
+    "sinusoid fan",
+    "warm_up",
+    "rate_random_walk",
+    "quantization",
+)
 
 
 def still(seconds=400, seed=1, axes="xyz", sigma=0.1):
@@ -32,7 +45,14 @@ def said(columns, column="gyro_x_dps", **more):
 def read(columns):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "r.csv"
-        np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",", header=",".join(columns), comments="")
+        np.savetxt(
+            path,
+            np.column_stack(list(columns.values())),
+            fmt="%.9g",
+            delimiter=",",
+            header=",".join(columns),
+            comments="",
+        )
         return recording.read(path)
 
 
@@ -40,7 +60,10 @@ def stamped(keep, jitter=0.0, seed=2):
     """A recording at RATE of which only some samples are there, with stamps that stray."""
     rng = np.random.default_rng(seed)
     time = np.arange(len(keep)) / RATE + jitter / RATE * rng.standard_normal(len(keep))
-    return {"time_s": np.maximum.accumulate(time - time[0])[keep], "gyro_x_dps": rng.standard_normal(len(keep))[keep]}
+    return {
+        "time_s": np.maximum.accumulate(time - time[0])[keep],
+        "gyro_x_dps": rng.standard_normal(len(keep))[keep],
+    }
 
 
 class Motion(unittest.TestCase):
@@ -56,7 +79,7 @@ class Motion(unittest.TestCase):
         columns, t = still(), np.arange(40000) / RATE
         columns["gyro_z_dps"] += 15 * np.exp(-0.5 * ((t - 200) / 0.7) ** 2)
         found, kept = said(columns)
-        (start, stop), = found["motion"].stretches
+        ((start, stop),) = found["motion"].stretches
         self.assertTrue(190 < start < 198 and 202 < stop < 210, (start, stop))
         self.assertAlmostEqual(kept.mean(), 1 - (stop - start) / 400, delta=1e-3)
 
@@ -75,7 +98,11 @@ class Motion(unittest.TestCase):
 
     def test_a_tilt_there_and_back_is_cut_out_whole(self):
         columns, t = still(seconds=4000), np.arange(400000) / RATE
-        turn = 1.5 * (np.exp(-0.5 * ((t - 1500) / 3) ** 2) - np.exp(-0.5 * ((t - 1700) / 3) ** 2)) / (3 * np.sqrt(2 * np.pi))  # degrees
+        turn = (
+            1.5
+            * (np.exp(-0.5 * ((t - 1500) / 3) ** 2) - np.exp(-0.5 * ((t - 1700) / 3) ** 2))
+            / (3 * np.sqrt(2 * np.pi))
+        )  # degrees
         columns["gyro_x_dps"] += turn
         columns["accel_y_g"] += np.sin(np.radians(np.cumsum(turn) / RATE))
         found, kept = said(columns)
@@ -84,7 +111,11 @@ class Motion(unittest.TestCase):
 
     def test_steps_of_the_bias_and_a_machine_for_a_while_are_not_motion(self):
         t = np.arange(40000) / RATE
-        for course in (0.5 * (t > 170), 0.3 * np.sin(2 * np.pi * 7 * t) * ((t > 100) & (t < 180)), 0.2 * (t > 90) * (t < 270)):
+        for course in (
+            0.5 * (t > 170),
+            0.3 * np.sin(2 * np.pi * 7 * t) * ((t > 100) & (t < 180)),
+            0.2 * (t > 90) * (t < 270),
+        ):
             columns = still()
             columns["gyro_x_dps"] += course
             self.assertNotIn("motion", said(columns)[0])
@@ -102,7 +133,9 @@ class Samples(unittest.TestCase):
             again = rng.random(len(x)) < 0.1
             columns["gyro_x_dps"] = x[np.maximum.accumulate(np.where(again, 0, np.arange(len(x))))]
             found, kept = said(columns)
-            self.assertAlmostEqual(found["repeated_samples"].share, again.mean(), delta=chance + 0.002)
+            self.assertAlmostEqual(
+                found["repeated_samples"].share, again.mean(), delta=chance + 0.002
+            )
             self.assertFalse(kept[1:][again[1:]].any())
 
     def test_every_tenth_repeated_is_said(self):
@@ -116,11 +149,16 @@ class Samples(unittest.TestCase):
         found, _ = said(columns)
         self.assertIn("coarse_counts", found)
         self.assertNotIn("repeated_samples", found)
-        self.assertNotIn("coarse_counts", said({name: np.round(x / 0.02) * 0.02 for name, x in still().items()})[0])
+        self.assertNotIn(
+            "coarse_counts",
+            said({name: np.round(x / 0.02) * 0.02 for name, x in still().items()})[0],
+        )
 
     def test_fine_counts_by_themselves_are_no_repeats(self):
         for lsb in (1e-5, 2e-5, 1e-4):
-            columns = {"gyro_x_dps": np.round(still(seconds=1200, axes="x")["gyro_x_dps"] / lsb) * lsb}
+            columns = {
+                "gyro_x_dps": np.round(still(seconds=1200, axes="x")["gyro_x_dps"] / lsb) * lsb
+            }
             self.assertGreater(np.count_nonzero(np.diff(columns["gyro_x_dps"]) == 0), 1)
             self.assertNotIn("repeated_samples", said(columns)[0], lsb)
 
@@ -130,21 +168,37 @@ class Samples(unittest.TestCase):
         columns["gyro_x_dps"][[5000, 12345, 30000]] -= 3.0
         found, kept = said(columns)
         self.assertAlmostEqual(found["outliers"].share * 40000, 3)
-        self.assertAlmostEqual(found["clipped"].share, 0.02275, delta=0.003)  # beyond two standard deviations
+        self.assertAlmostEqual(
+            found["clipped"].share, 0.02275, delta=0.003
+        )  # beyond two standard deviations
         self.assertFalse(kept[12345])
 
 
 class Awkward(unittest.TestCase):
     def test_nothing_that_a_file_may_hold_is_too_much(self):
         rng, t = np.random.default_rng(7), np.arange(1000) / RATE
-        for x in (np.sin(2 * np.pi * 5 * t), 20000 / 3600 ** 2 * t, np.where(t < 5, rng.standard_normal(1000), 0.1), np.round(t), np.zeros(1000),
-                  np.where(t == 3, 1e6, 0), rng.standard_normal(1000) ** 9, np.arange(1000) % 2.0):
-            for others in ({}, {"accel_x_g": rng.standard_normal(1000)}, {"accel_x_g": np.zeros(1000), "gyro_y_dps": x}):
+        for x in (
+            np.sin(2 * np.pi * 5 * t),
+            20000 / 3600**2 * t,
+            np.where(t < 5, rng.standard_normal(1000), 0.1),
+            np.round(t),
+            np.zeros(1000),
+            np.where(t == 3, 1e6, 0),
+            rng.standard_normal(1000) ** 9,
+            np.arange(1000) % 2.0,
+        ):
+            for others in (
+                {},
+                {"accel_x_g": rng.standard_normal(1000)},
+                {"accel_x_g": np.zeros(1000), "gyro_y_dps": x},
+            ):
                 with warnings.catch_warnings():
                     warnings.simplefilter("error")
                     found, kept = said({"gyro_x_dps": x} | others)
                 self.assertEqual(len(kept), 1000)
-                self.assertTrue(all(np.isfinite(entry.share) and entry.detail for entry in found.values()))
+                self.assertTrue(
+                    all(np.isfinite(entry.share) and entry.detail for entry in found.values())
+                )
 
 
 class Clocks(unittest.TestCase):
@@ -155,7 +209,9 @@ class Clocks(unittest.TestCase):
             keep[0] = keep[-1] = True
             made = read(stamped(keep, jitter))
             np.testing.assert_array_equal(made.known, keep)
-            np.testing.assert_allclose(made.columns["gyro_x_dps"][keep], stamped(keep, jitter)["gyro_x_dps"], rtol=1e-7)
+            np.testing.assert_allclose(
+                made.columns["gyro_x_dps"][keep], stamped(keep, jitter)["gyro_x_dps"], rtol=1e-7
+            )
             self.assertAlmostEqual(made.rate_hz, RATE, delta=1e-3)
             found = {entry.kind: entry for entry in observations.find(made, "gyro_x_dps")}
             self.assertAlmostEqual(found["lost_samples"].share, 1 - keep.mean(), places=9)
@@ -163,7 +219,7 @@ class Clocks(unittest.TestCase):
     def test_bursts_keep_the_time_between_them(self):
         keep = np.arange(20000) % 400 < 150
         made = read(stamped(keep))
-        np.testing.assert_array_equal(made.known, keep[:made.samples])
+        np.testing.assert_array_equal(made.known, keep[: made.samples])
 
     def test_arrival_times_of_an_even_clock_lose_nothing(self):
         rng = np.random.default_rng(5)
@@ -184,7 +240,7 @@ class Clocks(unittest.TestCase):
         time[2500:] += 1.2e6
         found = clock.of(time, None, "r", 1)
         self.assertLessEqual(found.places[-1], 4 * 5000)
-        (place, seconds), = found.cut
+        ((place, seconds),) = found.cut
         self.assertAlmostEqual(found.places[-1] / RATE + seconds, time[-1], delta=0.02)
 
 

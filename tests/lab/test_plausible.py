@@ -20,14 +20,20 @@ def sensor(seed=1, rate=RATE, sigma=SIGMA, count=COUNT, lsb=0.0):
     rng = np.random.default_rng(seed)
     gyro = sigma * rng.standard_normal((2, count)) + 0.1 * sigma
     gyro = np.round(gyro / lsb) * lsb if lsb else gyro
-    return {"time_s": 0.25 + np.arange(count) / rate, "gyro_x_dps": gyro[0], "gyro_z_dps": gyro[1], "temp_degC": 25 + 0.01 * rng.standard_normal(count),
-            **{f"accel_{axis}_g": (axis == "z") + 0.002 * rng.standard_normal(count) for axis in "xyz"}}
+    return {
+        "time_s": 0.25 + np.arange(count) / rate,
+        "gyro_x_dps": gyro[0],
+        "gyro_z_dps": gyro[1],
+        "temp_degC": 25 + 0.01 * rng.standard_normal(count),
+        **{f"accel_{axis}_g": (axis == "z") + 0.002 * rng.standard_normal(count) for axis in "xyz"},
+    }
 
 
 @dataclass
 class Mistake:
     """rename: column -> the name that it bears in the file; factor: column -> what its numbers are multiplied with; options: of every command;
     said: words of the doubt or the error; cure: options that give the truth."""
+
     rename: dict = field(default_factory=dict)
     factor: dict = field(default_factory=dict)
     options: str = ""
@@ -39,32 +45,95 @@ class Mistake:
     rate: float = RATE
 
 
-UNDERSTOOD = {name: Mistake({"time_s": name}, {"time_s": factor}, whole=("time_s",)) for name, factor in (
-    ("usec", 1e6), ("time_us", 1e6), ("timestamp_us", 1e6), ("timestamp_ns", 1e9), ("time_ms", 1e3), ("msec", 1e3), ("nsec", 1e9), ("micros", 1e6), ("millis", 1e3),
-    ("TimeUS", 1e6), ("t [us]", 1e6), ("timestamp", 1e6), ("microseconds", 1e6))}
+UNDERSTOOD = {
+    name: Mistake({"time_s": name}, {"time_s": factor}, whole=("time_s",))
+    for name, factor in (
+        ("usec", 1e6),
+        ("time_us", 1e6),
+        ("timestamp_us", 1e6),
+        ("timestamp_ns", 1e9),
+        ("time_ms", 1e3),
+        ("msec", 1e3),
+        ("nsec", 1e9),
+        ("micros", 1e6),
+        ("millis", 1e3),
+        ("TimeUS", 1e6),
+        ("t [us]", 1e6),
+        ("timestamp", 1e6),
+        ("microseconds", 1e6),
+    )
+}
 REFUSED = {
-    "usec renamed to seconds": Mistake({"time_s": "usec"}, {"time_s": 1e6}, "--rename usec=time_s", "column usec: its name says us"),
-    "ms renamed to seconds": Mistake({"time_s": "time_ms"}, {"time_s": 1e3}, "--rename time_ms=time_s", "--scale time_s=0.001"),
-    "rad/s renamed to deg/s": Mistake({"gyro_z_dps": "wz_rad_s"}, {"gyro_z_dps": math.pi / 180}, "--rename wz_rad_s=gyro_z_dps", "its name says rad/s"),
-    "mdps renamed to deg/s": Mistake({"gyro_z_dps": "gz_mdps"}, {"gyro_z_dps": 1e3}, "--rename gz_mdps=gyro_z_dps", "--scale gyro_z_dps=0.001"),
+    "usec renamed to seconds": Mistake(
+        {"time_s": "usec"}, {"time_s": 1e6}, "--rename usec=time_s", "column usec: its name says us"
+    ),
+    "ms renamed to seconds": Mistake(
+        {"time_s": "time_ms"}, {"time_s": 1e3}, "--rename time_ms=time_s", "--scale time_s=0.001"
+    ),
+    "rad/s renamed to deg/s": Mistake(
+        {"gyro_z_dps": "wz_rad_s"},
+        {"gyro_z_dps": math.pi / 180},
+        "--rename wz_rad_s=gyro_z_dps",
+        "its name says rad/s",
+    ),
+    "mdps renamed to deg/s": Mistake(
+        {"gyro_z_dps": "gz_mdps"},
+        {"gyro_z_dps": 1e3},
+        "--rename gz_mdps=gyro_z_dps",
+        "--scale gyro_z_dps=0.001",
+    ),
 }
 NOTED = {
-    "ms called seconds": Mistake(factor={"time_s": 1e3}, whole=("time_s",), said="--unit time=ms", cure="--unit time=ms"),
-    "ms of a 1 kHz sensor, whole": Mistake(factor={"time_s": 1e3}, said="whole numbers, 1 apart", cure="--unit time=ms", whole=("time_s",), rate=1000.0),
+    "ms called seconds": Mistake(
+        factor={"time_s": 1e3}, whole=("time_s",), said="--unit time=ms", cure="--unit time=ms"
+    ),
+    "ms of a 1 kHz sensor, whole": Mistake(
+        factor={"time_s": 1e3},
+        said="whole numbers, 1 apart",
+        cure="--unit time=ms",
+        whole=("time_s",),
+        rate=1000.0,
+    ),
 }
 DOUBTED = {
-    "us called seconds": Mistake(factor={"time_s": 1e6}, said="--unit time=us", cure="--unit time=us"),
-    "ns called seconds": Mistake(factor={"time_s": 1e9}, said="--unit time=ns", cure="--unit time=ns"),
-    "mdeg/s called deg/s": Mistake(factor={"gyro_z_dps": 1e3}, said="implausible noise", cure="--unit gyro_z_dps=mdeg/s"),
-    "counts called deg/s": Mistake(factor={"gyro_z_dps": 131.0}, whole=("gyro_z_dps",), said="whole numbers, as counts are", cure=f"--unit gyro_z_dps={1 / 131!r}"),
+    "us called seconds": Mistake(
+        factor={"time_s": 1e6}, said="--unit time=us", cure="--unit time=us"
+    ),
+    "ns called seconds": Mistake(
+        factor={"time_s": 1e9}, said="--unit time=ns", cure="--unit time=ns"
+    ),
+    "mdeg/s called deg/s": Mistake(
+        factor={"gyro_z_dps": 1e3}, said="implausible noise", cure="--unit gyro_z_dps=mdeg/s"
+    ),
+    "counts called deg/s": Mistake(
+        factor={"gyro_z_dps": 131.0},
+        whole=("gyro_z_dps",),
+        said="whole numbers, as counts are",
+        cure=f"--unit gyro_z_dps={1 / 131!r}",
+    ),
     "microdegrees": Mistake(factor={"gyro_z_dps": 1e-6}, said="implausible noise"),
     "beyond every range": Mistake(add={"gyro_z_dps": 3000.0}, said="implausible level"),
-    "rad/s called deg/s, counts of 8.75 mdps": Mistake(factor={"gyro_z_dps": math.pi / 180, "gyro_x_dps": math.pi / 180}, lsb=0.00875, said="--unit gyro=rad/s", cure="--unit gyro=rad/s"),
-    "deg/s called rad/s, counts of 8.75 mdps": Mistake({"gyro_z_dps": "gyro_z_rad_s"}, lsb=0.00875, said="--unit gyro=deg/s"),
+    "rad/s called deg/s, counts of 8.75 mdps": Mistake(
+        factor={"gyro_z_dps": math.pi / 180, "gyro_x_dps": math.pi / 180},
+        lsb=0.00875,
+        said="--unit gyro=rad/s",
+        cure="--unit gyro=rad/s",
+    ),
+    "deg/s called rad/s, counts of 8.75 mdps": Mistake(
+        {"gyro_z_dps": "gyro_z_rad_s"}, lsb=0.00875, said="--unit gyro=deg/s"
+    ),
     "kelvin": Mistake(add={"temp_degC": 273.15}, said="implausible temperature"),
     "temperature in counts": Mistake(factor={"temp_degC": 340.0}, said="temp_degC"),
-    "m/s^2 called g": Mistake(factor=dict.fromkeys(("accel_x_g", "accel_y_g", "accel_z_g"), 9.80665), said="--unit accel=m/s^2", cure="--unit accel=m/s^2"),
-    "mg called g": Mistake(factor=dict.fromkeys(("accel_x_g", "accel_y_g", "accel_z_g"), 1000.0), said="--unit accel=mg", cure="--unit accel=mg"),
+    "m/s^2 called g": Mistake(
+        factor=dict.fromkeys(("accel_x_g", "accel_y_g", "accel_z_g"), 9.80665),
+        said="--unit accel=m/s^2",
+        cure="--unit accel=m/s^2",
+    ),
+    "mg called g": Mistake(
+        factor=dict.fromkeys(("accel_x_g", "accel_y_g", "accel_z_g"), 1000.0),
+        said="--unit accel=mg",
+        cure="--unit accel=mg",
+    ),
 }
 
 
@@ -79,8 +148,19 @@ class Plausible(Folder):
             columns[name] = np.round(columns[name])
         path = self.work / "rec.csv"
         names = [mistake.rename.get(name, name) for name in columns]
-        path.write_text("\n".join([",".join(names), *(",".join(f"{value:.12g}" for value in row) for row in zip(*columns.values()))]) + "\n")
-        model = self.file("m.toml", MODEL.format(column=mistake.rename.get("gyro_z_dps", "gyro_z_dps"), n=0.3, b=0.001))
+        path.write_text(
+            "\n".join(
+                [
+                    ",".join(names),
+                    *(",".join(f"{value:.12g}" for value in row) for row in zip(*columns.values())),
+                ]
+            )
+            + "\n"
+        )
+        model = self.file(
+            "m.toml",
+            MODEL.format(column=mistake.rename.get("gyro_z_dps", "gyro_z_dps"), n=0.3, b=0.001),
+        )
         return path, model
 
     def asked(self, command, path, model, *options):
@@ -94,7 +174,10 @@ class Plausible(Folder):
         self.assertNotIn("doubtful", done.stderr)
         self.assertEqual([one for one in found["observations"] if one["kind"] == "implausible"], [])
         self.assertTrue(found["adequate"], found["said"])
-        low, high = (found["effects"][0]["parameters"]["coefficient_deg_per_sqrt_h"][end] for end in ("low", "high"))
+        low, high = (
+            found["effects"][0]["parameters"]["coefficient_deg_per_sqrt_h"][end]
+            for end in ("low", "high")
+        )
         truth = 60 * SIGMA / math.sqrt(rate)
         self.assertTrue(0.97 * low < truth < 1.03 * high, (low, truth, high))
 
@@ -109,11 +192,23 @@ class Plausible(Folder):
                 path, _ = self.written(mistake)
                 before = sorted(self.work.iterdir())
                 done = run("import", path, "-o", self.work / "out.csv", *mistake.options.split())
-                self.assertEqual((done.returncode, done.stdout, len(done.stderr.splitlines())), (2, "", 1), done.stderr)
+                self.assertEqual(
+                    (done.returncode, done.stdout, len(done.stderr.splitlines())),
+                    (2, "", 1),
+                    done.stderr,
+                )
                 self.assertIn(mistake.said, done.stderr)
                 self.assertEqual(sorted(self.work.iterdir()), before)
                 scale = re.search(r"--scale (\S+),", done.stderr)[1]  # what it says to type
-                done = run("import", path, "-o", self.work / "out.csv", *mistake.options.split(), "--scale", scale)
+                done = run(
+                    "import",
+                    path,
+                    "-o",
+                    self.work / "out.csv",
+                    *mistake.options.split(),
+                    "--scale",
+                    scale,
+                )
                 self.assertEqual(done.returncode, 0, done.stderr)
                 (self.work / "out.csv").unlink()
 
@@ -122,14 +217,18 @@ class Plausible(Folder):
             with self.subTest(name):
                 path, model = self.written(mistake)
                 found, done = self.asked("fit", path, model, *mistake.options.split())
-                said = [one["detail"] for one in found["observations"] if one["kind"] == "implausible"]
+                said = [
+                    one["detail"] for one in found["observations"] if one["kind"] == "implausible"
+                ]
                 self.assertTrue(any(mistake.said in one for one in said), said)
                 self.assertEqual((found["adequacy"], found["adequate"]), ("no", False))
                 self.assertIn("The recording is implausible", found["said"])
                 lines = done.stderr.splitlines()
                 doubt = next(place for place, line in enumerate(lines) if "doubtful" in line)
                 self.assertIn(mistake.said, lines[doubt])
-                self.assertLess(doubt, next(place for place, line in enumerate(lines) if "spectrum" in line))  # before anything is fitted
+                self.assertLess(
+                    doubt, next(place for place, line in enumerate(lines) if "spectrum" in line)
+                )  # before anything is fitted
                 if mistake.cure is not None:
                     self.assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
 
@@ -138,12 +237,22 @@ class Plausible(Folder):
             with self.subTest(name):
                 path, model = self.written(mistake)
                 found, done = self.asked("fit", path, model)
-                self.assertEqual([one for one in found["observations"] if one["kind"] == "implausible"], [])
+                self.assertEqual(
+                    [one for one in found["observations"] if one["kind"] == "implausible"], []
+                )
                 lines = done.stderr.splitlines()
-                note = next(place for place, line in enumerate(lines) if "note: the time stamps are whole numbers" in line)
+                note = next(
+                    place
+                    for place, line in enumerate(lines)
+                    if "note: the time stamps are whole numbers" in line
+                )
                 self.assertIn(mistake.said, lines[note])
-                self.assertLess(note, next(place for place, line in enumerate(lines) if "spectrum" in line))  # before anything is fitted
-                self.assertNotIn("note: the time", run("fit", path, "-m", model, "--as-recorded").stderr)
+                self.assertLess(
+                    note, next(place for place, line in enumerate(lines) if "spectrum" in line)
+                )  # before anything is fitted
+                self.assertNotIn(
+                    "note: the time", run("fit", path, "-m", model, "--as-recorded").stderr
+                )
                 self.assert_true(path, model, *mistake.cure.split(), rate=mistake.rate)
 
     def test_every_command_doubts_and_believes_who_confirms(self):
@@ -151,7 +260,11 @@ class Plausible(Folder):
         for command in ("compare", "diagnose", "improve"):
             found, done = self.asked(command, path, model)
             last = found.get("final", found)
-            self.assertEqual((last["adequacy"], done.returncode), ("no", 0 if command == "diagnose" else 1), command)
+            self.assertEqual(
+                (last["adequacy"], done.returncode),
+                ("no", 0 if command == "diagnose" else 1),
+                command,
+            )
             self.assertIn("implausible", [one["kind"] for one in found["observations"]])
             if "verdict" in found:
                 self.assertEqual(found["verdict"], "unknown")
@@ -163,18 +276,26 @@ class Plausible(Folder):
         self.assertNotIn("doubtful", done.stderr)
         done = run("import", path, "-o", self.work / "out.csv")
         self.assertIn("doubtful", done.stderr)
-        self.assertEqual(run("fleet", path, "-m", model, "-o", self.work / "fleet", "--chance", "0", "--json").returncode, 0)
+        self.assertEqual(
+            run(
+                "fleet", path, "-m", model, "-o", self.work / "fleet", "--chance", "0", "--json"
+            ).returncode,
+            0,
+        )
         (row,) = self.rows(self.work / "fleet")
         self.assertEqual((row["adequacy"], row["verdict"]), ("no", "unknown"))
 
     def rows(self, folder):
         import pyarrow.parquet
+
         return pyarrow.parquet.read_table(folder / "fleet.parquet").to_pylist()
 
     def test_a_rate_that_was_given_is_doubted_too(self):
         columns = sensor()
         path = self.work / "rec.csv"
-        path.write_text("gyro_z_dps\n" + "\n".join(f"{value:.9g}" for value in columns["gyro_z_dps"]) + "\n")
+        path.write_text(
+            "gyro_z_dps\n" + "\n".join(f"{value:.9g}" for value in columns["gyro_z_dps"]) + "\n"
+        )
         model = self.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001))
         self.assertEqual(self.asked("fit", path, model, "--rate", "0.01")[0]["adequacy"], "no")
         self.assertTrue(self.asked("fit", path, model, "--rate", "100")[0]["adequate"])
@@ -183,28 +304,50 @@ class Plausible(Folder):
         path, model = self.written(Mistake())
         done = run("fit", path, "-m", model, "--unit", "time_s=us")
         self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("doubtful: implausible sample rate 1e+08 Hz (gyros: 0.02 Hz to 40 kHz). ", done.stderr)
+        self.assertIn(
+            "doubtful: implausible sample rate 1e+08 Hz (gyros: 0.02 Hz to 40 kHz). ", done.stderr
+        )
 
     def test_a_channel_that_stands_still_is_refused(self):
         columns = sensor()
         path = self.work / "rec.csv"
-        path.write_text("time_s,gyro_z_dps\n" + "".join(f"{time:.2f},0.5\n" for time in columns["time_s"]))
-        done = run("fit", path, "-m", self.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001)))
+        path.write_text(
+            "time_s,gyro_z_dps\n" + "".join(f"{time:.2f},0.5\n" for time in columns["time_s"])
+        )
+        done = run(
+            "fit",
+            path,
+            "-m",
+            self.file("m.toml", MODEL.format(column="gyro_z_dps", n=0.3, b=0.001)),
+        )
         self.assertEqual(done.returncode, 2)
         self.assertIn("hardly ever changes", done.stderr)
 
     def test_sensors_as_there_are_are_not_doubted(self):
         from davarlab.data import plausible
+
         for rate in (0.02, 0.1, 0.5, 1.6, 10, 50, 100, 1000, 8000, 32000):
             for arw in (1e-4, 0.003, 0.1, 0.3, 1.6, 15.0):
                 sigma = arw * math.sqrt(rate) / 60
-                for lsb in (0.0, *(one for one in (0.061, 0.00875, 1 / 131, 1 / 16.4, 1e-4) if one < 10 * sigma)):
+                for lsb in (
+                    0.0,
+                    *(one for one in (0.061, 0.00875, 1 / 131, 1 / 16.4, 1e-4) if one < 10 * sigma),
+                ):
                     columns = sensor(rate=rate, sigma=sigma, lsb=lsb, count=2000)
-                    self.assertEqual(plausible.doubts(columns, rate, None, ["gyro_x_dps", "gyro_z_dps"]), [], (rate, arw, lsb))
+                    self.assertEqual(
+                        plausible.doubts(columns, rate, None, ["gyro_x_dps", "gyro_z_dps"]),
+                        [],
+                        (rate, arw, lsb),
+                    )
 
     def test_the_bundled_recordings_are_not_doubted(self):
         from davarlab.data import plausible, recording
-        found = [path for path in sorted((ROOT / "data").rglob("*.csv*")) if "gyro" in path.read_bytes()[:2000].decode("latin-1") or path.suffix == ".gz"]
+
+        found = [
+            path
+            for path in sorted((ROOT / "data").rglob("*.csv*"))
+            if "gyro" in path.read_bytes()[:2000].decode("latin-1") or path.suffix == ".gz"
+        ]
         self.assertTrue(found)
         for path in found:
             self.assertEqual(plausible.of(recording.read(path)), [], path)

@@ -61,7 +61,11 @@ class Reader(HTMLParser):
 
     @property
     def pictures(self):
-        return [base64.b64decode(a["src"].split(",", 1)[1]).decode() for tag, a in self.tags if tag == "img"]
+        return [
+            base64.b64decode(a["src"].split(",", 1)[1]).decode()
+            for tag, a in self.tags
+            if tag == "img"
+        ]
 
 
 def looked_up(data, key):
@@ -73,7 +77,11 @@ def looked_up(data, key):
 
 def shown_number(text):
     """A number as the page writes it (1,234; -5; 1.2 times ten to the -7) as a Decimal."""
-    text = text.replace(",", "").replace("−", "-").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    text = (
+        text.replace(",", "")
+        .replace("−", "-")
+        .translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    )
     return Decimal(re.sub(r"·10", "e", text))
 
 
@@ -90,40 +98,63 @@ class Pages(unittest.TestCase):
         clean, warm = simulated(work, "clean"), simulated(work, "warm", TEMPERATURE)
         held_out = simulated(work, "held_out", TEMPERATURE, seed=9)
         cls.recording, cls.json, cls.pages = warm, {}, {}
-        for name, command in {"clean": ("diagnose", clean), "warm": ("diagnose", warm), "compare": ("compare", warm),
-                              "improve": ("improve", warm, "--held-out", held_out)}.items():
+        for name, command in {
+            "clean": ("diagnose", clean),
+            "warm": ("diagnose", warm),
+            "compare": ("compare", warm),
+            "improve": ("improve", warm, "--held-out", held_out),
+        }.items():
             page = work / f"{name}.html"
             done = run(*command, "-m", cls.model, "--json", "--report", page)
             assert done.returncode == (name == "compare"), done.stderr
-            cls.json[name], cls.pages[name] = json.loads(done.stdout), Reader(page.read_text(encoding="utf-8"))
+            cls.json[name], cls.pages[name] = (
+                json.loads(done.stdout),
+                Reader(page.read_text(encoding="utf-8")),
+            )
 
     def test_a_page_fetches_nothing(self):
         for name, page in self.pages.items():
-            text = re.sub(r"data:image/svg\+xml;base64,[\w+/=]+", "", (self.work / f"{name}.html").read_text(encoding="utf-8"))
-            self.assertNotRegex(text, r"https?:|//\w|@import|url\(|<script|<link|<iframe|<object", name)
+            text = re.sub(
+                r"data:image/svg\+xml;base64,[\w+/=]+",
+                "",
+                (self.work / f"{name}.html").read_text(encoding="utf-8"),
+            )
+            self.assertNotRegex(
+                text, r"https?:|//\w|@import|url\(|<script|<link|<iframe|<object", name
+            )
             for tag, attributes in page.tags:
                 for attribute in FETCHING.intersection(attributes):
-                    self.assertTrue(attributes[attribute].startswith("data:"), (name, tag, attribute))
+                    self.assertTrue(
+                        attributes[attribute].startswith("data:"), (name, tag, attribute)
+                    )
                 self.assertFalse([a for a in attributes if a.startswith("on")], (name, tag))
 
     def test_a_picture_fetches_nothing(self):
         for name, page in self.pages.items():
             self.assertGreaterEqual(len(page.pictures), 4, name)
             for picture in page.pictures:
-                self.assertEqual(set(re.findall(r'(?:href="|url\()(#|[^"):]*:?)', picture)) - {"#", "data:"}, set(), name)
+                self.assertEqual(
+                    set(re.findall(r'(?:href="|url\()(#|[^"):]*:?)', picture)) - {"#", "data:"},
+                    set(),
+                    name,
+                )
                 self.assertNotRegex(picture, r"<script|<foreignObject|@import", name)
 
     def test_every_number_is_that_of_the_json(self):
         fit = json.loads(run("fit", self.recording, "-m", self.model, "--json").stdout)
         for name, page in self.pages.items():
             data = {"fitted": fit["effects"], **self.json[name]}
-            if name == "improve":  # what is measured and tried does not depend on what is done with it
+            if (
+                name == "improve"
+            ):  # what is measured and tried does not depend on what is done with it
                 data = {**self.json["warm"], **data, "candidates": self.json["warm"]["candidates"]}
             for key, value, _ in page.numbers:
                 if name == "improve" and "held_out" in key and key.startswith("candidates"):
                     continue  # improve --json has no candidates, and the diagnosis had no second recording
                 expected = looked_up(data, key)
-                self.assertEqual(value if isinstance(expected, str) else float(value), expected, (name, key))
+                self.assertEqual(
+                    value if isinstance(expected, str) else float(value), expected, (name, key)
+                )
 
     def test_what_is_shown_is_the_number_rounded(self):
         for name, page in self.pages.items():
@@ -133,22 +164,47 @@ class Pages(unittest.TestCase):
                 elif value not in "xyz":
                     shown = shown_number(text)
                     half_digit = 0.5 * 10.0 ** shown.as_tuple().exponent
-                    self.assertLessEqual(abs(float(shown) - float(value)), half_digit * 1.0001, (name, key, text))
+                    self.assertLessEqual(
+                        abs(float(shown) - float(value)), half_digit * 1.0001, (name, key, text)
+                    )
 
     def test_the_numbers_that_matter_are_there(self):
-        always = {"error", "p_value", "samples", "rate_hz", "fitted.0.parameters.coefficient_deg_per_sqrt_h.low",
-                  "tests.spectrum", "correlations.temp_degC.value"}
-        tried = {"where.0.ratio", "where.0.z", "candidates.0.gain", "candidates.0.p_value", "candidates.0.error_after",
-                 "steps.0.error", "steps.1.error", "steps.1.error_floor", "steps.1.p_value", "p_value_after",
-                 "fitted.2.parameters.coefficient_dps_per_degC.high"}
-        wanted = {"clean": {"error_floor"}, "compare": {"error_floor", "where.0.ratio"}, "warm": tried,
-                  "improve": tried | {"steps.1.error_held_out"}}
+        always = {
+            "error",
+            "p_value",
+            "samples",
+            "rate_hz",
+            "fitted.0.parameters.coefficient_deg_per_sqrt_h.low",
+            "tests.spectrum",
+            "correlations.temp_degC.value",
+        }
+        tried = {
+            "where.0.ratio",
+            "where.0.z",
+            "candidates.0.gain",
+            "candidates.0.p_value",
+            "candidates.0.error_after",
+            "steps.0.error",
+            "steps.1.error",
+            "steps.1.error_floor",
+            "steps.1.p_value",
+            "p_value_after",
+            "fitted.2.parameters.coefficient_dps_per_degC.high",
+        }
+        wanted = {
+            "clean": {"error_floor"},
+            "compare": {"error_floor", "where.0.ratio"},
+            "warm": tried,
+            "improve": tried | {"steps.1.error_held_out"},
+        }
         for name, page in self.pages.items():
             self.assertLessEqual(always | wanted[name], {key for key, _, _ in page.numbers}, name)
 
     def test_the_verdict_is_that_of_the_json(self):
-        self.assertEqual([self.json[name]["verdict"] for name in ("clean", "warm", "improve")],
-                         ["none", "temperature", "temperature"])
+        self.assertEqual(
+            [self.json[name]["verdict"] for name in ("clean", "warm", "improve")],
+            ["none", "temperature", "temperature"],
+        )
         self.assertIn("Nothing is missing", self.pages["clean"].verdict)
         self.assertIn("not adequate", self.pages["compare"].verdict)
         estimate = self.json["warm"]["fitted"][2]["parameters"]["coefficient_dps_per_degC"]
@@ -161,10 +217,16 @@ class Pages(unittest.TestCase):
 class Numbers(unittest.TestCase):
     def test_a_number_of_any_size_is_written_rounded(self):
         draw = random.Random(4)
-        values = [sign * 10 ** draw.uniform(-30, 12) for _ in range(1000) for sign in (-1, 1)] + [0.0]
-        for value, text in ((value, words.number(value, digits)) for value in values for digits in (3, 4, 9)):
+        values = [sign * 10 ** draw.uniform(-30, 12) for _ in range(1000) for sign in (-1, 1)] + [
+            0.0
+        ]
+        for value, text in (
+            (value, words.number(value, digits)) for value in values for digits in (3, 4, 9)
+        ):
             shown = shown_number(text)
-            self.assertLessEqual(abs(float(shown) - value), 0.5001 * 10.0 ** shown.as_tuple().exponent, text)
+            self.assertLessEqual(
+                abs(float(shown) - value), 0.5001 * 10.0 ** shown.as_tuple().exponent, text
+            )
             self.assertLessEqual(abs(float(shown) - value), 0.051 * abs(value), text)
 
 
@@ -185,15 +247,31 @@ class Files(unittest.TestCase):
     def test_a_path_that_cannot_be_written_is_refused_before_the_recording_is_read(self):
         (self.work / "folder.html").mkdir()
         for command in ("compare", "diagnose", "improve"):
-            for path in (self.work / "none/report.html", self.work / "folder.html", self.model / "report.html"):
-                self.refused(f"{path}: cannot be written", command, self.work / "none.csv", "-m", self.model, "--report", path)
+            for path in (
+                self.work / "none/report.html",
+                self.work / "folder.html",
+                self.model / "report.html",
+            ):
+                self.refused(
+                    f"{path}: cannot be written",
+                    command,
+                    self.work / "none.csv",
+                    "-m",
+                    self.model,
+                    "--report",
+                    path,
+                )
 
     def test_a_run_that_fails_leaves_the_old_report_and_nothing_else(self):
         old = self.work / "report.html"
         old.write_text("old")
-        self.refused("none.csv", "compare", self.work / "none.csv", "-m", self.model, "--report", old)
+        self.refused(
+            "none.csv", "compare", self.work / "none.csv", "-m", self.model, "--report", old
+        )
         self.assertEqual(old.read_text(), "old")
-        self.assertEqual(sorted(path.name for path in self.work.iterdir()), ["model.toml", "report.html"])
+        self.assertEqual(
+            sorted(path.name for path in self.work.iterdir()), ["model.toml", "report.html"]
+        )
 
 
 if __name__ == "__main__":

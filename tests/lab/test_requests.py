@@ -15,24 +15,67 @@ import urllib.parse
 import urllib.request
 from pathlib import Path
 
-from asking import ROOT
 import numpy as np
 import plotly
-from websockets.sync.client import connect
-
+from asking import ROOT
 from davarlab.workbench import schema, server, visit
+from websockets.sync.client import connect
 
 LIMIT_S = 300  # behind which a server hangs; a busy machine is no fault
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "tools/lab")}
 QUERIES = set(visit.Visit(Path(".")).questions) | set(visit.Visit(Path(".")).looks)
-WRONG = (None, True, 5, -1, 1.5, 1e300, 10 ** 30, "", "x", "5", "nan", "\0", "a" * 5000, [], [1], [[]], [["a", 2]], {}, {"a": 1}, {"a": [1]}, [None], [True])
-RAW = (b"", b"[1]", b"5", b'"x"', b"null", b"{", b"[" * 100_000, b'{"a": 1}', b'{"number": 1e999}', b'{"number": NaN}', b"{}{}", b"\xff\xfe", b'{"path": "\xff"}',
-       b'{"path": "\\ud800"}', b'{"number": ' + b"9" * 5000 + b"}", b'{"path": "' + b"a" * (5 << 20) + b'"}')
+WRONG = (
+    None,
+    True,
+    5,
+    -1,
+    1.5,
+    1e300,
+    10**30,
+    "",
+    "x",
+    "5",
+    "nan",
+    "\0",
+    "a" * 5000,
+    [],
+    [1],
+    [[]],
+    [["a", 2]],
+    {},
+    {"a": 1},
+    {"a": [1]},
+    [None],
+    [True],
+)
+RAW = (
+    b"",
+    b"[1]",
+    b"5",
+    b'"x"',
+    b"null",
+    b"{",
+    b"[" * 100_000,
+    b'{"a": 1}',
+    b'{"number": 1e999}',
+    b'{"number": NaN}',
+    b"{}{}",
+    b"\xff\xfe",
+    b'{"path": "\xff"}',
+    b'{"path": "\\ud800"}',
+    b'{"number": ' + b"9" * 5000 + b"}",
+    b'{"path": "' + b"a" * (5 << 20) + b'"}',
+)
 
 
 def recording(path, seconds=60):
     rng = np.random.default_rng(3)
-    path.write_text("time_s,gyro_z_dps,temp_degC\n" + "".join(f"{i / 50:.2f},{rng.normal(0, 0.05):.5f},{20 + i / 1000}\n" for i in range(50 * seconds)))
+    path.write_text(
+        "time_s,gyro_z_dps,temp_degC\n"
+        + "".join(
+            f"{i / 50:.2f},{rng.normal(0, 0.05):.5f},{20 + i / 1000}\n" for i in range(50 * seconds)
+        )
+    )
     return path
 
 
@@ -40,15 +83,28 @@ class Bench:
     """davarlab open in a folder, and its requests."""
 
     def __init__(self, folder, *arguments):
-        self.process = subprocess.Popen([sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", *map(str, arguments)], cwd=folder, env=ENVIRONMENT, text=True,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        self.process = subprocess.Popen(
+            [sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", *map(str, arguments)],
+            cwd=folder,
+            env=ENVIRONMENT,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
         place = urllib.parse.urlsplit(self.process.stdout.readline().strip())
-        self.origin, self.token = f"http://{place.netloc}", urllib.parse.parse_qs(place.query)["token"][0]
+        self.origin, self.token = (
+            f"http://{place.netloc}",
+            urllib.parse.parse_qs(place.query)["token"][0],
+        )
 
     def request(self, path, data=None):
         """(status, the answer)."""
         try:
-            with urllib.request.urlopen(urllib.request.Request(self.origin + path, data, {"X-Davar-Token": self.token}), timeout=LIMIT_S) as answer:
+            with urllib.request.urlopen(
+                urllib.request.Request(self.origin + path, data, {"X-Davar-Token": self.token}),
+                timeout=LIMIT_S,
+            ) as answer:
                 return answer.status, answer.read()
         except urllib.error.HTTPError as why:
             with why:
@@ -75,8 +131,21 @@ def accepts(field, value, query):
     kinds = typing.get_args(field.annotation) or (field.annotation,)
     if query:
         text = str(value)
-        return str in kinds or float in kinds and re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text) or int in kinds and text.isdigit()
-    return any(kind is type(value) or kind is type(None) and value is None or kind is float and type(value) is int for kind in kinds)
+        return (
+            str in kinds
+            or float in kinds
+            and re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?", text)
+            or int in kinds
+            and text.isdigit()
+        )
+    return any(
+        kind is type(value)
+        or kind is type(None)
+        and value is None
+        or kind is float
+        and type(value) is int
+        for kind in kinds
+    )
 
 
 def plain(field):
@@ -101,17 +170,29 @@ class Requests(unittest.TestCase):
 
     def test_every_request_of_the_server_has_a_schema(self):
         there = visit.Visit(self.folder)
-        self.assertEqual(set(schema.REQUESTS), set(there.questions) | set(there.looks) | set(there.actions) | {"drop"})
+        self.assertEqual(
+            set(schema.REQUESTS),
+            set(there.questions) | set(there.looks) | set(there.actions) | {"drop"},
+        )
 
     def test_a_field_of_the_wrong_type_is_named(self):
         refused = 0
         for what, model in schema.REQUESTS.items():
             if what in ("drop", "tutorial"):
                 continue
-            required = {name: 0 if name in ("place", "number", "channel") else "x" for name, one in model.model_fields.items() if one.is_required()}
+            required = {
+                name: 0 if name in ("place", "number", "channel") else "x"
+                for name, one in model.model_fields.items()
+                if one.is_required()
+            }
             for name, field in model.model_fields.items():
                 for value in WRONG:
-                    if what in QUERIES and not isinstance(value, (str, int, float)) or what in ("open", "listen") and isinstance(value, str):
+                    if (
+                        what in QUERIES
+                        and not isinstance(value, (str, int, float))
+                        or what in ("open", "listen")
+                        and isinstance(value, str)
+                    ):
                         continue
                     with self.subTest(what, field=name, value=str(value)[:30]):
                         status, answer = self.bench.ask(what, {**required, name: value})
@@ -121,7 +202,11 @@ class Requests(unittest.TestCase):
                             self.assertIn(f"{what}: ", json.loads(answer)["error"])
                             refused += name in json.loads(answer)["error"]
             status, answer = self.bench.ask(what, {**required, "unheard_of": 1})
-            self.assertEqual((status, "unheard_of" in json.loads(answer)["error"] or "x" in required.values()), (400, True), what)
+            self.assertEqual(
+                (status, "unheard_of" in json.loads(answer)["error"] or "x" in required.values()),
+                (400, True),
+                what,
+            )
         self.assertGreater(refused, 100)
         self.assertEqual(self.bench.ask("step", {})[0], 200)
 
@@ -146,11 +231,26 @@ class Requests(unittest.TestCase):
         (self.folder / "loop.csv").symlink_to("loop.csv")
         with socket.socket(socket.AF_UNIX) as there:
             there.bind(str(self.folder / "socket.csv"))
-            for path in ("fifo.csv", "loop.csv", "socket.csv", ".", "/dev/zero", "/proc/kmsg", "nowhere.csv", "a" * 3000, "a/" * 2000):
-                for what, fields in (("open", {"path": path}), ("open", {"path": str(self.folder / "rec.csv"), "model": path})):
+            for path in (
+                "fifo.csv",
+                "loop.csv",
+                "socket.csv",
+                ".",
+                "/dev/zero",
+                "/proc/kmsg",
+                "nowhere.csv",
+                "a" * 3000,
+                "a/" * 2000,
+            ):
+                for what, fields in (
+                    ("open", {"path": path}),
+                    ("open", {"path": str(self.folder / "rec.csv"), "model": path}),
+                ):
                     with self.subTest(what, path=path[:20]):
                         status, answer = self.bench.ask(what, fields)
-                        self.assertEqual((status, path in json.loads(answer)["error"]), (400, True), answer[:300])
+                        self.assertEqual(
+                            (status, path in json.loads(answer)["error"]), (400, True), answer[:300]
+                        )
         self.assertEqual(self.bench.ask("open", {"path": str(self.folder / "rec.csv")})[0], 200)
 
 
@@ -163,9 +263,25 @@ class Sessions(unittest.TestCase):
         self.session = self.folder / "rec.csv.davarlab.json"
 
     def refused(self, *arguments):
-        done = subprocess.run([sys.executable, "-B", "-m", "davarlab", "open", "--no-browser", self.recording, *arguments], env=ENVIRONMENT, text=True,
-                              capture_output=True, timeout=LIMIT_S)
-        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr)
+        done = subprocess.run(
+            [
+                sys.executable,
+                "-B",
+                "-m",
+                "davarlab",
+                "open",
+                "--no-browser",
+                self.recording,
+                *arguments,
+            ],
+            env=ENVIRONMENT,
+            text=True,
+            capture_output=True,
+            timeout=LIMIT_S,
+        )
+        self.assertEqual(
+            (done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr
+        )
         self.assertIn(self.session.name, done.stderr)
         return done.stderr
 
@@ -204,7 +320,13 @@ class Sessions(unittest.TestCase):
         whole["log"] = {"columns": [], "rate_hz": None, "sensor": None}
 
         def places(value, way=()):
-            for key, inside in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+            for key, inside in (
+                value.items()
+                if isinstance(value, dict)
+                else enumerate(value)
+                if isinstance(value, list)
+                else ()
+            ):
                 yield (*way, key)
                 yield from places(inside, (*way, key))
 
@@ -216,8 +338,9 @@ class Sessions(unittest.TestCase):
             inside[way[-1]] = value
             return made
 
-        from davarlab.workbench.steps import Steps
         from davarlab.errors import BadInput
+        from davarlab.workbench.steps import Steps
+
         tried = 0
         for way in places(whole):
             for value in (5, -1, "", "<b>x</b>", [[]], {"a": [1]}, True):
@@ -231,7 +354,14 @@ class Sessions(unittest.TestCase):
                     continue
                 self.assertFalse([one.did for one in found.steps if "<" in one.did], (way, value))
         self.assertGreater(tried, 100)
-        self.session.write_text(json.dumps(with_value(("trees", whole["sight"], "steps", 0, "did"), '<a href="https://example.invalid/">x</a>')))
+        self.session.write_text(
+            json.dumps(
+                with_value(
+                    ("trees", whole["sight"], "steps", 0, "did"),
+                    '<a href="https://example.invalid/">x</a>',
+                )
+            )
+        )
         self.assertIn("did", self.refused())
 
     def test_a_held_out_recording_of_a_session_that_is_no_file_is_left(self):
@@ -254,26 +384,53 @@ class Interrupted(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             model = folder / "model.toml"
-            lines = "".join(f'[[effect]]\nkind = "sinusoid"\nfrequency_hz = {0.5 + k * 0.04:.4f}\namplitude_dps = 0.001\n' for k in range(600))
-            model.write_text('[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n' + lines)
+            lines = "".join(
+                f'[[effect]]\nkind = "sinusoid"\nfrequency_hz = {0.5 + k * 0.04:.4f}\namplitude_dps = 0.001\n'
+                for k in range(600)
+            )
+            model.write_text(
+                '[sensor]\ncolumn = "gyro_z_dps"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
+                + lines
+            )
             bench = Bench(folder, recording(folder / "rec.csv", 600))
             events = connect(f"ws{bench.origin[4:]}/events?token={bench.token}")
             with events:
-                pending = subprocess.Popen([sys.executable, "-c", "import sys, urllib.request as u; u.urlopen(u.Request(sys.argv[1], sys.argv[2].encode(), "
-                                            "{'X-Davar-Token': sys.argv[3]}))", f"{bench.origin}/api/open",
-                                            json.dumps({"path": str(folder / "rec.csv"), "model": str(model)}), bench.token], stderr=subprocess.DEVNULL)
+                pending = subprocess.Popen(
+                    [
+                        sys.executable,
+                        "-c",
+                        "import sys, urllib.request as u; u.urlopen(u.Request(sys.argv[1], sys.argv[2].encode(), "
+                        "{'X-Davar-Token': sys.argv[3]}))",
+                        f"{bench.origin}/api/open",
+                        json.dumps({"path": str(folder / "rec.csv"), "model": str(model)}),
+                        bench.token,
+                    ],
+                    stderr=subprocess.DEVNULL,
+                )
                 self.addCleanup(pending.wait)
                 self.assertIn("progress", json.loads(events.recv(timeout=LIMIT_S)))  # it has begun
                 self.assertIsNone(pending.poll())
             status, said = bench.stop()
-            self.assertEqual((status, [line for line in said.splitlines() if "the workbench is open" not in line]), (0, []))
-            self.assertEqual([path.name for path in folder.iterdir() if path.name.endswith(".partial")], [])
+            self.assertEqual(
+                (
+                    status,
+                    [line for line in said.splitlines() if "the workbench is open" not in line],
+                ),
+                (0, []),
+            )
+            self.assertEqual(
+                [path.name for path in folder.iterdir() if path.name.endswith(".partial")], []
+            )
 
 
 class Charts(unittest.TestCase):
     def test_the_address_of_a_cloud_is_in_plotlys_script_and_not_in_what_is_served(self):
         whole = (Path(plotly.__file__).parent / "package_data/plotly.min.js").read_bytes()
-        self.assertEqual(whole.count(server.CLOUD), 1, "a Plotly that shares charts in another way: look for it, and change CLOUD in workbench/server.py")
+        self.assertEqual(
+            whole.count(server.CLOUD),
+            1,
+            "a Plotly that shares charts in another way: look for it, and change CLOUD in workbench/server.py",
+        )
         self.assertEqual(server.plotly(), whole.replace(server.CLOUD, b""))
         self.assertNotIn(b"//cloud.", server.plotly())
 

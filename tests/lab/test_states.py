@@ -4,17 +4,22 @@ import itertools
 import unittest
 
 import numpy as np
-from davarlab import model
+from davarlab import model, simulate
 from davarlab.data.recording import Recording
 from davarlab.diagnosis import improve
 from davarlab.errors import BadInput
 from davarlab.inference import states
-from davarlab import simulate
 from scipy import signal, stats
 
 RATE, COUNT = 50.0, 100000
-MODEL = model.Model(RATE, "gyro_z_dps", [model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
-                                         model.Term("bias_instability", {"coefficient_deg_per_h": 5.0})])
+MODEL = model.Model(
+    RATE,
+    "gyro_z_dps",
+    [
+        model.Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": 0.3}),
+        model.Term("bias_instability", {"coefficient_deg_per_h": 5.0}),
+    ],
+)
 
 
 def telegraph(levels, amplitude, dwell, rng):
@@ -30,8 +35,10 @@ def telegraph(levels, amplitude, dwell, rng):
 def noise(rng):
     f = np.fft.rfftfreq(2 * COUNT, 1 / RATE)
     f[0] = f[1]
-    flicker = np.fft.irfft(np.fft.rfft(rng.standard_normal(2 * COUNT)) * 5 / 3600 * np.sqrt(RATE / (2 * np.pi * f)))[:COUNT]
-    return 0.3 / 60 * RATE ** 0.5 * rng.standard_normal(COUNT) + flicker
+    flicker = np.fft.irfft(
+        np.fft.rfft(rng.standard_normal(2 * COUNT)) * 5 / 3600 * np.sqrt(RATE / (2 * np.pi * f))
+    )[:COUNT]
+    return 0.3 / 60 * RATE**0.5 * rng.standard_normal(COUNT) + flicker
 
 
 def improved(y):
@@ -44,7 +51,10 @@ class Chains(unittest.TestCase):
         for level, noise_, stay in ((0.8, 1.0, 0.9), (2.0, 0.3, 0.6)):
             whole, mean = 0.0, 0.0
             for path in itertools.product((2, 0, -2), repeat=len(values)):
-                chance = np.prod([stay if a == b else (1 - stay) / 2 for a, b in zip(path, path[1:])]) / 3
+                chance = (
+                    np.prod([stay if a == b else (1 - stay) / 2 for a, b in zip(path, path[1:])])
+                    / 3
+                )
                 density = chance * np.prod(stats.norm.pdf(values, level * np.array(path), noise_))
                 whole, mean = whole + density, mean + density * np.array(path)
             likelihood, state = states.smoothed(values, level, noise_, stay, 3)
@@ -59,7 +69,17 @@ class Chains(unittest.TestCase):
             self.assertAlmostEqual(states.staying(10 / RATE, 0.4, levels), same, delta=0.01)
 
     def test_the_simulator_makes_what_is_asked_for(self):
-        terms = [model.checked_term({"kind": "telegraph_noise", "amplitude_dps": 0.01, "mean_dwell_s": 2.0, "levels": 3}, "here")]
+        terms = [
+            model.checked_term(
+                {
+                    "kind": "telegraph_noise",
+                    "amplitude_dps": 0.01,
+                    "mean_dwell_s": 2.0,
+                    "levels": 3,
+                },
+                "here",
+            )
+        ]
         y = simulate.make(terms, RATE, duration_s=2000.0).columns["gyro_z_dps"]
         levels = np.unique(np.round(y - y.min(), 9))
         np.testing.assert_allclose(levels, [0, 0.02, 0.04], atol=1e-9)
@@ -67,14 +87,29 @@ class Chains(unittest.TestCase):
 
     def test_levels_are_a_whole_number(self):
         with self.assertRaisesRegex(BadInput, "levels = 2.5 must be a whole number"):
-            model.checked_term({"kind": "telegraph_noise", "amplitude_dps": 0.01, "mean_dwell_s": 2.0, "levels": 2.5}, "here")
+            model.checked_term(
+                {
+                    "kind": "telegraph_noise",
+                    "amplitude_dps": 0.01,
+                    "mean_dwell_s": 2.0,
+                    "levels": 2.5,
+                },
+                "here",
+            )
 
 
 class Levels(unittest.TestCase):
     def test_their_number_is_found_beside_flicker(self):
-        for levels, amplitude, dwell in ((2, 0.008, 20), (3, 0.008, 20), (3, 0.006, 60), (4, 0.008, 20)):
-            found = improved(noise(np.random.default_rng([3, levels, dwell])) + telegraph(levels, amplitude, dwell,
-                                                                                         np.random.default_rng([4, levels, dwell])))
+        for levels, amplitude, dwell in (
+            (2, 0.008, 20),
+            (3, 0.008, 20),
+            (3, 0.006, 60),
+            (4, 0.008, 20),
+        ):
+            found = improved(
+                noise(np.random.default_rng([3, levels, dwell]))
+                + telegraph(levels, amplitude, dwell, np.random.default_rng([4, levels, dwell]))
+            )
             self.assertEqual(found.diagnosis.added, ["telegraph_noise"], levels)
             value = found.estimates[-1]
             self.assertEqual(value["levels"].value, levels)
@@ -84,7 +119,9 @@ class Levels(unittest.TestCase):
     def test_a_continuum_has_none(self):
         for std, tau in ((0.008, 5), (0.006, 20)):
             rng, decay = np.random.default_rng([5, tau]), np.exp(-1 / RATE / tau)
-            course = std * signal.lfilter([np.sqrt(1 - decay ** 2)], [1, -decay], rng.standard_normal(COUNT))
+            course = std * signal.lfilter(
+                [np.sqrt(1 - decay**2)], [1, -decay], rng.standard_normal(COUNT)
+            )
             self.assertEqual(improved(noise(rng) + course).diagnosis.added, ["gauss_markov"])
 
 

@@ -42,24 +42,47 @@ class Tutorial(unittest.TestCase):
 
     def test_the_table_is_the_one_that_improve_prints(self):
         shown = tutorial.block("text").splitlines()
-        printed = self.said["improve"].splitlines()[:len(shown)]
+        printed = self.said["improve"].splitlines()[: len(shown)]
         number = re.compile(r"(?<![\w])\d[\d.]*(?:e-?\d+)?")
         for a, b in zip(shown, printed, strict=True):
             self.assertEqual(number.sub("", a).split(), number.sub("", b).split())
-            self.assert_close([float(n) for n in number.findall(a)], [float(n) for n in number.findall(b)])
+            self.assert_close(
+                [float(n) for n in number.findall(a)], [float(n) for n in number.findall(b)]
+            )
 
     def test_the_two_bias_instabilities_are_those_of_fit_and_improve(self):
-        for name, sentence in (("fit", r"The latter comes out as.*?\)"), ("improve", r"Bias instability is now.*?\)")):
+        for name, sentence in (
+            ("fit", r"The latter comes out as.*?\)"),
+            ("improve", r"Bias instability is now.*?\)"),
+        ):
             shown = re.search(sentence, self.story, re.DOTALL).group()
             printed = self.said[name].split("bias_instability\n")[1]
             self.assert_close(interval(shown), interval(printed))
 
     def test_the_table_for_the_firmware_compiles_and_the_report_is_there(self):
-        done = subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-x", "c", "-fsyntax-only", "-Wno-unused",
-                               f"-I{ROOT / 'lib/include'}",
-                               self.work / "build/gyro_model.h"], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        done = subprocess.run(
+            [
+                "gcc",
+                "-std=c11",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                "-x",
+                "c",
+                "-fsyntax-only",
+                "-Wno-unused",
+                f"-I{ROOT / 'lib/include'}",
+                self.work / "build/gyro_model.h",
+            ],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
         self.assertEqual(done.returncode, 0, done.stdout)
-        self.assertIn("The model lacks sinusoid", (self.work / "build/missing.html").read_text(encoding="utf-8"))
+        self.assertIn(
+            "The model lacks sinusoid",
+            (self.work / "build/missing.html").read_text(encoding="utf-8"),
+        )
 
     def test_its_pictures_are_there_and_small(self):
         pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", self.story)

@@ -24,8 +24,12 @@ class Truth:
         rng = np.random.default_rng(seed)
         self.count = count
         self.stamps_ns = START_NS + np.arange(count, dtype=np.int64) * (10**9 // RATE_HZ)
-        self.gyro = rng.normal(0, 0.5, (3, count)).astype(np.float32) + np.float32([[1], [-2], [0.25]])
-        self.accel = rng.normal(0, 0.01, (3, count)).astype(np.float32) + np.float32([[0.1], [0], [1]])
+        self.gyro = rng.normal(0, 0.5, (3, count)).astype(np.float32) + np.float32(
+            [[1], [-2], [0.25]]
+        )
+        self.accel = rng.normal(0, 0.01, (3, count)).astype(np.float32) + np.float32(
+            [[0.1], [0], [1]]
+        )
         self.temp = np.linspace(20, 25, count).astype(np.float32)
 
     @property
@@ -40,18 +44,41 @@ class Truth:
 def ulog(path, truth, gyros=2):
     """PX4: sensor_gyro of several units, sensor_accel at half the rate, boot times. pyulog writes only what it has read: the bytes are ours, by
     the documented layout of the format, and pyulog reads them."""
+
     def message(kind, body):
         return struct.pack("<HB", len(body), ord(kind)) + body
+
     fields = "uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float x;float y;float z;float temperature"
     out = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message("B", bytes(40))
-    out += b"".join(message("F", f"{topic}:{fields};".encode()) for topic in ("sensor_gyro", "sensor_accel"))
+    out += b"".join(
+        message("F", f"{topic}:{fields};".encode()) for topic in ("sensor_gyro", "sensor_accel")
+    )
     topics = [("sensor_gyro", one) for one in range(gyros)] + [("sensor_accel", 0)]
-    out += b"".join(message("A", struct.pack("<BH", one, number) + topic.encode()) for number, (topic, one) in enumerate(topics))
+    out += b"".join(
+        message("A", struct.pack("<BH", one, number) + topic.encode())
+        for number, (topic, one) in enumerate(topics)
+    )
     for place, us in enumerate(boot_us(truth)):
         for unit in range(gyros):
-            out += message("D", struct.pack("<HQQI4f", unit, us + 150, us, unit, *(truth.rad_s[:, place] * (unit + 1)), truth.temp[place]))
+            out += message(
+                "D",
+                struct.pack(
+                    "<HQQI4f",
+                    unit,
+                    us + 150,
+                    us,
+                    unit,
+                    *(truth.rad_s[:, place] * (unit + 1)),
+                    truth.temp[place],
+                ),
+            )
         if place % 2 == 0:
-            out += message("D", struct.pack("<HQQI4f", gyros, us + 150, us, 9, *truth.m_s2[:, place], truth.temp[place]))
+            out += message(
+                "D",
+                struct.pack(
+                    "<HQQI4f", gyros, us + 150, us, 9, *truth.m_s2[:, place], truth.temp[place]
+                ),
+            )
     Path(path).write_bytes(out)
 
 
@@ -61,18 +88,37 @@ def boot_us(truth):
 
 def dataflash(path, truth, instances=2):
     """ArduPilot: FMT messages, then IMU with an instance field. pymavlink has no writer of these."""
+
     def named(kind, length, name, form, columns):
-        return struct.pack("<BBB", 0xA3, 0x95, 0x80) + struct.pack("<BB4s16s64s", kind, length, name, form, columns)
+        return struct.pack("<BBB", 0xA3, 0x95, 0x80) + struct.pack(
+            "<BB4s16s64s", kind, length, name, form, columns
+        )
+
     out = named(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
-    out += named(0x81, 3 + 8 + 1 + 28, b"IMU", b"QBfffffff", b"TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T")
+    out += named(
+        0x81, 3 + 8 + 1 + 28, b"IMU", b"QBfffffff", b"TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"
+    )
     for place, us in enumerate(boot_us(truth)):
         for one in range(instances):
-            out += struct.pack("<BBBQB7f", 0xA3, 0x95, 0x81, us, one, *(truth.rad_s[:, place] * (one + 1)), *truth.m_s2[:, place], truth.temp[place])
+            out += struct.pack(
+                "<BBBQB7f",
+                0xA3,
+                0x95,
+                0x81,
+                us,
+                one,
+                *(truth.rad_s[:, place] * (one + 1)),
+                *truth.m_s2[:, place],
+                truth.temp[place],
+            )
     Path(path).write_bytes(out)
 
 
 def dataflash_text(path, truth):
-    lines = ["FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns", "FMT, 129, 43, IMU, Qfffffff, TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T"]
+    lines = [
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
+        "FMT, 129, 43, IMU, Qfffffff, TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,T",
+    ]
     for place, us in enumerate(boot_us(truth)):
         numbers = [*truth.rad_s[:, place], *truth.m_s2[:, place], truth.temp[place]]
         lines.append(f"IMU, {us}, " + ", ".join(f"{value:.12f}" for value in numbers))
@@ -90,17 +136,28 @@ def vector(store, values):
 def imu(store, truth, place, ros1):
     types = store.types
     own = {"seq": place} if ros1 else {}
-    header = types["std_msgs/msg/Header"](stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own)
+    header = types["std_msgs/msg/Header"](
+        stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own
+    )
     return types["sensor_msgs/msg/Imu"](
-        header=header, orientation=types["geometry_msgs/msg/Quaternion"](0, 0, 0, 1), orientation_covariance=np.zeros(9),
-        angular_velocity=vector(store, truth.rad_s[:, place]), angular_velocity_covariance=np.zeros(9),
-        linear_acceleration=vector(store, truth.m_s2[:, place]), linear_acceleration_covariance=np.zeros(9))
+        header=header,
+        orientation=types["geometry_msgs/msg/Quaternion"](0, 0, 0, 1),
+        orientation_covariance=np.zeros(9),
+        angular_velocity=vector(store, truth.rad_s[:, place]),
+        angular_velocity_covariance=np.zeros(9),
+        linear_acceleration=vector(store, truth.m_s2[:, place]),
+        linear_acceleration_covariance=np.zeros(9),
+    )
 
 
 def temperature(store, truth, place, ros1):
     own = {"seq": place} if ros1 else {}
-    header = store.types["std_msgs/msg/Header"](stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own)
-    return store.types["sensor_msgs/msg/Temperature"](header=header, temperature=float(truth.temp[place]), variance=0.0)
+    header = store.types["std_msgs/msg/Header"](
+        stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own
+    )
+    return store.types["sensor_msgs/msg/Temperature"](
+        header=header, temperature=float(truth.temp[place]), variance=0.0
+    )
 
 
 def custom_store(stores):
@@ -111,23 +168,40 @@ def custom_store(stores):
 
 def custom(store, truth, place, ros1):
     own = {"seq": place} if ros1 else {}
-    header = store.types["std_msgs/msg/Header"](stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own)
-    return store.types["my_robot/msg/Raw"](header=header, gyro_dps=truth.gyro[:, place].copy(), acc_g=truth.accel[:, place].copy(), temp=float(truth.temp[place]))
+    header = store.types["std_msgs/msg/Header"](
+        stamp=stamp_of(store, truth.stamps_ns[place]), frame_id="imu", **own
+    )
+    return store.types["my_robot/msg/Raw"](
+        header=header,
+        gyro_dps=truth.gyro[:, place].copy(),
+        acc_g=truth.accel[:, place].copy(),
+        temp=float(truth.temp[place]),
+    )
 
 
-KINDS = {"/imu": ("sensor_msgs/msg/Imu", imu, 1), "/imu2": ("sensor_msgs/msg/Imu", imu, 1), "/temp": ("sensor_msgs/msg/Temperature", temperature, 10),
-         "/raw": ("my_robot/msg/Raw", custom, 1)}  # topic: (type, maker, every how many samples)
+KINDS = {
+    "/imu": ("sensor_msgs/msg/Imu", imu, 1),
+    "/imu2": ("sensor_msgs/msg/Imu", imu, 1),
+    "/temp": ("sensor_msgs/msg/Temperature", temperature, 10),
+    "/raw": ("my_robot/msg/Raw", custom, 1),
+}  # topic: (type, maker, every how many samples)
 
 
 def ros1(path, truth, topics=("/imu", "/temp")):
     store = custom_store(Stores.ROS1_NOETIC)
     with rosbag1.Writer(path) as bag:
-        connections = {topic: bag.add_connection(topic, KINDS[topic][0], typestore=store) for topic in topics}
+        connections = {
+            topic: bag.add_connection(topic, KINDS[topic][0], typestore=store) for topic in topics
+        }
         for place in range(truth.count):
             for topic in topics:
                 kind, make, every = KINDS[topic]
                 if place % every == 0:
-                    bag.write(connections[topic], int(truth.stamps_ns[place]) + 700_000, store.serialize_ros1(make(store, truth, place, True), kind))
+                    bag.write(
+                        connections[topic],
+                        int(truth.stamps_ns[place]) + 700_000,
+                        store.serialize_ros1(make(store, truth, place, True), kind),
+                    )
 
 
 def ros2(folder, truth, storage, topics=("/imu", "/temp")):
@@ -135,39 +209,70 @@ def ros2(folder, truth, storage, topics=("/imu", "/temp")):
     store = custom_store(Stores.ROS2_HUMBLE)
     plugin = rosbag2.StoragePlugin.MCAP if storage == "mcap" else rosbag2.StoragePlugin.SQLITE3
     with rosbag2.Writer(folder, version=9, storage_plugin=plugin) as bag:
-        connections = {topic: bag.add_connection(topic, KINDS[topic][0], typestore=store) for topic in topics}
+        connections = {
+            topic: bag.add_connection(topic, KINDS[topic][0], typestore=store) for topic in topics
+        }
         for place in range(truth.count):
             for topic in topics:
                 kind, make, every = KINDS[topic]
                 if place % every == 0:
-                    bag.write(connections[topic], int(truth.stamps_ns[place]) + 700_000, store.serialize_cdr(make(store, truth, place, False), kind))
+                    bag.write(
+                        connections[topic],
+                        int(truth.stamps_ns[place]) + 700_000,
+                        store.serialize_cdr(make(store, truth, place, False), kind),
+                    )
     return next(Path(folder).glob(f"*.{storage}"))
 
 
 def matlab_5(path, truth):
-    io.savemat(path, {"t": (truth.stamps_ns - START_NS) / 1e9, "imu": {"gyro_rad_s": truth.rad_s.T, "acc_m_s2": truth.m_s2.T}, "note": "text"})
+    io.savemat(
+        path,
+        {
+            "t": (truth.stamps_ns - START_NS) / 1e9,
+            "imu": {"gyro_rad_s": truth.rad_s.T, "acc_m_s2": truth.m_s2.T},
+            "note": "text",
+        },
+    )
 
 
 def matlab_73(path, truth):
     """HDF5 behind 512 bytes, arrays transposed, as MATLAB writes."""
     with h5py.File(path, "w", userblock_size=512) as file:
         file["time_us"] = ((truth.stamps_ns - START_NS) // 1000)[None, :]
-        file["gyro_dps"], file["accel_g"], file["temp"] = truth.gyro, truth.accel, truth.temp[None, :]
+        file["gyro_dps"], file["accel_g"], file["temp"] = (
+            truth.gyro,
+            truth.accel,
+            truth.temp[None, :],
+        )
     with open(path, "r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" "))
 
 
 def npz(path, truth):
-    np.savez(path, timestamp_ns=truth.stamps_ns, gyro_dps=truth.gyro.T, accel_g=truth.accel.T, temperature=truth.temp)
+    np.savez(
+        path,
+        timestamp_ns=truth.stamps_ns,
+        gyro_dps=truth.gyro.T,
+        accel_g=truth.accel.T,
+        temperature=truth.temp,
+    )
 
 
 def apart(path, truth):
     """A temperature at a rate and with a time of its own."""
-    np.savez(path, gyro_time_ns=truth.stamps_ns, gyro_dps=truth.gyro, temp_time_ns=truth.stamps_ns[::10], temp=truth.temp[::10])
+    np.savez(
+        path,
+        gyro_time_ns=truth.stamps_ns,
+        gyro_dps=truth.gyro,
+        temp_time_ns=truth.stamps_ns[::10],
+        temp=truth.temp[::10],
+    )
 
 
 def npy(path, truth):
-    np.save(path, np.column_stack([(truth.stamps_ns - START_NS) / 1e9, truth.gyro.T.astype(np.float64)]))
+    np.save(
+        path, np.column_stack([(truth.stamps_ns - START_NS) / 1e9, truth.gyro.T.astype(np.float64)])
+    )
 
 
 def table(path, truth):

@@ -96,7 +96,8 @@ static void run_forever(davar_mode_t mode, uint32_t samples)
     uint32_t shortest = config.window.longest;
     for (uint32_t n = 0U; n < samples; n++) {
         const int16_t sample = next_sample(&random, n);
-        const bool gap = (n > 0U) && (((n / 3000U) % 3U) == 1U) && ((random_next(&random) % 50U) == 0U);
+        const bool gap =
+            (n > 0U) && (((n / 3000U) % 3U) == 1U) && ((random_next(&random) % 50U) == 0U);
         if (gap) {
             davar_gap(&davar, 1U);
         }

@@ -13,7 +13,8 @@ __attribute__((weak)) unsigned char davar_mutants_reached[DAVAR_MUTANTS_MAX];
 __attribute__((weak)) int davar_mutants_told;
 
 /* Does one of the mutants first .. first + count - 1 act? They stand at one place, which has now been reached. */
-#define DAVAR_SITE(first, count) (davar_mutants_reached[first] = 1, (davar_mutant - (first)) < (count))
+#define DAVAR_SITE(first, count)                                                                   \
+    (davar_mutants_reached[first] = 1, (davar_mutant - (first)) < (count))
 
 __attribute__((constructor(101))) static void davar_mutant_choose(void)
 {

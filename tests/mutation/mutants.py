@@ -44,14 +44,26 @@ def copy_tree():
     wanted = set()
     for path in ROOT.rglob("*"):
         name = path.relative_to(ROOT)
-        if name.parts[0] in NOT_COPIED or "__pycache__" in name.parts or not path.is_file() or path.is_symlink():
+        if (
+            name.parts[0] in NOT_COPIED
+            or "__pycache__" in name.parts
+            or not path.is_file()
+            or path.is_symlink()
+        ):
             continue
         wanted.add(name)
         target = TREE / name
         if name.parts[0] == "lib" and name.suffix in (".c", ".h"):
             continue
         if str(name) == "tests/CMakeLists.txt":
-            write(target, re.sub(r"set\(property_trials \d+\)", f"set(property_trials {TRIALS})", path.read_text()))
+            write(
+                target,
+                re.sub(
+                    r"set\(property_trials \d+\)",
+                    f"set(property_trials {TRIALS})",
+                    path.read_text(),
+                ),
+            )
         elif not target.exists() or target.read_bytes() != path.read_bytes():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(path, target)
@@ -63,13 +75,48 @@ def copy_tree():
 def compile_tree(kind):
     """(status, output) of the build `kind`: plain or sanitize."""
     folder = WORK / kind
-    flags = FLAGS.format(TREE / "tests/mutation/mutant.h") + (SANITIZERS if kind == "sanitize" else "")
-    names = [path.stem for folder in FAST + SLOWER for path in sorted(TREE.glob(f"tests/{folder}/test_*.c"))]
-    steps = [["cmake", "-S", str(TREE), "-B", str(folder), "-DCMAKE_BUILD_TYPE=Mutants", "-DDAVAR_BUILD_SIM=OFF", "-DDAVAR_BUILD_BENCH=OFF",
-              f"-DCMAKE_C_FLAGS_MUTANTS={flags}", f"-DDAVAR_UNITY_DIR={os.environ.get('DAVAR_UNITY_DIR', '')}"],
-             ["cmake", "--build", str(folder), "--parallel", str(os.cpu_count() or 2), "--target", *names, "--", "-k"]]
+    flags = FLAGS.format(TREE / "tests/mutation/mutant.h") + (
+        SANITIZERS if kind == "sanitize" else ""
+    )
+    names = [
+        path.stem
+        for folder in FAST + SLOWER
+        for path in sorted(TREE.glob(f"tests/{folder}/test_*.c"))
+    ]
+    steps = [
+        [
+            "cmake",
+            "-S",
+            str(TREE),
+            "-B",
+            str(folder),
+            "-DCMAKE_BUILD_TYPE=Mutants",
+            "-DDAVAR_BUILD_SIM=OFF",
+            "-DDAVAR_BUILD_BENCH=OFF",
+            f"-DCMAKE_C_FLAGS_MUTANTS={flags}",
+            f"-DDAVAR_UNITY_DIR={os.environ.get('DAVAR_UNITY_DIR', '')}",
+        ],
+        [
+            "cmake",
+            "--build",
+            str(folder),
+            "--parallel",
+            str(os.cpu_count() or 2),
+            "--target",
+            *names,
+            "--",
+            "-k",
+        ],
+    ]
     for step in steps:
-        done = subprocess.run(step, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        done = subprocess.run(
+            step,
+            text=True,
+            errors="replace",
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+        )
         if done.returncode:
             break
     return done.returncode, done.stdout
@@ -100,7 +147,11 @@ def refused_sites(files, refused, output):
     for name, line, reason in re.findall(r"tree/(lib/[\w./]+):(\d+):\d+: error: (.*)", output):
         file = files[name]
         for span, site in file.sites.items():
-            if site.mutants and site.mutants[0][0].line == int(line) and (name, *span) not in refused:
+            if (
+                site.mutants
+                and site.mutants[0][0].line == int(line)
+                and (name, *span) not in refused
+            ):
                 more[(name, *span)] = reason
     return more
 
@@ -120,12 +171,21 @@ TIMED_OUT = (-signal.SIGXCPU, -signal.SIGKILL)
 
 def execute(program, variables, limit_s=None):
     """(status, CPU seconds) of one suite."""
+
     def limit():
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         if limit_s:
             resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s + 1))
-    process = subprocess.Popen([program], env={**os.environ, **variables}, preexec_fn=limit, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=WORK)
+
+    process = subprocess.Popen(
+        [program],
+        env={**os.environ, **variables},
+        preexec_fn=limit,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        cwd=WORK,
+    )
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     return process.returncode, used.ru_utime + used.ru_stime
@@ -138,7 +198,9 @@ class Suite:
         self.name, self.program = name, program
         reached = WORK / f"reached-{program.parents[1].name}-{program.name}"
         reached.unlink(missing_ok=True)
-        status, self.seconds = execute(program, {"DAVAR_MUTANTS_REACHED": str(reached), "DAVAR_MUTANT": "0"})
+        status, self.seconds = execute(
+            program, {"DAVAR_MUTANTS_REACHED": str(reached), "DAVAR_MUTANT": "0"}
+        )
         if status:
             sys.exit(f"davar-mutants: {name} fails without a mutant (status {status})")
         self.reached = reached.read_bytes() if reached.exists() else b""
@@ -147,7 +209,11 @@ class Suite:
     def kills(self, mutant):
         """How it died, or nothing."""
         status, _ = execute(self.program, {"DAVAR_MUTANT": str(mutant.id)}, self.limit_s)
-        return ("time" if status in TIMED_OUT else "crash" if status < 0 else "test") if status else None
+        return (
+            ("time" if status in TIMED_OUT else "crash" if status < 0 else "test")
+            if status
+            else None
+        )
 
 
 class Listed:
@@ -186,7 +252,9 @@ def ask(mutants, asked):
     """[(mutant, fate, suite)], as many at once as there are cores; a line for each in build/mutants/log.tsv."""
     results = []
     with (WORK / "log.tsv").open("a") as log, ThreadPoolExecutor(os.cpu_count() or 2) as pool:
-        for mutant, (how, suite) in zip(mutants, pool.map(lambda mutant: fate(mutant, asked), mutants)):
+        for mutant, (how, suite) in zip(
+            mutants, pool.map(lambda mutant: fate(mutant, asked), mutants)
+        ):
             results.append((mutant, how, suite))
             log.write(f"{how}\t{suite}\t{mutant.kind}\t{mutant.line}\t{mutant.key}\n")
             log.flush()
@@ -197,8 +265,12 @@ def ask(mutants, asked):
 
 def prepared(kind, longest_s, names):
     """The suites of a build that take no longer (and are named, if any are), the quickest first."""
-    found = [Suite(name, program) for name, program in suites(kind).items() if not names or name in names]
-    return sorted((suite for suite in found if suite.seconds <= longest_s), key=lambda suite: suite.seconds)
+    found = [
+        Suite(name, program) for name, program in suites(kind).items() if not names or name in names
+    ]
+    return sorted(
+        (suite for suite in found if suite.seconds <= longest_s), key=lambda suite: suite.seconds
+    )
 
 
 def wilson(killed, of):
@@ -206,23 +278,32 @@ def wilson(killed, of):
     if not of:
         return 0.0, 1.0
     share, z2 = killed / of, Z_95**2 / of
-    middle, half = (share + z2 / 2) / (1 + z2), Z_95 * math.sqrt(share * (1 - share) / of + z2 / of / 4) / (1 + z2)
+    middle, half = (
+        (share + z2 / 2) / (1 + z2),
+        Z_95 * math.sqrt(share * (1 - share) / of + z2 / of / 4) / (1 + z2),
+    )
     return middle - half, middle + half
 
 
 def table(results, listed, key):
     """A line for each room or kind: mutants, killed, survived, not reached, equivalent, share killed of those that are not."""
-    lines = [f"{'':<22}{'mutants':>8}{'killed':>8}{'survived':>9}{'unreached':>10}{'equivalent':>11}{'score':>8}"]
+    lines = [
+        f"{'':<22}{'mutants':>8}{'killed':>8}{'survived':>9}{'unreached':>10}{'equivalent':>11}{'score':>8}"
+    ]
     groups = defaultdict(list)
     for result in results:
         groups[key(result[0])].append(result)
     for name, those in [*sorted(groups.items()), ("all", results)]:
         killed = sum(how in KILLED for _, how, _ in those)
         same = sum(how not in KILLED and listed.is_equivalent(mutant) for mutant, how, _ in those)
-        unreached = sum(how == "not reached" and not listed.is_equivalent(mutant) for mutant, how, _ in those)
+        unreached = sum(
+            how == "not reached" and not listed.is_equivalent(mutant) for mutant, how, _ in those
+        )
         alive = len(those) - killed - same - unreached
         score = killed / max(len(those) - same, 1)
-        lines.append(f"{name:<22}{len(those):>8}{killed:>8}{alive:>9}{unreached:>10}{same:>11}{100 * score:>7.1f}%")
+        lines.append(
+            f"{name:<22}{len(those):>8}{killed:>8}{alive:>9}{unreached:>10}{same:>11}{100 * score:>7.1f}%"
+        )
     return lines
 
 
@@ -231,11 +312,20 @@ def report(results, listed, everything):
     print("\n".join(table(results, listed, lambda mutant: room(mutant.file))), end="\n\n")
     print("\n".join(table(results, listed, lambda mutant: mutant.kind)), end="\n\n")
     by = Counter(how for _, how, _ in results)
-    killed, same = sum(by[how] for how in KILLED), sum(how not in KILLED and listed.is_equivalent(mutant) for mutant, how, _ in results)
+    killed, same = (
+        sum(by[how] for how in KILLED),
+        sum(how not in KILLED and listed.is_equivalent(mutant) for mutant, how, _ in results),
+    )
     low, high = wilson(killed, len(results) - same)
-    print(f"killed by a failing test {by['test']}, a crash {by['crash']}, CPU time {by['time']}; {len(results)} of {everything} mutants; "
-          f"score 95 % interval {100 * low:.1f} to {100 * high:.1f} %")
-    unlisted = [(mutant, how) for mutant, how, _ in results if how not in KILLED and mutant.key not in listed.reason]
+    print(
+        f"killed by a failing test {by['test']}, a crash {by['crash']}, CPU time {by['time']}; {len(results)} of {everything} mutants; "
+        f"score 95 % interval {100 * low:.1f} to {100 * high:.1f} %"
+    )
+    unlisted = [
+        (mutant, how)
+        for mutant, how, _ in results
+        if how not in KILLED and mutant.key not in listed.reason
+    ]
     for mutant, how in unlisted:
         print(f"{how}: {mutant.file}:{mutant.line}\n  {mutant.key}")
     for mutant, how, suite in results:
@@ -274,8 +364,13 @@ def main():
         print(f"listed, but no mutant any more: {key}")
     chosen = [mutant for mutant in mutants if options.only in mutant.key]
     if options.again:  # who survived by an earlier log
-        earlier = dict(reversed(line.split("\t", 4)[::4]) for line in Path(options.again).read_text().splitlines())
-        chosen = [mutant for mutant in chosen if earlier.get(mutant.key) in ("survived", "not reached")]
+        earlier = dict(
+            reversed(line.split("\t", 4)[::4])
+            for line in Path(options.again).read_text().splitlines()
+        )
+        chosen = [
+            mutant for mutant in chosen if earlier.get(mutant.key) in ("survived", "not reached")
+        ]
     elif not options.all:
         chosen = sample(chosen, options.sample, options.seed)
     if options.unlisted:
@@ -286,11 +381,22 @@ def main():
         status, output = compile_tree("sanitize")
         if status:
             sys.exit(f"davar-mutants: the build fails:\n{output[-6000:]}")
-        left = [mutant for mutant, how, _ in results if how == "survived" and mutant.key not in listed.reason]
-        again = {mutant.key: (mutant, how, suite) for mutant, how, suite in ask(left, prepared("sanitize", options.longest, options.suites))}
+        left = [
+            mutant
+            for mutant, how, _ in results
+            if how == "survived" and mutant.key not in listed.reason
+        ]
+        again = {
+            mutant.key: (mutant, how, suite)
+            for mutant, how, suite in ask(
+                left, prepared("sanitize", options.longest, options.suites)
+            )
+        }
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
-    print(f"{len(chosen)} mutants asked, {unlisted} neither killed nor listed, {len(stale)} listed that are no more")
+    print(
+        f"{len(chosen)} mutants asked, {unlisted} neither killed nor listed, {len(stale)} listed that are no more"
+    )
     return 1 if unlisted or stale else 0
 
 

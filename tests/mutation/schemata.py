@@ -16,19 +16,86 @@ from clang.cindex import CursorKind as Kind
 from clang.cindex import Index, StorageClass, TypeKind
 
 SWAPS = {
-    "+": "-", "-": "+", "*": "+", "/": "*", "%": "*", "<<": ">>", ">>": "<<", "&": "|", "|": "&", "^": "&",
-    "&&": "||", "||": "&&", "==": "!=", "!=": "==",
+    "+": "-",
+    "-": "+",
+    "*": "+",
+    "/": "*",
+    "%": "*",
+    "<<": ">>",
+    ">>": "<<",
+    "&": "|",
+    "|": "&",
+    "^": "&",
+    "&&": "||",
+    "||": "&&",
+    "==": "!=",
+    "!=": "==",
 }
 RELATIONS = {"<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<")}
-CLASSES = {"+": "arithmetic", "-": "arithmetic", "*": "arithmetic", "/": "arithmetic", "%": "arithmetic", "<<": "shift", ">>": "shift",
-           "&": "bitwise", "|": "bitwise", "^": "bitwise", "&&": "logical", "||": "logical", "==": "relational", "!=": "relational"}
+CLASSES = {
+    "+": "arithmetic",
+    "-": "arithmetic",
+    "*": "arithmetic",
+    "/": "arithmetic",
+    "%": "arithmetic",
+    "<<": "shift",
+    ">>": "shift",
+    "&": "bitwise",
+    "|": "bitwise",
+    "^": "bitwise",
+    "&&": "logical",
+    "||": "logical",
+    "==": "relational",
+    "!=": "relational",
+}
 # Macros whose use is a constant of the library. What a build chooses (davar/options.h) is none.
-STANDARD = {"UINT8_MAX", "UINT16_MAX", "UINT32_MAX", "UINT64_MAX", "INT16_MAX", "INT16_MIN", "INT32_MAX", "INT32_MIN", "INT64_MAX",
-            "INT64_MIN", "UINT32_C", "UINT64_C", "INT32_C", "INT64_C", "DBL_MAX", "FLT_MAX", "CHAR_BIT", "true", "false"}
+STANDARD = {
+    "UINT8_MAX",
+    "UINT16_MAX",
+    "UINT32_MAX",
+    "UINT64_MAX",
+    "INT16_MAX",
+    "INT16_MIN",
+    "INT32_MAX",
+    "INT32_MIN",
+    "INT64_MAX",
+    "INT64_MIN",
+    "UINT32_C",
+    "UINT64_C",
+    "INT32_C",
+    "INT64_C",
+    "DBL_MAX",
+    "FLT_MAX",
+    "CHAR_BIT",
+    "true",
+    "false",
+}
 CHOICES = re.compile(r"DAVAR_(TAUS_MAX|Q15|Q31|GRID|LAWS|CENTRED|MANY_REGISTERS|VERSION_\w+)$")
-STATEMENTS = {Kind.COMPOUND_STMT, Kind.IF_STMT, Kind.FOR_STMT, Kind.WHILE_STMT, Kind.DO_STMT, Kind.CASE_STMT, Kind.DEFAULT_STMT}
-INTEGERS = {TypeKind.BOOL, TypeKind.CHAR_S, TypeKind.SCHAR, TypeKind.UCHAR, TypeKind.SHORT, TypeKind.USHORT, TypeKind.INT, TypeKind.UINT,
-            TypeKind.LONG, TypeKind.ULONG, TypeKind.LONGLONG, TypeKind.ULONGLONG, TypeKind.INT128, TypeKind.UINT128}
+STATEMENTS = {
+    Kind.COMPOUND_STMT,
+    Kind.IF_STMT,
+    Kind.FOR_STMT,
+    Kind.WHILE_STMT,
+    Kind.DO_STMT,
+    Kind.CASE_STMT,
+    Kind.DEFAULT_STMT,
+}
+INTEGERS = {
+    TypeKind.BOOL,
+    TypeKind.CHAR_S,
+    TypeKind.SCHAR,
+    TypeKind.UCHAR,
+    TypeKind.SHORT,
+    TypeKind.USHORT,
+    TypeKind.INT,
+    TypeKind.UINT,
+    TypeKind.LONG,
+    TypeKind.ULONG,
+    TypeKind.LONGLONG,
+    TypeKind.ULONGLONG,
+    TypeKind.INT128,
+    TypeKind.UINT128,
+}
 FLOATS = {TypeKind.FLOAT, TypeKind.DOUBLE}
 
 
@@ -51,7 +118,9 @@ class Mutant:
         return self.named(self.after or "nothing")
 
     def named(self, after):
-        return f"{self.file} | {self.function} | {self.where} | {self.before} -> {after}" + (f" | {self.number}" if self.number else "")
+        return f"{self.file} | {self.function} | {self.where} | {self.before} -> {after}" + (
+            f" | {self.number}" if self.number else ""
+        )
 
     def draw(self, seed):
         """A number by which a sample is drawn: the same whatever else changes."""
@@ -61,6 +130,7 @@ class Mutant:
 @dataclass
 class Site:
     """A stretch of the text that has mutants; each a pair (Mutant, text in its place)."""
+
     start: int
     end: int
     mutants: list = field(default_factory=list)
@@ -85,7 +155,15 @@ class File:
         site = self.sites.setdefault((start, end), Site(start, end, [], is_void, table))
         before = before or flat(self.text[start:end])
         line = self.text.count("\n", 0, start)
-        mutant = Mutant(self.name, function, line + 1, kind, before, flat(after), flat(self.text.splitlines()[line]))
+        mutant = Mutant(
+            self.name,
+            function,
+            line + 1,
+            kind,
+            before,
+            flat(after),
+            flat(self.text.splitlines()[line]),
+        )
         if all(other.after != mutant.after for other, _ in site.mutants):
             site.mutants.append((mutant, after))
 
@@ -112,7 +190,9 @@ class Finder:
                 continue
             if cursor.kind == Kind.FUNCTION_DECL and cursor.is_definition():
                 self.function = cursor.spelling
-                body = [child for child in cursor.get_children() if child.kind == Kind.COMPOUND_STMT]
+                body = [
+                    child for child in cursor.get_children() if child.kind == Kind.COMPOUND_STMT
+                ]
                 if body and self.text(body[0]).startswith("{"):
                     self.visit(body[0], cursor)
             elif cursor.kind == Kind.VAR_DECL:
@@ -133,7 +213,11 @@ class Finder:
 
     def visit(self, cursor, parent, place=0):
         kind = cursor.kind
-        if kind in (Kind.CXX_UNARY_EXPR, Kind.STATIC_ASSERT, Kind.ASM_STMT):  # sizeof; what the compiler decides
+        if kind in (
+            Kind.CXX_UNARY_EXPR,
+            Kind.STATIC_ASSERT,
+            Kind.ASM_STMT,
+        ):  # sizeof; what the compiler decides
             return
         if kind == Kind.VAR_DECL and cursor.storage_class == StorageClass.STATIC:
             return self.lasting(cursor)
@@ -151,7 +235,9 @@ class Finder:
 
     def lasting(self, cursor):
         """static const in a function: an array of numbers is made anew at each call (see Text.render)."""
-        if cursor.type.kind != TypeKind.CONSTANTARRAY or not self.text(cursor).startswith("static const "):
+        if cursor.type.kind != TypeKind.CONSTANTARRAY or not self.text(cursor).startswith(
+            "static const "
+        ):
             return
         self.file.lasting.add(self.span(cursor)[0])
         for leaf in cursor.walk_preorder():
@@ -187,6 +273,7 @@ class Finder:
 
         def add(after):
             self.file.add(span, self.function, "constant", after, table=table)
+
         if text in ("true", "false"):
             add("false" if text == "true" else "true")
         elif kind in FLOATS:
@@ -225,7 +312,10 @@ class Finder:
         op = flat(self.file.text[left:right])
         is_assignment = cursor.kind == Kind.COMPOUND_ASSIGNMENT_OPERATOR
         plain = op[:-1] if is_assignment else op
-        pointers = [child.type.get_canonical().kind in (TypeKind.POINTER, TypeKind.CONSTANTARRAY) for child in children]
+        pointers = [
+            child.type.get_canonical().kind in (TypeKind.POINTER, TypeKind.CONSTANTARRAY)
+            for child in children
+        ]
         if plain in RELATIONS:
             for other in RELATIONS[plain]:
                 self.operator(span, "relational", op, other, a, b)
@@ -242,16 +332,23 @@ class Finder:
 
     def unary(self, span, part):
         text = self.file.text
-        before, after = text[span[0]:part[0]].strip(), text[part[1]:span[1]].strip()
+        before, after = text[span[0] : part[0]].strip(), text[part[1] : span[1]].strip()
         operand = flat(text[slice(*part)])
         if before in ("!", "-", "~") and not after:
             if before == "!" or before == "~":
-                self.file.add(span, self.function, "logical" if before == "!" else "bitwise", f"{'!!' if before == '!' else ''}{operand}")
+                self.file.add(
+                    span,
+                    self.function,
+                    "logical" if before == "!" else "bitwise",
+                    f"{'!!' if before == '!' else ''}{operand}",
+                )
             else:
                 self.file.add(span, self.function, "arithmetic", f"{operand}")
         elif {before, after} == {"", "++"} or {before, after} == {"", "--"}:
             swapped = {"++": "--", "--": "++", "": ""}
-            self.file.add(span, self.function, "arithmetic", f"{swapped[before]}{operand}{swapped[after]}")
+            self.file.add(
+                span, self.function, "arithmetic", f"{swapped[before]}{operand}{swapped[after]}"
+            )
 
     def condition(self, cursor, children):
         """Negated, unless it is a relation or a junction, which has its own mutants."""
@@ -266,7 +363,10 @@ class Finder:
         if not text or re.match(r"\w+$", text) and text in self.macros:
             return
         inner = condition
-        while inner.kind in (Kind.UNEXPOSED_EXPR, Kind.PAREN_EXPR) and len(list(inner.get_children())) == 1:
+        while (
+            inner.kind in (Kind.UNEXPOSED_EXPR, Kind.PAREN_EXPR)
+            and len(list(inner.get_children())) == 1
+        ):
             inner = next(inner.get_children())
         if inner.kind in (Kind.BINARY_OPERATOR, Kind.UNARY_OPERATOR):
             return
@@ -281,15 +381,29 @@ class Finder:
         span = self.span(cursor)
         text = self.file.text[slice(*span)]
         siblings = list(parent.get_children())
-        if parent.kind == Kind.IF_STMT and place == 0 or parent.kind == Kind.WHILE_STMT and place == 0 \
-                or parent.kind == Kind.DO_STMT and place == 1 or parent.kind == Kind.FOR_STMT and place != len(siblings) - 1 \
-                or parent.kind == Kind.CASE_STMT and place == 0:
+        if (
+            parent.kind == Kind.IF_STMT
+            and place == 0
+            or parent.kind == Kind.WHILE_STMT
+            and place == 0
+            or parent.kind == Kind.DO_STMT
+            and place == 1
+            or parent.kind == Kind.FOR_STMT
+            and place != len(siblings) - 1
+            or parent.kind == Kind.CASE_STMT
+            and place == 0
+        ):
             return
         is_step = cursor.kind == Kind.UNARY_OPERATOR and re.search(r"\+\+|--", text)
-        is_assignment = cursor.kind == Kind.COMPOUND_ASSIGNMENT_OPERATOR or (cursor.kind == Kind.BINARY_OPERATOR and "=" in text)
+        is_assignment = cursor.kind == Kind.COMPOUND_ASSIGNMENT_OPERATOR or (
+            cursor.kind == Kind.BINARY_OPERATOR and "=" in text
+        )
         is_call = cursor.kind == Kind.CALL_EXPR and "(" in text
-        if (is_step or is_assignment or is_call) and not re.match(r"(static_)?assert\b|DAVAR_ASSERT|\(void\)", text) \
-                and re.match(r"\s*;", self.file.text[span[1]:]):
+        if (
+            (is_step or is_assignment or is_call)
+            and not re.match(r"(static_)?assert\b|DAVAR_ASSERT|\(void\)", text)
+            and re.match(r"\s*;", self.file.text[span[1] :])
+        ):
             site = self.file.sites.get(span)
             if site:
                 site.is_void = True
@@ -298,14 +412,18 @@ class Finder:
 
 def find(root, compiler_flags):
     """{path: File} of lib/, with the sites of every mutant that a compiler could take."""
-    names = sorted(path for folder in ("lib/src", "lib/include") for path in (root / folder).rglob("*.[ch]"))
+    names = sorted(
+        path for folder in ("lib/src", "lib/include") for path in (root / folder).rglob("*.[ch]")
+    )
     files = {}
     macros = set(STANDARD)
     for path in names:
         file = File(root, str(path.relative_to(root)))
         file.lasting = set()
         files[str(path.resolve())] = file
-        macros.update(re.findall(r"^[ \t]*#[ \t]*define[ \t]+([A-Z]\w*)(?![\w(])", file.text, re.MULTILINE))
+        macros.update(
+            re.findall(r"^[ \t]*#[ \t]*define[ \t]+([A-Z]\w*)(?![\w(])", file.text, re.MULTILINE)
+        )
     finder = Finder(root, files, macros)
     index = Index.create()
     for path in names:
@@ -340,8 +458,14 @@ def number(files, without=()):
 
 def render(file, without=()):
     """The file's text with all its mutants."""
-    sites = [site for span, site in file.sites.items() if (file.name, *span) not in without and site.mutants]
-    plain = sorted((site for site in sites if not site.table), key=lambda site: (site.start, -site.end))
+    sites = [
+        site
+        for span, site in file.sites.items()
+        if (file.name, *span) not in without and site.mutants
+    ]
+    plain = sorted(
+        (site for site in sites if not site.table), key=lambda site: (site.start, -site.end)
+    )
     tables = {}
     for site in sites:
         if site.table:
@@ -362,10 +486,14 @@ def render(file, without=()):
         text = file.text[start:end]
         for lasting in file.lasting:
             if start <= lasting < end:
-                text = text[:lasting - start] + text[lasting - start:].replace("static const", "const", 1)
+                text = text[: lasting - start] + text[lasting - start :].replace(
+                    "static const", "const", 1
+                )
         for first, last, name in tables:
             if start <= first and last < end:
-                text = text[:first - start] + text[first - start:].replace("static const", "static", 1)
+                text = text[: first - start] + text[first - start :].replace(
+                    "static const", "static", 1
+                )
         return text
 
     text = stretch(0, len(file.text), plain)
@@ -376,11 +504,13 @@ def render(file, without=()):
     for (first, last, name), entries in sorted(tables.items()):
         for site in entries:
             for mutant, after in site.mutants:
-                other = file.text[first:site.start] + after + file.text[site.end:last]
+                other = file.text[first : site.start] + after + file.text[site.end : last]
                 other = re.sub(rf"\b{name}\b", f"{name}_mutant", flat(other), count=1)
-                extra.append(f"__attribute__((constructor(102))) static void davar_table_{mutant.id}(void) {{ {other}; "
-                             f"if (DAVAR_SITE({site.mutants[0][0].id}U, {len(site.mutants)}U) && davar_mutant == {mutant.id}U) "
-                             f"__builtin_memcpy((void *)&{name}, &{name}_mutant, sizeof {name}); }}\n")
+                extra.append(
+                    f"__attribute__((constructor(102))) static void davar_table_{mutant.id}(void) {{ {other}; "
+                    f"if (DAVAR_SITE({site.mutants[0][0].id}U, {len(site.mutants)}U) && davar_mutant == {mutant.id}U) "
+                    f"__builtin_memcpy((void *)&{name}, &{name}_mutant, sizeof {name}); }}\n"
+                )
     close = text.rstrip().rfind("#endif") if text.rstrip().endswith("#endif") else len(text)
     return text[:close] + "".join(extra) + text[close:]
 
@@ -400,5 +530,14 @@ def wrapped(site, text):
 
 def compiler_flags(root):
     """What libclang needs to know of the compiler that builds: where its own headers are."""
-    builtin = subprocess.run(["gcc", "-print-file-name=include"], check=True, text=True, stdout=subprocess.PIPE).stdout.strip()
-    return ["-std=c11", "-DNDEBUG", f"-I{root}/lib/include", f"-I{root}/lib/src", "-isystem", builtin]
+    builtin = subprocess.run(
+        ["gcc", "-print-file-name=include"], check=True, text=True, stdout=subprocess.PIPE
+    ).stdout.strip()
+    return [
+        "-std=c11",
+        "-DNDEBUG",
+        f"-I{root}/lib/include",
+        f"-I{root}/lib/src",
+        "-isystem",
+        builtin,
+    ]

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import davar
 import numpy as np
-from davar import _read
-from hypothesis import given, settings, strategies as st
-from hypothesis.extra import numpy as arrays
-
 import together
+from davar import _read
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
 
 RATE_HZ = 8.0
 SIZES = (1, 2, 5)
@@ -19,7 +19,7 @@ def by_definition(x, m):
     """Overlapping Allan deviation and how many differences, of the samples one by one; NaN is missing."""
     squares = []
     for i in range(len(x) - 2 * m + 1):
-        first, second = x[i:i + m], x[i + m:i + 2 * m]
+        first, second = x[i : i + m], x[i + m : i + 2 * m]
         if not (np.isnan(first).any() or np.isnan(second).any()):
             squares.append((second.mean() - first.mean()) ** 2)
     return (np.sqrt(sum(squares) / (2 * len(squares))) if squares else np.nan), len(squares)
@@ -40,21 +40,45 @@ def read_only(x):
     return x
 
 
-LAYOUTS = (np.asarray, strided, backwards, read_only, lambda x: x.astype(x.dtype.newbyteorder()), lambda x: x.tolist())
-TYPES = (np.int8, np.uint8, np.int16, np.uint16, np.int32, np.int64, np.float16, np.float32, np.float64, np.longdouble)
+LAYOUTS = (
+    np.asarray,
+    strided,
+    backwards,
+    read_only,
+    lambda x: x.astype(x.dtype.newbyteorder()),
+    lambda x: x.tolist(),
+)
+TYPES = (
+    np.int8,
+    np.uint8,
+    np.int16,
+    np.uint16,
+    np.int32,
+    np.int64,
+    np.float16,
+    np.float32,
+    np.float64,
+    np.longdouble,
+)
 
 
 @st.composite
 def series(draw):
     """(what the user hands in, the samples with NaN for the missing ones, lsb or None)."""
     kind = np.dtype(draw(st.sampled_from(TYPES)))
-    whole = draw(st.lists(st.integers(0 if kind.kind == "u" else -100, 100), min_size=12, max_size=60))
+    whole = draw(
+        st.lists(st.integers(0 if kind.kind == "u" else -100, 100), min_size=12, max_size=60)
+    )
     x = np.array(whole, kind)
     layout = draw(st.sampled_from(LAYOUTS))
-    mask = np.array(draw(st.lists(st.booleans(), min_size=len(x), max_size=len(x)))) & draw(st.booleans())
+    mask = np.array(draw(st.lists(st.booleans(), min_size=len(x), max_size=len(x)))) & draw(
+        st.booleans()
+    )
     there = np.where(mask, np.nan, np.asarray(x, np.float64))
     if draw(st.booleans()):
-        hidden = np.where(mask, np.asarray(np.inf if kind.kind == "f" else np.iinfo(kind).max, kind), x)
+        hidden = np.where(
+            mask, np.asarray(np.inf if kind.kind == "f" else np.iinfo(kind).max, kind), x
+        )
         handed = np.ma.masked_array(hidden, mask=mask)
     elif kind.kind == "f":
         handed = layout(np.where(mask, np.asarray(np.nan, kind), x))
@@ -78,7 +102,11 @@ def series_of_pandas(x):
         import pandas
     except ImportError:  # it is none of the pins
         return []
-    return [pandas.Series(x), pandas.Series(x, index=range(len(x), 0, -1)), pandas.DataFrame({"a": x, "b": x})["b"]]
+    return [
+        pandas.Series(x),
+        pandas.Series(x, index=range(len(x), 0, -1)),
+        pandas.DataFrame({"a": x, "b": x})["b"],
+    ]
 
 
 class Kinds(unittest.TestCase):
@@ -100,7 +128,15 @@ class Kinds(unittest.TestCase):
     @given(series())
     def test_windows_and_streams_see_the_same_samples(self, drawn):
         handed, there, lsb = drawn
-        options = {"policy": "fixed", "mode": "trailing", "window_max": 12, "window_min": 12, "segment": 0, "clusters": SIZES, "lsb": 0.5}
+        options = {
+            "policy": "fixed",
+            "mode": "trailing",
+            "window_max": 12,
+            "window_min": 12,
+            "segment": 0,
+            "clusters": SIZES,
+            "lsb": 0.5,
+        }
         if np.isfinite(there).sum() < 12:
             with self.assertRaisesRegex(ValueError, "^x: "):
                 davar.dynamic(handed, RATE_HZ, **options)
@@ -114,9 +150,18 @@ class Kinds(unittest.TestCase):
             np.testing.assert_array_equal(pushed[name], column, name)
 
     @settings(max_examples=200, deadline=None, derandomize=True)
-    @given(arrays.arrays(st.one_of(arrays.scalar_dtypes(), st.just(np.dtype(object))), arrays.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=20)))
+    @given(
+        arrays.arrays(
+            st.one_of(arrays.scalar_dtypes(), st.just(np.dtype(object))),
+            arrays.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=20),
+        )
+    )
     def test_whatever_it_is_nothing_is_flattened_and_the_refusal_names_it(self, x):
-        for call in (lambda: davar.adev(x, RATE_HZ, clusters=[1]), lambda: davar.dynamic(x, RATE_HZ, stride=2), lambda: davar.Stream(RATE_HZ, full_scale=1.0).push(x)):
+        for call in (
+            lambda: davar.adev(x, RATE_HZ, clusters=[1]),
+            lambda: davar.dynamic(x, RATE_HZ, stride=2),
+            lambda: davar.Stream(RATE_HZ, full_scale=1.0).push(x),
+        ):
             try:
                 call()
             except ValueError as why:
@@ -126,8 +171,13 @@ class Kinds(unittest.TestCase):
                 self.assertEqual(x.dtype.kind, "f")
 
     @settings(max_examples=200, deadline=None, derandomize=True)
-    @given(st.sampled_from(("time_s", "gaps", "clusters", "taus_s")),
-           arrays.arrays(st.one_of(arrays.scalar_dtypes(), st.just(np.dtype(object))), arrays.array_shapes(min_dims=0, max_dims=2, min_side=0, max_side=20)))
+    @given(
+        st.sampled_from(("time_s", "gaps", "clusters", "taus_s")),
+        arrays.arrays(
+            st.one_of(arrays.scalar_dtypes(), st.just(np.dtype(object))),
+            arrays.array_shapes(min_dims=0, max_dims=2, min_side=0, max_side=20),
+        ),
+    )
     def test_so_does_that_of_the_other_arrays(self, name, value):
         x = np.random.default_rng(1).normal(0, 1, 20)
         try:
@@ -151,7 +201,12 @@ class Kinds(unittest.TestCase):
 class Files(unittest.TestCase):
     """Whatever is in a file: columns of finite numbers, or one error that names it."""
 
-    fields = st.one_of(st.floats().map(repr), st.integers().map(str), st.text(max_size=4), st.sampled_from(("1_0", "\uff11", "\u0661", "0x1", "1e9999", "nan", "")))
+    fields = st.one_of(
+        st.floats().map(repr),
+        st.integers().map(str),
+        st.text(max_size=4),
+        st.sampled_from(("1_0", "\uff11", "\u0661", "0x1", "1e9999", "nan", "")),
+    )
     rows = st.lists(st.lists(fields, min_size=1, max_size=3).map(",".join), max_size=5)
 
     def read(self, content):
@@ -164,10 +219,19 @@ class Files(unittest.TestCase):
             except ImportError as why:  # no text: another log
                 self.assertTrue(b"\0" in content, why)
             else:
-                self.assertTrue(all(np.isfinite(column).all() and column.ndim == 1 for column in found.columns.values()))
+                self.assertTrue(
+                    all(
+                        np.isfinite(column).all() and column.ndim == 1
+                        for column in found.columns.values()
+                    )
+                )
 
     @settings(max_examples=300, deadline=None, derandomize=True)
-    @given(st.sampled_from(("time_s,gyro_z_dps\n", "a\n", "# k: v\na,b,c\n", "")), rows, st.sampled_from(("\n", "\r\n", "\r")))
+    @given(
+        st.sampled_from(("time_s,gyro_z_dps\n", "a\n", "# k: v\na,b,c\n", "")),
+        rows,
+        st.sampled_from(("\n", "\r\n", "\r")),
+    )
     def test_texts(self, head, rows, end):
         self.read((head + end.join(rows)).encode(errors="surrogatepass"))
 

@@ -7,7 +7,6 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-
 import together
 
 PAGE = together.ROOT / "docs/PYTHON.md"
@@ -15,16 +14,24 @@ PAGE = together.ROOT / "docs/PYTHON.md"
 
 class Page(unittest.TestCase):
     def test_every_block_runs_and_says_what_it_should(self):
-        blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+        blocks = re.findall(
+            r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+        )
         self.assertGreater(len(blocks), 4)
         there, said = {}, io.StringIO()
         with together.elsewhere(), contextlib.redirect_stdout(said):
             x = np.random.default_rng(3).normal(0, 0.2, 3000)
-            Path("flight.csv").write_text(together.recording({"time_s": np.arange(3000) / 50, "gyro_z_dps": x}))
+            Path("flight.csv").write_text(
+                together.recording({"time_s": np.arange(3000) / 50, "gyro_z_dps": x})
+            )
             for number, block in enumerate(blocks, 1):
                 exec(compile(block, f"{PAGE.name}, block {number}", "exec"), there)
-        self.assertRegex(said.getvalue(), r"^    0\.01 s  0\.(199|200)\d+ deg/s  \[0\.19\d+, 0\.20\d+\]\n")
-        before = float(re.search(r"^([\d.]+) deg/sqrt\(h\) before$", said.getvalue(), re.MULTILINE)[1])
+        self.assertRegex(
+            said.getvalue(), r"^    0\.01 s  0\.(199|200)\d+ deg/s  \[0\.19\d+, 0\.20\d+\]\n"
+        )
+        before = float(
+            re.search(r"^([\d.]+) deg/sqrt\(h\) before$", said.getvalue(), re.MULTILINE)[1]
+        )
         self.assertAlmostEqual(before, 0.2 / 10 * 60, delta=0.06)
         self.assertIn("0 gaps", said.getvalue())
 

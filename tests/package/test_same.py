@@ -9,7 +9,6 @@ from pathlib import Path
 
 import davar
 import numpy as np
-
 import together
 
 RATE_HZ = 100.0
@@ -18,7 +17,7 @@ RATE_HZ = 100.0
 def noise(seed, count=4000):
     made = np.random.default_rng(seed)
     x = made.normal(0.3, 0.2, count)
-    x[count // 2:count // 2 + 300] *= 4
+    x[count // 2 : count // 2 + 300] *= 4
     return x + np.cumsum(made.normal(0, 1e-3, count))
 
 
@@ -30,41 +29,104 @@ class Same(unittest.TestCase):
 
     def test_rates_with_every_policy_and_mode(self):
         x = noise(1)
-        for options in ({}, {"policy": "fixed", "window_max": 500, "stride": 7}, {"policy": "kurtosis", "mode": "trailing", "details": True},
-                        {"policy": "and", "kurtosis": (2.6, 3.2), "contribution": (0, 0.05), "window_max": 300, "grow": 0},
-                        {"policy": "glr", "stride": 10, "false_alarms_per_hour": 0.5, "cut_interval": 60, "block": 8, "shock_blocks": 1},
-                        {"arith": "float"}, {"arith": "float", "full_scale": 2.0, "clusters": [1, 3, 9, 27]}, {"taus": "geometric:9", "shrink": 0},
-                        {"engine": "edges", "stride": 10, "mode": "trailing"}, {"policy": "glr", "stride": 10, "long_cluster": 80}):
+        for options in (
+            {},
+            {"policy": "fixed", "window_max": 500, "stride": 7},
+            {"policy": "kurtosis", "mode": "trailing", "details": True},
+            {
+                "policy": "and",
+                "kurtosis": (2.6, 3.2),
+                "contribution": (0, 0.05),
+                "window_max": 300,
+                "grow": 0,
+            },
+            {
+                "policy": "glr",
+                "stride": 10,
+                "false_alarms_per_hour": 0.5,
+                "cut_interval": 60,
+                "block": 8,
+                "shock_blocks": 1,
+            },
+            {"arith": "float"},
+            {"arith": "float", "full_scale": 2.0, "clusters": [1, 3, 9, 27]},
+            {"taus": "geometric:9", "shrink": 0},
+            {"engine": "edges", "stride": 10, "mode": "trailing"},
+            {"policy": "glr", "stride": 10, "long_cluster": 80},
+        ):
             with self.subTest(options):
                 words = []
                 for name, value in options.items():
-                    pair = ":".join(map(str, value)) if isinstance(value, tuple) else ",".join(map(str, value)) if isinstance(value, list) else value
-                    words += ["--" + ("taus" if name == "clusters" else name).replace("_", "-"), *([] if value is True else [pair])]
-                self.expect(davar.dynamic(x, RATE_HZ, **options), together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, *words))
+                    pair = (
+                        ":".join(map(str, value))
+                        if isinstance(value, tuple)
+                        else ",".join(map(str, value))
+                        if isinstance(value, list)
+                        else value
+                    )
+                    words += [
+                        "--" + ("taus" if name == "clusters" else name).replace("_", "-"),
+                        *([] if value is True else [pair]),
+                    ]
+                self.expect(
+                    davar.dynamic(x, RATE_HZ, **options),
+                    together.simulator(
+                        together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, *words
+                    ),
+                )
 
     def test_averaging_times_in_seconds(self):
         x = noise(12)
         found = davar.dynamic(x, RATE_HZ, taus_s=[0.01, 0.1, 0.301], stride=10)
         self.assertEqual(found.clusters.tolist(), [1, 10, 30])
         np.testing.assert_allclose(found.taus_s, [0.01, 0.1, 0.3], rtol=1e-15)
-        self.expect(found, together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, "--taus", "1,10,30", "--stride", 10))
+        self.expect(
+            found,
+            together.simulator(
+                together.recording({"gyro_z_dps": x}),
+                "--rate",
+                RATE_HZ,
+                "--taus",
+                "1,10,30",
+                "--stride",
+                10,
+            ),
+        )
 
     def test_an_error_model(self):
         x = noise(13)
         with together.elsewhere():
-            Path("table.csv").write_text("m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n4,0.1,0.02,0.04\n5,0.1,0.02,0.05\n")
+            Path("table.csv").write_text(
+                "m,adev_dps,relative_tolerance,tau_s\n1,0.2,0.02,0.01\n4,0.1,0.02,0.04\n5,0.1,0.02,0.05\n"
+            )
             for details in (False, True):
-                self.expect(davar.dynamic(x, RATE_HZ, model_table=Path("table.csv"), stride=10, details=details),
-                            together.simulator(together.recording({"gyro_z_dps": x}), "--rate", RATE_HZ, "--model-table", "table.csv", "--stride", 10,
-                                               *(["--details"] if details else [])))
+                self.expect(
+                    davar.dynamic(
+                        x, RATE_HZ, model_table=Path("table.csv"), stride=10, details=details
+                    ),
+                    together.simulator(
+                        together.recording({"gyro_z_dps": x}),
+                        "--rate",
+                        RATE_HZ,
+                        "--model-table",
+                        "table.csv",
+                        "--stride",
+                        10,
+                        *(["--details"] if details else []),
+                    ),
+                )
 
     def test_counts(self):
         counts = np.round(noise(2) / 0.01).astype(np.int32)
         for bits, factor in ((16, 1), (24, 1), (24, 1000), (32, 100_000)):
             with self.subTest(bits=bits, factor=factor):
                 text = together.recording({"gyro_z_counts": counts * factor})
-                self.expect(davar.dynamic(counts * factor, RATE_HZ, lsb=0.01, bits=bits, stride=10),
-                            together.simulator(text, "--rate", RATE_HZ, "--lsb", 0.01, "--bits", bits, "--stride", 10))
+                self.expect(
+                    davar.dynamic(counts * factor, RATE_HZ, lsb=0.01, bits=bits, stride=10),
+                    together.simulator(
+                        text, "--rate", RATE_HZ, "--lsb", 0.01, "--bits", bits, "--stride", 10
+                    ),
+                )
 
     def test_time_stamps_and_their_gaps(self):
         x, time_s = noise(3), np.arange(4000) / RATE_HZ + 1000
@@ -72,9 +134,14 @@ class Same(unittest.TestCase):
         time_s[1502:] += 0.02
         time_s[3000:] += 77.7
         text = together.recording({"time_s": time_s, "gyro_z_dps": x})
-        self.expect(davar.dynamic(x, time_s=time_s, stride=9, details=True), together.simulator(text, "--stride", 9, "--details"))
-        self.expect(davar.dynamic(x, RATE_HZ, time_s=time_s, gap=3.5, mode="trailing"),
-                    together.simulator(text, "--rate", RATE_HZ, "--gap", 3.5, "--mode", "trailing"))
+        self.expect(
+            davar.dynamic(x, time_s=time_s, stride=9, details=True),
+            together.simulator(text, "--stride", 9, "--details"),
+        )
+        self.expect(
+            davar.dynamic(x, RATE_HZ, time_s=time_s, gap=3.5, mode="trailing"),
+            together.simulator(text, "--rate", RATE_HZ, "--gap", 3.5, "--mode", "trailing"),
+        )
 
     def test_a_missing_sample_is_a_gap_in_the_time_stamps(self):
         x, there = noise(4), np.ones(4000, bool)
@@ -82,7 +149,9 @@ class Same(unittest.TestCase):
         holes = np.where(there, x, np.nan)
         time_s = np.arange(4000) / 128.0  # a period that a double holds
         found = davar.dynamic(holes, 128.0, details=True)
-        printed = together.simulator(together.recording({"time_s": time_s[there], "gyro_z_dps": x[there]}), "--details")
+        printed = together.simulator(
+            together.recording({"time_s": time_s[there], "gyro_z_dps": x[there]}), "--details"
+        )
         places = np.flatnonzero(there)
         printed["epoch"] = [str(places[int(epoch)]) for epoch in printed["epoch"]]
         self.expect(found, printed)
@@ -95,23 +164,50 @@ class Options(unittest.TestCase):
     """Every option of davar-sim --help is an argument, or says here why it is none; and the other way round."""
 
     renamed = {"rate": "rate_hz"}
-    of_the_program = {"column": "x is the column", "out": "arrays", "can-base": "frames", "can-content": "frames", "raw": "frames", "baud": "a serial line",
-                      "device": "another program", "pace": "arrays", "progress": "arrays", "help": "help(davar.dynamic)", "version": "importlib.metadata"}
-    of_python = {"x", "time_s", "gaps", "clusters", "taus_s"}  # gaps are rows that are not there, clusters a form of --taus
+    of_the_program = {
+        "column": "x is the column",
+        "out": "arrays",
+        "can-base": "frames",
+        "can-content": "frames",
+        "raw": "frames",
+        "baud": "a serial line",
+        "device": "another program",
+        "pace": "arrays",
+        "progress": "arrays",
+        "help": "help(davar.dynamic)",
+        "version": "importlib.metadata",
+    }
+    of_python = {
+        "x",
+        "time_s",
+        "gaps",
+        "clusters",
+        "taus_s",
+    }  # gaps are rows that are not there, clusters a form of --taus
     not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
 
     def options(self):
-        text = subprocess.run([os.environ["DAVAR_SIM"], "--help"], text=True, capture_output=True, check=True).stdout
-        return set(re.findall(r"(?:^  |, )--([a-z][a-z-]*)", text.split("\nExamples")[0], re.MULTILINE))
+        text = subprocess.run(
+            [os.environ["DAVAR_SIM"], "--help"], text=True, capture_output=True, check=True
+        ).stdout
+        return set(
+            re.findall(r"(?:^  |, )--([a-z][a-z-]*)", text.split("\nExamples")[0], re.MULTILINE)
+        )
 
     def test_every_option_is_an_argument(self):
         options = self.options()
         self.assertGreater(len(options), 30)
         self.assertLessEqual(set(self.of_the_program), options)
-        wanted = {self.renamed.get(name, name.replace("-", "_")) for name in options - set(self.of_the_program)}
+        wanted = {
+            self.renamed.get(name, name.replace("-", "_"))
+            for name in options - set(self.of_the_program)
+        }
         self.assertEqual(set(inspect.signature(davar.dynamic).parameters), wanted | self.of_python)
         self.assertLessEqual(set(self.not_of_a_stream), wanted)
-        self.assertEqual(set(inspect.signature(davar.Stream).parameters), (wanted | {"clusters", "taus_s"}) - set(self.not_of_a_stream))
+        self.assertEqual(
+            set(inspect.signature(davar.Stream).parameters),
+            (wanted | {"clusters", "taus_s"}) - set(self.not_of_a_stream),
+        )
 
 
 class Streamed(unittest.TestCase):
@@ -137,12 +233,17 @@ class Streamed(unittest.TestCase):
         for options in ({}, {"mode": "trailing", "stride": 13}, {"policy": "glr", "stride": 10}):
             for x in (counts, holes * 0.01):
                 with self.subTest(options, kind=x.dtype):
-                    self.expect(self.collect(davar.Stream(RATE_HZ, lsb=0.01, **options), x, 7), davar.dynamic(x, RATE_HZ, lsb=0.01, **options))
+                    self.expect(
+                        self.collect(davar.Stream(RATE_HZ, lsb=0.01, **options), x, 7),
+                        davar.dynamic(x, RATE_HZ, lsb=0.01, **options),
+                    )
 
     def test_floats(self):
         x = noise(8)
-        self.expect(self.collect(davar.Stream(RATE_HZ, full_scale=4.0, details=True), x, 9),
-                    davar.dynamic(x, RATE_HZ, arith="float", full_scale=4.0, details=True))
+        self.expect(
+            self.collect(davar.Stream(RATE_HZ, full_scale=4.0, details=True), x, 9),
+            davar.dynamic(x, RATE_HZ, arith="float", full_scale=4.0, details=True),
+        )
 
     def test_a_gap_that_is_told(self):
         counts = np.round(noise(10) / 0.01).astype(np.int16)
@@ -159,7 +260,9 @@ class Streamed(unittest.TestCase):
         counts = np.round(noise(11) / 0.01).astype(np.int32)
         stream = davar.Stream(RATE_HZ, lsb=0.01, bits=16)
         stream.push(counts[:2000])
-        with self.assertRaisesRegex(ValueError, r"^x: value beyond the count range.* at sample 1, found 40000"):
+        with self.assertRaisesRegex(
+            ValueError, r"^x: value beyond the count range.* at sample 1, found 40000"
+        ):
             stream.push([1, 40_000])
         stream.push(counts[2000:])
         stream.finish()

@@ -51,13 +51,17 @@ class Threads(unittest.TestCase):
         order = np.argsort(np.concatenate([one.epoch for one in taken]))
         whole = davar.dynamic(np.tile(block, 200), 100.0, **OPTIONS)
         for name, column in whole.items():
-            np.testing.assert_array_equal(np.concatenate([one[name] for one in taken])[order], column, name)
+            np.testing.assert_array_equal(
+                np.concatenate([one[name] for one in taken])[order], column, name
+            )
 
     def test_gaps_and_the_end_from_other_threads(self):
         stream = davar.Stream(100.0, full_scale=1.0)
         x = np.random.default_rng(2).normal(0, 0.1, 3000)
         stream.push(x)  # a gap counts between samples only
-        raised = in_threads(4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)])
+        raised = in_threads(
+            4, lambda i: [stream.gap(1) if i == 0 else stream.push(x) for _ in range(20)]
+        )
         self.assertEqual(raised, [])
         stream.push(x)
         self.assertEqual(in_threads(4, lambda i: stream.finish()), [])
@@ -68,7 +72,9 @@ class Threads(unittest.TestCase):
     def test_separate_streams_do_not_disturb_each_other(self):
         x = [np.random.default_rng(i).normal(0, 0.1, 20_000) for i in range(4)]
         wanted, found = [davar.dynamic(one, 100.0, stride=10) for one in x], {}
-        self.assertEqual(in_threads(4, lambda i: found.update({i: davar.dynamic(x[i], 100.0, stride=10)})), [])
+        self.assertEqual(
+            in_threads(4, lambda i: found.update({i: davar.dynamic(x[i], 100.0, stride=10)})), []
+        )
         for i, one in enumerate(wanted):
             for name, column in one.items():
                 np.testing.assert_array_equal(found[i][name], column, name)

@@ -5,7 +5,6 @@ import unittest
 import allantools
 import davar
 import numpy as np
-
 import together
 
 # NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s; table 30: 9 points, tau 1, 2 s.
@@ -18,7 +17,7 @@ def by_definition(x, m, gaps=()):
     """(deviation, differences) of x, of which NaN and no pair of neighbours across a gap may be inside a difference."""
     squares = []
     for i in range(len(x) - 2 * m + 1):
-        part = x[i:i + 2 * m]
+        part = x[i : i + 2 * m]
         if not np.isnan(part).any() and not any(i < gap < i + 2 * m for gap in gaps):
             squares.append((part[m:].mean() - part[:m].mean()) ** 2)
     return (np.sqrt(np.mean(squares) / 2) if squares else np.nan), len(squares)
@@ -39,11 +38,16 @@ class Published(unittest.TestCase):
 class AllanTools(unittest.TestCase):
     def test_every_octave_and_count_of_differences(self):
         noise = np.random.default_rng(1)
-        for name, x in {"white": noise.normal(0.3, 0.2, 20_001), "walk": np.cumsum(noise.normal(0, 1e-3, 20_000)) + 1e4,
-                        "clock": noise.normal(0, 1e-12, 5000)}.items():
+        for name, x in {
+            "white": noise.normal(0.3, 0.2, 20_001),
+            "walk": np.cumsum(noise.normal(0, 1e-3, 20_000)) + 1e4,
+            "clock": noise.normal(0, 1e-12, 5000),
+        }.items():
             with self.subTest(name):
                 found = davar.adev(x, 50.0)
-                taus, expected, _, n = allantools.oadev(x, rate=50.0, data_type="freq", taus=found.taus_s)
+                taus, expected, _, n = allantools.oadev(
+                    x, rate=50.0, data_type="freq", taus=found.taus_s
+                )
                 np.testing.assert_allclose(found.taus_s, taus, rtol=1e-12)
                 np.testing.assert_allclose(found.adev, expected, rtol=2e-8)
                 np.testing.assert_array_equal(found.n, n)
@@ -56,21 +60,31 @@ class AllanTools(unittest.TestCase):
                 with self.subTest(rate_hz=rate_hz, taus=taus):
                     found = davar.adev(x, rate_hz, taus=taus)
                     theirs = allantools.oadev(x, rate=rate_hz, data_type="freq", taus=taus)
-                    there = theirs[0] * rate_hz < 3000 // 9 + 0.5  # theirs go on to where one difference is left
+                    there = (
+                        theirs[0] * rate_hz < 3000 // 9 + 0.5
+                    )  # theirs go on to where one difference is left
                     np.testing.assert_allclose(found.taus_s, theirs[0][there], rtol=1e-12)
                     np.testing.assert_allclose(found.adev, theirs[1][there], rtol=2e-8)
                     np.testing.assert_array_equal(found.n, theirs[3][there])
             seconds = np.geomspace(1.2 / rate_hz, 1000 / rate_hz, 40)
-            found, theirs = davar.adev(x, rate_hz, taus_s=seconds), allantools.oadev(x, rate=rate_hz, data_type="freq", taus=seconds)
+            found, theirs = (
+                davar.adev(x, rate_hz, taus_s=seconds),
+                allantools.oadev(x, rate=rate_hz, data_type="freq", taus=seconds),
+            )
             np.testing.assert_allclose(found.taus_s, theirs[0], rtol=1e-12)
             np.testing.assert_allclose(found.adev, theirs[1], rtol=2e-8)
         self.assertEqual(davar.adev(x, 50.0, taus_s=[1, 10]).taus_s.tolist(), [1, 10])
-        np.testing.assert_array_equal(davar.adev(x, 50.0, clusters=[50, 500]), davar.adev(x, 50.0, taus_s=[1, 10]))
+        np.testing.assert_array_equal(
+            davar.adev(x, 50.0, clusters=[50, 500]), davar.adev(x, 50.0, taus_s=[1, 10])
+        )
 
     def test_phase(self):
         noise = np.random.default_rng(10)
         for rate_hz in (1.0, 64.0, 12.5):
-            phase = np.cumsum(np.cumsum(noise.normal(0, 1e-9, 4000)) + noise.normal(0, 1e-8, 4000)) / rate_hz
+            phase = (
+                np.cumsum(np.cumsum(noise.normal(0, 1e-9, 4000)) + noise.normal(0, 1e-8, 4000))
+                / rate_hz
+            )
             found = davar.adev(phase, rate_hz, data_type="phase")
             theirs = allantools.oadev(phase, rate=rate_hz, data_type="phase", taus=found.taus_s)
             np.testing.assert_allclose(found.adev, theirs[1], rtol=1e-7)
@@ -78,9 +92,13 @@ class AllanTools(unittest.TestCase):
 
     def test_dynamic_is_its_value_per_window(self):
         x = np.random.default_rng(2).normal(0.3, 0.2, 3000)
-        epochs = davar.dynamic(x, 100.0, policy="fixed", mode="trailing", window_max=600, window_min=600, stride=97)
+        epochs = davar.dynamic(
+            x, 100.0, policy="fixed", mode="trailing", window_max=600, window_min=600, stride=97
+        )
         for row, epoch in enumerate(epochs.epoch):
-            expected = allantools.oadev(x[epoch - 599:epoch + 1], rate=100.0, data_type="freq", taus=epochs.taus_s)[1]
+            expected = allantools.oadev(
+                x[epoch - 599 : epoch + 1], rate=100.0, data_type="freq", taus=epochs.taus_s
+            )[1]
             np.testing.assert_allclose(epochs.adev[row], expected, rtol=1e-7)
         self.assertEqual(epochs.epoch.tolist(), list(range(679 - 1, 3000, 97)))
 
@@ -98,15 +116,19 @@ class Definition(unittest.TestCase):
         holes = x.copy()
         holes[[0, 100, 101, 102, 350, 699]] = np.nan
         self.expect(davar.adev(holes, 10.0, clusters=self.sizes), holes)
-        self.expect(davar.adev(x, 10.0, clusters=self.sizes, gaps=[200, 201, 450]), x, [200, 201, 450])
+        self.expect(
+            davar.adev(x, 10.0, clusters=self.sizes, gaps=[200, 201, 450]), x, [200, 201, 450]
+        )
         time_s = np.arange(700) / 10.0
         time_s[300:] += 0.7
         self.expect(davar.adev(x, clusters=self.sizes, time_s=time_s), x, [300])
-        self.expect(davar.adev(x, 10.0, clusters=self.sizes, gaps=[200], time_s=time_s), x, [200, 300])
+        self.expect(
+            davar.adev(x, 10.0, clusters=self.sizes, gaps=[200], time_s=time_s), x, [200, 300]
+        )
         self.expect(davar.adev(holes, 10.0, clusters=self.sizes, gaps=[101, 200]), holes, [200])
 
     def test_counts_are_exact_at_the_ends_of_their_range(self):
-        counts = np.random.default_rng(4).choice([-2 ** 31, 2 ** 31 - 1], 400)
+        counts = np.random.default_rng(4).choice([-(2**31), 2**31 - 1], 400)
         found = davar.adev(counts, 10.0, clusters=self.sizes, lsb=0.5)
         self.expect(found, counts * 0.5, rtol=1e-14)
 
@@ -122,12 +144,18 @@ class Definition(unittest.TestCase):
             rates[np.array(broken, int) - 1] = np.nan  # between two samples that are no neighbours
             wanted = davar.adev(rates, 8.0, clusters=self.sizes)
             self.expect(davar.adev(phase.astype(float), data_type="phase", **given), rates)
-            for one, other in zip(davar.adev(phase.astype(float), data_type="phase", **given), wanted):
+            for one, other in zip(
+                davar.adev(phase.astype(float), data_type="phase", **given), wanted
+            ):
                 np.testing.assert_array_equal(one, other)
-            self.expect(davar.adev(phase, data_type="phase", lsb=0.25, **given), rates * 0.25, rtol=1e-14)
+            self.expect(
+                davar.adev(phase, data_type="phase", lsb=0.25, **given), rates * 0.25, rtol=1e-14
+            )
         holes = phase.astype(float)
         holes[100] = np.nan
-        self.expect(davar.adev(holes, 8.0, clusters=self.sizes, data_type="phase"), np.diff(holes) * 8.0)
+        self.expect(
+            davar.adev(holes, 8.0, clusters=self.sizes, data_type="phase"), np.diff(holes) * 8.0
+        )
 
     def test_nothing_but_gaps_leaves_nothing(self):
         found = davar.adev(np.arange(6.0), 1.0, clusters=[1, 2], gaps=[1, 2, 3, 4, 5])
@@ -140,11 +168,31 @@ class Definition(unittest.TestCase):
 
 class Intervals(unittest.TestCase):
     def test_as_davar_sim_gives_them_for_one_window(self):
-        x = np.random.default_rng(5).normal(0, 1, 5000) + 0.1 * np.cumsum(np.random.default_rng(6).normal(0, 1, 5000))
+        x = np.random.default_rng(5).normal(0, 1, 5000) + 0.1 * np.cumsum(
+            np.random.default_rng(6).normal(0, 1, 5000)
+        )
         found = davar.adev(x, 100.0)
-        there = davar.dynamic(x, 100.0, policy="fixed", mode="trailing", window_max=5000, window_min=5000, segment=0, grow=1, stride=5000, details=True)
-        for name, values in {"adev": found.adev, "adev_low": found.low, "adev_high": found.high, "differences": found.n}.items():
-            np.testing.assert_allclose(values, [there[f"{name}_{m}"][0] for m in there.clusters], rtol=1e-6)
+        there = davar.dynamic(
+            x,
+            100.0,
+            policy="fixed",
+            mode="trailing",
+            window_max=5000,
+            window_min=5000,
+            segment=0,
+            grow=1,
+            stride=5000,
+            details=True,
+        )
+        for name, values in {
+            "adev": found.adev,
+            "adev_low": found.low,
+            "adev_high": found.high,
+            "differences": found.n,
+        }.items():
+            np.testing.assert_allclose(
+                values, [there[f"{name}_{m}"][0] for m in there.clusters], rtol=1e-6
+            )
 
     def test_of_more_sizes_than_one_fit_takes_cover_it_too(self):
         noise, inside = np.random.default_rng(12), []
@@ -154,7 +202,9 @@ class Intervals(unittest.TestCase):
             inside.append((found.low <= truth) & (truth <= found.high))
         share = np.mean(inside, axis=0)
         self.assertEqual(share.size, 111)
-        self.assertTrue(np.all((share > 0.95 - 0.05) & (share < 0.95 + 0.05)), share)  # four of sqrt(0.95 0.05 / 300), for 111 sizes
+        self.assertTrue(
+            np.all((share > 0.95 - 0.05) & (share < 0.95 + 0.05)), share
+        )  # four of sqrt(0.95 0.05 / 300), for 111 sizes
 
     def test_cover_the_truth_in_white_noise(self):
         noise, inside = np.random.default_rng(7), []
@@ -163,7 +213,9 @@ class Intervals(unittest.TestCase):
             truth = 1 / np.sqrt(found.taus_s)
             inside.append((found.low <= truth) & (truth <= found.high))
         share = np.mean(inside, axis=0)
-        self.assertTrue(np.all((share > 0.92) & (share < 0.98)), share)  # 0.95 within three of sqrt(0.95 0.05 / 600)
+        self.assertTrue(
+            np.all((share > 0.92) & (share < 0.98)), share
+        )  # 0.95 within three of sqrt(0.95 0.05 / 600)
 
 
 if __name__ == "__main__":

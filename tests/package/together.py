@@ -11,7 +11,15 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-WHOLE = ("epoch", "window_samples", "unstable", "alarm", "cut_age_samples", "gaps_in_window", "coarse")
+WHOLE = (
+    "epoch",
+    "window_samples",
+    "unstable",
+    "alarm",
+    "cut_age_samples",
+    "gaps_in_window",
+    "coarse",
+)
 
 
 @contextlib.contextmanager
@@ -28,7 +36,12 @@ def elsewhere():
 
 def simulator(text, *options):
     """Rows of davar-sim, as text by column, for a recording given as text."""
-    done = subprocess.run([os.environ["DAVAR_SIM"], "-", *map(str, options), "--progress", "never"], input=text, text=True, capture_output=True)
+    done = subprocess.run(
+        [os.environ["DAVAR_SIM"], "-", *map(str, options), "--progress", "never"],
+        input=text,
+        text=True,
+        capture_output=True,
+    )
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader(io.StringIO(done.stdout)))
     return {name: [row[name] for row in rows] for name in rows[0]}
@@ -44,7 +57,13 @@ def as_text(name, column):
 
 def recording(columns):
     """CSV, every number with all its digits."""
-    return "\n".join([",".join(columns)] + [",".join(repr(float(value)) for value in row) for row in zip(*columns.values())]) + "\n"
+    return (
+        "\n".join(
+            [",".join(columns)]
+            + [",".join(repr(float(value)) for value in row) for row in zip(*columns.values())]
+        )
+        + "\n"
+    )
 
 
 def thousand_points():

@@ -17,9 +17,17 @@ TOOLS = Path(sys.executable).parent  # pio, conan, compote
 
 def run(*command, folder=None, status=0, **variables):
     """The output of a command that must end with this status; a failure shows everything it said."""
-    done = subprocess.run([str(word) for word in command], cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          env={**os.environ, **variables})
-    assert done.returncode == status, f"{' '.join(map(str, command))}: exit status {done.returncode}\n{done.stdout}"
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env={**os.environ, **variables},
+    )
+    assert done.returncode == status, (
+        f"{' '.join(map(str, command))}: exit status {done.returncode}\n{done.stdout}"
+    )
     return done.stdout
 
 

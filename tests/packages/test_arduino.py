@@ -29,14 +29,36 @@ class Arduino(unittest.TestCase):
         """The program; what arduino-builder said when it must fail."""
         there = cls.work / board / sketch
         there.mkdir(parents=True)
-        said = run("arduino-builder", "-compile", "-warnings", "all", "-hardware", HERE / "arduino", "-hardware", "/usr/share/arduino-builder",
-                   "-tools", "/usr/bin", "-libraries", cls.work / "libraries", "-fqbn", f"davar:samd:{board}", "-build-path", there,
-                   cls.work / f"libraries/davar/examples/{sketch}/{sketch}.ino", status=status)
+        said = run(
+            "arduino-builder",
+            "-compile",
+            "-warnings",
+            "all",
+            "-hardware",
+            HERE / "arduino",
+            "-hardware",
+            "/usr/share/arduino-builder",
+            "-tools",
+            "/usr/bin",
+            "-libraries",
+            cls.work / "libraries",
+            "-fqbn",
+            f"davar:samd:{board}",
+            "-build-path",
+            there,
+            cls.work / f"libraries/davar/examples/{sketch}/{sketch}.ino",
+            status=status,
+        )
         return said if status else there / f"{sketch}.ino.elf"
 
     def rows(self, sketch, *words):
         """What the sketch prints: the title, the rows."""
-        lines = subprocess.run([self.work / f"host/{sketch}/{sketch}.ino.elf", *words], text=True, stdout=subprocess.PIPE, check=True).stdout.splitlines()
+        lines = subprocess.run(
+            [self.work / f"host/{sketch}/{sketch}.ino.elf", *words],
+            text=True,
+            stdout=subprocess.PIPE,
+            check=True,
+        ).stdout.splitlines()
         return lines[0], [list(map(float, line.split(","))) for line in lines[1:]]
 
     def test_the_sketches_tell_the_noise_of_the_sensor(self):
@@ -48,15 +70,24 @@ class Arduino(unittest.TestCase):
                 self.assertEqual({0.0}, {row[4] for row in rows})
                 for window, value, low, high, _ in rows:
                     self.assertIn(window, (600, 624))
-                    self.assertLess(abs(value - 0.3), 0.06)  # four of the deviations that such a window leaves
+                    self.assertLess(
+                        abs(value - 0.3), 0.06
+                    )  # four of the deviations that such a window leaves
                     self.assertTrue(low < value < high)
                 covered = sum(low <= 0.3 <= high for _, _, low, high, _ in rows) / len(rows)
-                self.assertGreater(covered, 0.6)  # 95 % on the average; neighbours share five sixths of their samples
+                self.assertGreater(
+                    covered, 0.6
+                )  # 95 % on the average; neighbours share five sixths of their samples
 
     def test_samples_lost_while_the_processor_was_busy_are_a_gap(self):
-        for sketch, sensor, short, long in ((SKETCHES[0], "mpu6050", "4", "7"), (SKETCHES[1], "lsm6ds", "0", "1")):
+        for sketch, sensor, short, long in (
+            (SKETCHES[0], "mpu6050", "4", "7"),
+            (SKETCHES[1], "lsm6ds", "0", "1"),
+        ):
             with self.subTest(sketch=sketch):
-                self.assertEqual(0, self.rows(sketch, sensor, "40", "12", short)[1][-1][4])  # the FIFO holds five seconds
+                self.assertEqual(
+                    0, self.rows(sketch, sensor, "40", "12", short)[1][-1][4]
+                )  # the FIFO holds five seconds
                 self.assertEqual(1, self.rows(sketch, sensor, "40", "12", long)[1][-1][4])
 
     def test_without_a_sensor_they_say_so(self):
@@ -66,7 +97,9 @@ class Arduino(unittest.TestCase):
 
     def test_they_are_built_for_a_cortex_m4(self):
         for sketch in SKETCHES:
-            self.assertIn("Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", self.built(sketch, "m4")))
+            self.assertIn(
+                "Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", self.built(sketch, "m4"))
+            )
 
     def test_a_board_whose_double_has_32_bits_is_refused(self):
         self.assertIn("davar needs a double of 64 bits", self.built(SKETCHES[0], "avr", status=1))
@@ -74,14 +107,36 @@ class Arduino(unittest.TestCase):
     def test_the_properties_name_architectures_and_the_header_that_is_there(self):
         text = (LAYOUT / "library.properties").read_text()
         values = dict(re.findall(r"^(\w+)=(.+)$", text, re.MULTILINE))
-        required = {"name", "version", "author", "maintainer", "sentence", "paragraph", "category", "url", "architectures"}
+        required = {
+            "name",
+            "version",
+            "author",
+            "maintainer",
+            "sentence",
+            "paragraph",
+            "category",
+            "url",
+            "architectures",
+        }
         self.assertEqual(set(), required - set(values))  # the library specification, revision 1.5
         architectures = values["architectures"].split(",")
         self.assertFalse({"*", "avr", "megaavr"} & set(architectures))
         self.assertIn("samd", architectures)
         self.assertTrue((LAYOUT / "src" / values["includes"]).is_file())
-        self.assertIn(values["category"], ("Display", "Communication", "Signal Input/Output", "Sensors", "Device Control", "Timing",
-                                           "Data Storage", "Data Processing", "Other"))
+        self.assertIn(
+            values["category"],
+            (
+                "Display",
+                "Communication",
+                "Signal Input/Output",
+                "Sensors",
+                "Device Control",
+                "Timing",
+                "Data Storage",
+                "Data Processing",
+                "Other",
+            ),
+        )
 
 
 if __name__ == "__main__":

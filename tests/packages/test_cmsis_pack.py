@@ -11,17 +11,36 @@ from package_case import CONSUMER, ROOT, PackageCase, package, run
 PACK = package("*.pack")
 # PACK.xsd: element -> (children that must be there, children that may, attributes that must, attributes that may)
 RULES = {
-    "package": ({"name", "vendor", "description", "url", "releases"}, {"license", "keywords", "components"}, {"schemaVersion"}, set()),
+    "package": (
+        {"name", "vendor", "description", "url", "releases"},
+        {"license", "keywords", "components"},
+        {"schemaVersion"},
+        set(),
+    ),
     "releases": ({"release"}, set(), set(), set()),
     "release": (set(), set(), {"version"}, {"date"}),
     "keywords": ({"keyword"}, set(), set(), set()),
     "components": ({"component"}, set(), set(), set()),
-    "component": ({"description", "files"}, {"RTE_Components_h"}, {"Cclass", "Cgroup", "Cversion"}, {"Csub"}),
+    "component": (
+        {"description", "files"},
+        {"RTE_Components_h"},
+        {"Cclass", "Cgroup", "Cversion"},
+        {"Csub"},
+    ),
     "files": ({"file"}, set(), set(), set()),
     "file": (set(), set(), {"category", "name"}, {"scope"}),
 }
-VALUES = {"schemaVersion": r"\d+\.\d+(\.\d+)?", "version": r"\d+\.\d+\.\d+", "Cversion": r"\d+\.\d+(\.\d+)?", "date": r"\d{4}-\d\d-\d\d",
-          "Cclass": r".{3,32}", "Cgroup": r".{3,32}", "Csub": r".{3,32}", "category": r"doc|header|include|source", "scope": "private"}
+VALUES = {
+    "schemaVersion": r"\d+\.\d+(\.\d+)?",
+    "version": r"\d+\.\d+\.\d+",
+    "Cversion": r"\d+\.\d+(\.\d+)?",
+    "date": r"\d{4}-\d\d-\d\d",
+    "Cclass": r".{3,32}",
+    "Cgroup": r".{3,32}",
+    "Csub": r".{3,32}",
+    "category": r"doc|header|include|source",
+    "scope": "private",
+}
 LOCATION = "{http://www.w3.org/2001/XMLSchema-instance}noNamespaceSchemaLocation"
 
 
@@ -30,10 +49,19 @@ def wrong(element):
     must, may, needed, allowed = RULES.get(element.tag, (set(), set(), set(), set()))
     children, attributes = {child.tag for child in element}, set(element.attrib) - {LOCATION}
     said = [f"{element.tag}: without {name}" for name in (must - children) | (needed - attributes)]
-    said += [f"{element.tag}: {name} has no place in it" for name in (children - must - may) | (attributes - needed - allowed)]
-    said += [f"{name}: {value}" for name, value in element.attrib.items() if name in VALUES and not re.fullmatch(VALUES[name], value)]
+    said += [
+        f"{element.tag}: {name} has no place in it"
+        for name in (children - must - may) | (attributes - needed - allowed)
+    ]
+    said += [
+        f"{name}: {value}"
+        for name, value in element.attrib.items()
+        if name in VALUES and not re.fullmatch(VALUES[name], value)
+    ]
     if element.tag in ("package", "component"):  # xs:all
-        said += [f"{element.tag}: {name} twice" for name in children if len(element.findall(name)) > 1]
+        said += [
+            f"{element.tag}: {name} twice" for name in children if len(element.findall(name)) > 1
+        ]
     return said + [line for child in element for line in wrong(child)]
 
 
@@ -43,15 +71,21 @@ class CmsisPack(PackageCase):
         with zipfile.ZipFile(PACK) as archive:
             self.assertIsNone(archive.testzip())
             archive.extractall(self.work)
-        description, = self.work.glob("*.pdsc")
+        (description,) = self.work.glob("*.pdsc")
         self.tree = xml.etree.ElementTree.parse(description).getroot()
 
     def names(self, category):
-        return [file.get("name") for file in self.tree.iter("file") if file.get("category") == category]
+        return [
+            file.get("name") for file in self.tree.iter("file") if file.get("category") == category
+        ]
 
     def test_the_description_is_as_the_schema_says(self):
         self.assertEqual([], wrong(self.tree))
-        spoiled = (("release", {"version": "1"}), ("component", {"Cgroup": "x"}), ("file", {"colour": "red"}))
+        spoiled = (
+            ("release", {"version": "1"}),
+            ("component", {"Cgroup": "x"}),
+            ("file", {"colour": "red"}),
+        )
         for found, (element, attributes) in enumerate(spoiled, 1):  # the check can fail
             next(self.tree.iter(element)).attrib.update(attributes)
             self.assertEqual(found, len(wrong(self.tree)), attributes)
@@ -60,22 +94,53 @@ class CmsisPack(PackageCase):
         vendor, name = self.tree.findtext("vendor"), self.tree.findtext("name")
         self.assertRegex(vendor + name, r"^[-_A-Za-z0-9]+$")
         self.assertTrue((self.work / f"{vendor}.{name}.pdsc").is_file())
-        self.assertEqual(f"{vendor}.{name}.{self.tree.find('releases/release').get('version')}.pack", PACK.name)
+        self.assertEqual(
+            f"{vendor}.{name}.{self.tree.find('releases/release').get('version')}.pack", PACK.name
+        )
 
     def test_every_file_is_there_and_every_source_is_listed(self):
         for file in self.tree.iter("file"):
             there = self.work / file.get("name")
-            self.assertTrue(there.is_dir() if file.get("category") == "include" else there.is_file(), there)
+            self.assertTrue(
+                there.is_dir() if file.get("category") == "include" else there.is_file(), there
+            )
             self.assertEqual(file.get("category") == "include", file.get("name").endswith("/"))
         self.assertTrue((self.work / self.tree.findtext("license")).is_file())
-        self.assertEqual(sorted(path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c")), self.names("source"))
+        self.assertEqual(
+            sorted(
+                path.relative_to(ROOT / "lib").as_posix()
+                for path in (ROOT / "lib/src").rglob("*.c")
+            ),
+            self.names("source"),
+        )
 
     def test_what_is_listed_compiles_and_links_for_a_cortex_m4(self):
         core = ["-mcpu=cortex-m4", "-mthumb", "-std=c11", "-Os", "-Wall", "-Wextra", "-Werror"]
         paths = [f"-I{self.work / name}" for name in self.names("include")]
-        run("arm-none-eabi-gcc", *core, *paths, "-c", *(self.work / name for name in self.names("source")), folder=self.work)
-        public = [f"-I{self.work / file.get('name')}" for file in self.tree.iter("file") if file.get("category") == "include" and file.get("scope") is None]
-        run("arm-none-eabi-gcc", *core, *public, CONSUMER, *self.work.glob("*.o"), "-o", self.work / "consumer.elf", "--specs=nosys.specs", "-lm")
+        run(
+            "arm-none-eabi-gcc",
+            *core,
+            *paths,
+            "-c",
+            *(self.work / name for name in self.names("source")),
+            folder=self.work,
+        )
+        public = [
+            f"-I{self.work / file.get('name')}"
+            for file in self.tree.iter("file")
+            if file.get("category") == "include" and file.get("scope") is None
+        ]
+        run(
+            "arm-none-eabi-gcc",
+            *core,
+            *public,
+            CONSUMER,
+            *self.work.glob("*.o"),
+            "-o",
+            self.work / "consumer.elf",
+            "--specs=nosys.specs",
+            "-lm",
+        )
 
 
 if __name__ == "__main__":

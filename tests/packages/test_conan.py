@@ -17,7 +17,13 @@ CREATE = ("create", "packaging/conan")
 
 class Conan(PackageCase):
     def conan(self, *words):
-        return run(TOOLS / "conan", *words, folder=self.tree, CONAN_HOME=str(self.work / "conan"), PATH=f"{TOOLS}:{os.environ['PATH']}")
+        return run(
+            TOOLS / "conan",
+            *words,
+            folder=self.tree,
+            CONAN_HOME=str(self.work / "conan"),
+            PATH=f"{TOOLS}:{os.environ['PATH']}",
+        )
 
     def setUp(self):
         super().setUp()
@@ -29,16 +35,28 @@ class Conan(PackageCase):
     def files(self):
         """Of the tree, but for its build folder and for what Python keeps."""
         every = (path.relative_to(self.tree) for path in self.tree.rglob("*") if path.is_file())
-        return {path for path in every if path.parts[0] != "build" and "__pycache__" not in path.parts}
+        return {
+            path for path in every if path.parts[0] != "build" and "__pycache__" not in path.parts
+        }
 
     def test_on_this_machine(self):
         before = self.files()
         said = self.conan(*CREATE)
-        self.assertRegex(said, r"(?m)^davar \d+\.\d+\.\d+ epoch 99 window 60$")  # the test package ran
+        self.assertRegex(
+            said, r"(?m)^davar \d+\.\d+\.\d+ epoch 99 window 60$"
+        )  # the test package ran
         self.assertEqual(before, self.files())
 
     def test_for_a_cortex_m4_with_less(self):
-        said = self.conan(*CREATE, "--profile:host", PROFILE, "-o", "davar/*:grid=False", "-o", "davar/*:laws=False")
+        said = self.conan(
+            *CREATE,
+            "--profile:host",
+            PROFILE,
+            "-o",
+            "davar/*:grid=False",
+            "-o",
+            "davar/*:laws=False",
+        )
         self.assertRegex(said, r"Linking C executable consumer")
         for name in ("GRID", "LAWS"):
             self.assertRegex(said, rf"DAVAR_{name}\S*0")
@@ -48,7 +66,13 @@ class Conan(PackageCase):
 
     def test_a_recipe_outside_its_tree_says_so(self):
         shutil.copytree(ROOT / "packaging/conan", self.work / "alone/conan")
-        said = run(TOOLS / "conan", "create", self.work / "alone/conan", status=1, CONAN_HOME=str(self.work / "conan"))
+        said = run(
+            TOOLS / "conan",
+            "create",
+            self.work / "alone/conan",
+            status=1,
+            CONAN_HOME=str(self.work / "conan"),
+        )
         self.assertTrue(re.search(r"pyproject\.toml", said), said)
 
 

@@ -25,17 +25,28 @@ def text_of(archive, member):
 
 def versions(folder):
     """{manifest: the version it states}, read from what is handed out."""
-    one = {path.name.split("-")[1] if path.name.count("-") > 1 else path.suffix: path for path in folder.iterdir() if path.is_file()}
+    one = {
+        path.name.split("-")[1] if path.name.count("-") > 1 else path.suffix: path
+        for path in folder.iterdir()
+        if path.is_file()
+    }
     pdsc = text_of(one[".pack"], "davar.davar.pdsc")
     return {
         "platformio": json.loads(text_of(one["platformio"], "library.json"))["version"],
-        "arduino": re.search(r"^version=(.*)$", text_of(one["arduino"], "davar/library.properties"), re.MULTILINE)[1],
-        "esp-idf": re.search(r'^version: "(.*)"$', text_of(one["esp"], "idf_component.yml"), re.MULTILINE)[1],
+        "arduino": re.search(
+            r"^version=(.*)$", text_of(one["arduino"], "davar/library.properties"), re.MULTILINE
+        )[1],
+        "esp-idf": re.search(
+            r'^version: "(.*)"$', text_of(one["esp"], "idf_component.yml"), re.MULTILINE
+        )[1],
         "vcpkg": json.loads(text_of(one["vcpkg"], "davar/vcpkg.json"))["version"],
         "cmsis release": re.search(r'<release version="([^"]*)"', pdsc)[1],
         "cmsis component": re.search(r'Cversion="([^"]*)"', pdsc)[1],
-        **{f"name of {path.name}": re.search(r"\d+\.\d+\.\d+", path.name)[0] for path in folder.iterdir()
-           if path.is_file() and path.name != "SHA256SUMS"},
+        **{
+            f"name of {path.name}": re.search(r"\d+\.\d+\.\d+", path.name)[0]
+            for path in folder.iterdir()
+            if path.is_file() and path.name != "SHA256SUMS"
+        },
     }
 
 
@@ -49,7 +60,9 @@ class Release(PackageCase):
     def test_every_manifest_has_the_version_of_the_header(self):
         found = versions(RELEASE)
         for deb in RELEASE.glob("*.deb"):
-            found[deb.name] = subprocess.run(["dpkg-deb", "-f", deb, "Version"], text=True, stdout=subprocess.PIPE, check=True).stdout.strip()
+            found[deb.name] = subprocess.run(
+                ["dpkg-deb", "-f", deb, "Version"], text=True, stdout=subprocess.PIPE, check=True
+            ).stdout.strip()
         self.assertEqual({release.version()}, set(found.values()), found)
         self.assertGreaterEqual(len(found), 14)
 
@@ -65,18 +78,24 @@ class Release(PackageCase):
         self.assertIn("CHANGELOG.md: no section '## [9.8.7] - YYYY-MM-DD'", said)
         self.assertFalse(out.exists())
         changes = tree / "CHANGELOG.md"
-        changes.write_text(changes.read_text(encoding="utf-8") + "\n## [9.8.7] - 2026-12-01\n", encoding="utf-8")
+        changes.write_text(
+            changes.read_text(encoding="utf-8") + "\n## [9.8.7] - 2026-12-01\n", encoding="utf-8"
+        )
         run(*command)
         self.assertEqual({"9.8.7"}, set(versions(out).values()))
 
     def test_the_checksums_hold_and_cover_everything(self):
         run("sha256sum", "--check", "--strict", "SHA256SUMS", folder=RELEASE)
         named = {line.split()[1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines()}
-        self.assertEqual(named | {"SHA256SUMS"}, {path.name for path in RELEASE.iterdir() if path.is_file()})
+        self.assertEqual(
+            named | {"SHA256SUMS"}, {path.name for path in RELEASE.iterdir() if path.is_file()}
+        )
 
     def test_the_same_tree_gives_the_same_bytes(self):
         run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work / "again")
-        wanted = dict(line.split()[::-1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines())
+        wanted = dict(
+            line.split()[::-1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines()
+        )
         for line in (self.work / "again/SHA256SUMS").read_text().splitlines():
             self.assertEqual(wanted[line.split()[1]], line.split()[0], line.split()[1])
 
@@ -91,12 +110,36 @@ class Release(PackageCase):
 
     def test_what_is_refused(self):
         for seconds in ("soon", "-1", "1"):
-            self.assertIn("SOURCE_DATE_EPOCH: ", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work / "new", status=2, SOURCE_DATE_EPOCH=seconds))
-        self.assertIn("exists already", run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2))
-        release.check_changes("# Changelog\n\n## [Unreleased]\n\n## [1.2.3] - 2026-12-01\n", "1.2.3", False)
-        release.check_changes("# Changelog\n\n## [Unreleased]\n\n## [1.2.2] - 2026-12-01\n", "1.2.3", True)
-        for changes, draft in (("## [Unreleased]\n", False), ("## [1.2.30] - 2026-12-01\n", False), ("## [1.2] - 2026-12-01\n", True),
-                               ("## [1.2.3]\n", False), ("## [1x2.3] - 2026-12-01\n", False), ("## Unreleased\n", True)):
+            self.assertIn(
+                "SOURCE_DATE_EPOCH: ",
+                run(
+                    ROOT / "tools/release",
+                    "--draft",
+                    "--no-deb",
+                    "--out",
+                    self.work / "new",
+                    status=2,
+                    SOURCE_DATE_EPOCH=seconds,
+                ),
+            )
+        self.assertIn(
+            "exists already",
+            run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2),
+        )
+        release.check_changes(
+            "# Changelog\n\n## [Unreleased]\n\n## [1.2.3] - 2026-12-01\n", "1.2.3", False
+        )
+        release.check_changes(
+            "# Changelog\n\n## [Unreleased]\n\n## [1.2.2] - 2026-12-01\n", "1.2.3", True
+        )
+        for changes, draft in (
+            ("## [Unreleased]\n", False),
+            ("## [1.2.30] - 2026-12-01\n", False),
+            ("## [1.2] - 2026-12-01\n", True),
+            ("## [1.2.3]\n", False),
+            ("## [1x2.3] - 2026-12-01\n", False),
+            ("## Unreleased\n", True),
+        ):
             with self.assertRaises(release.Refused):
                 release.check_changes(changes, "1.2.3", draft)
         with self.assertRaisesRegex(release.Refused, "@NOBODY@"):

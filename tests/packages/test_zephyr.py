@@ -7,7 +7,6 @@ import unittest
 
 import kconfiglib
 import yaml
-
 from package_case import HERE, ROOT, PackageCase, build, run
 
 MODULE = yaml.safe_load((ROOT / "zephyr/module.yml").read_text())
@@ -22,7 +21,11 @@ class Zephyr(PackageCase):
         config = kconfiglib.Kconfig(str(KCONFIG), warn_to_stderr=False)
         config.load_config(str(self.work / "prj.conf"))
         self.warnings = config.warnings
-        return {symbol.name: symbol.str_value for symbol in config.unique_defined_syms if symbol.visibility or symbol.str_value != "n"}
+        return {
+            symbol.name: symbol.str_value
+            for symbol in config.unique_defined_syms
+            if symbol.visibility or symbol.str_value != "n"
+        }
 
     def test_the_kconfig(self):
         self.assertEqual("n", self.settings("")["DAVAR"])
@@ -36,25 +39,51 @@ class Zephyr(PackageCase):
     def test_the_choices_are_those_of_the_header(self):
         header = (ROOT / "lib/include/davar/options.h").read_text()
         wanted = set(re.findall(r"#define DAVAR_(\w+) \d+$", header, re.MULTILINE))
-        self.assertEqual(wanted, set(re.findall(r"^config DAVAR_(\w+)", (ROOT / "packaging/common/Kconfig").read_text(), re.MULTILINE)))
+        self.assertEqual(
+            wanted,
+            set(
+                re.findall(
+                    r"^config DAVAR_(\w+)",
+                    (ROOT / "packaging/common/Kconfig").read_text(),
+                    re.MULTILINE,
+                )
+            ),
+        )
 
     def test_the_example(self):
         found = self.settings((EXAMPLE / "prj.conf").read_text())
-        lines = [f"set(CONFIG_{name} {json.dumps(value.strip('n'))})\n" for name, value in found.items()]
+        lines = [
+            f"set(CONFIG_{name} {json.dumps(value.strip('n'))})\n" for name, value in found.items()
+        ]
         (self.work / "settings.cmake").write_text("".join(lines))
-        build(EXAMPLE, self.work / "build", f"-DZephyr_DIR={HERE / 'zephyr'}", f"-DMODULE={CMAKE}", f"-DSETTINGS={self.work}/settings.cmake")
+        build(
+            EXAMPLE,
+            self.work / "build",
+            f"-DZephyr_DIR={HERE / 'zephyr'}",
+            f"-DMODULE={CMAKE}",
+            f"-DSETTINGS={self.work}/settings.cmake",
+        )
         said = run(self.work / "build/firmware").splitlines()
         self.assertGreaterEqual(len(said), 14)  # of 20 s: the window fills in 6
         for line in said[5:]:
-            window, value, low, high = map(float, re.fullmatch(r"(\d+) samples, ARW ([\d.]+) \(([\d.]+) to ([\d.]+)\) deg/sqrt\(h\)", line).groups())
+            window, value, low, high = map(
+                float,
+                re.fullmatch(
+                    r"(\d+) samples, ARW ([\d.]+) \(([\d.]+) to ([\d.]+)\) deg/sqrt\(h\)", line
+                ).groups(),
+            )
             self.assertEqual(600, window)
-            self.assertLess(abs(value - 0.3), 0.06, line)  # four of the deviations that 600 samples leave
+            self.assertLess(
+                abs(value - 0.3), 0.06, line
+            )  # four of the deviations that 600 samples leave
             self.assertLess(low, value)
             self.assertGreater(high, value)
 
     def test_without_its_symbol_nothing_is_built(self):
         (self.work / "settings.cmake").write_text("")
-        (self.work / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.20)\nproject(none LANGUAGES C)\nadd_subdirectory({CMAKE} davar)\n")
+        (self.work / "CMakeLists.txt").write_text(
+            f"cmake_minimum_required(VERSION 3.20)\nproject(none LANGUAGES C)\nadd_subdirectory({CMAKE} davar)\n"
+        )
         build(self.work, self.work / "build")
         self.assertEqual([], list((self.work / "build").rglob("*.a")))
 

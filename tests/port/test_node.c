@@ -66,7 +66,8 @@ static size_t block_length(const fake_t *self)
     if ((self->script.block > 0U) && (count > self->script.block)) {
         count = self->script.block;
     }
-    const bool gap_inside = (self->position < self->script.gap_at) && (self->position + count > self->script.gap_at);
+    const bool gap_inside =
+        (self->position < self->script.gap_at) && (self->position + count > self->script.gap_at);
     return gap_inside ? self->script.gap_at - self->position : count;
 }
 
@@ -90,7 +91,8 @@ static davar_port_read_t fake_read(void *context, davar_port_block_t *block)
     self->samples[2].f32 = third + self->position;
     block->samples = self->samples;
     block->count = block_length(self);
-    block->missing = ((self->script.gap_at > 0U) && (self->position == self->script.gap_at)) ? 7U : 0U;
+    block->missing =
+        ((self->script.gap_at > 0U) && (self->position == self->script.gap_at)) ? 7U : 0U;
     self->position += block->count;
     return DAVAR_PORT_READ_BLOCK;
 }
@@ -172,8 +174,10 @@ static void assert_same_results(const sent_t *expected, const sent_t *got, size_
         TEST_ASSERT_EQUAL_size_t(expected[i].channel, got[i].channel);
         TEST_ASSERT_EQUAL_UINT64(expected[i].result.epoch, got[i].result.epoch);
         TEST_ASSERT_EQUAL_UINT32(expected[i].result.window_samples, got[i].result.window_samples);
-        TEST_ASSERT_EQUAL_MEMORY(&expected[i].result.tau[0].adev, &got[i].result.tau[0].adev, sizeof(double));
-        TEST_ASSERT_EQUAL_MEMORY(&expected[i].result.kurtosis, &got[i].result.kurtosis, sizeof(double));
+        TEST_ASSERT_EQUAL_MEMORY(&expected[i].result.tau[0].adev, &got[i].result.tau[0].adev,
+                                 sizeof(double));
+        TEST_ASSERT_EQUAL_MEMORY(&expected[i].result.kurtosis, &got[i].result.kurtosis,
+                                 sizeof(double));
     }
 }
 
@@ -216,9 +220,10 @@ static void test_the_number_types_agree(void)
 {
     run_plain();
     for (size_t i = 0; i < fake.sent_count; i += CHANNELS) {
-        TEST_ASSERT_EQUAL_MEMORY(&fake.sent[i].result.tau[1].adev, &fake.sent[i + 1U].result.tau[1].adev,
-                                 sizeof(double));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6, fake.sent[i].result.tau[1].adev, fake.sent[i + 2U].result.tau[1].adev);
+        TEST_ASSERT_EQUAL_MEMORY(&fake.sent[i].result.tau[1].adev,
+                                 &fake.sent[i + 1U].result.tau[1].adev, sizeof(double));
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6, fake.sent[i].result.tau[1].adev,
+                                  fake.sent[i + 2U].result.tau[1].adev);
     }
 }
 
@@ -241,7 +246,8 @@ static void test_nothing_now_is_idle_and_asked_again(void)
     TEST_ASSERT_EQUAL_size_t(plain.sent_count, fake.sent_count);
     assert_same_results(plain.sent, fake.sent, plain.sent_count);
     TEST_ASSERT_EQUAL_UINT32(fake.sends / 3U, node.counters.send_retries);
-    TEST_ASSERT_EQUAL_UINT32(0U, fake.faults[DAVAR_PORT_FAULT_READ] + fake.faults[DAVAR_PORT_FAULT_SEND]);
+    TEST_ASSERT_EQUAL_UINT32(0U, fake.faults[DAVAR_PORT_FAULT_READ] +
+                                     fake.faults[DAVAR_PORT_FAULT_SEND]);
 }
 
 static void test_a_busy_bus_stops_reading_and_keeps_the_result(void)
@@ -249,7 +255,8 @@ static void test_a_busy_bus_stops_reading_and_keeps_the_result(void)
     const script_t script = {.send_again = 1U};
     start(1U, script);
     TEST_ASSERT_EQUAL(DAVAR_NODE_RUNNING, davar_node_step(&node)); /* reads */
-    TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE, davar_node_step(&node));    /* pushes, offers the first result */
+    TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE,
+                      davar_node_step(&node)); /* pushes, offers the first result */
     for (uint32_t i = 0U; i < 10U; i++) {
         TEST_ASSERT_EQUAL(DAVAR_NODE_IDLE, davar_node_step(&node));
     }

@@ -37,7 +37,8 @@ static inline uint64_t any_u64(void)
 
 static inline void any_bytes(void *data, size_t bytes)
 {
-    unsigned char *const byte = data; /* one by one: Frama_C_make_unknown would keep what was there as possible */
+    unsigned char *const byte =
+        data; /* one by one: Frama_C_make_unknown would keep what was there as possible */
     for (size_t i = 0U; i < bytes; i++) {
         byte[i] = Frama_C_unsigned_char_interval(0U, UCHAR_MAX);
     }

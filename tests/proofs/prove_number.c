@@ -72,7 +72,8 @@ static void prove_real(void)
 {
     sink = davar_root_of_mantissa_by_integers(any_u32(UINT32_C(1) << 30U, UINT32_MAX));
     sink = davar_reciprocal_of_mantissa(any_u32(UINT32_C(1) << 31U, UINT32_MAX));
-    for (unsigned bit = 0U; bit < 64U; bit++) { /* by the highest bit that is set: an exponent's, or a subnormal's */
+    for (unsigned bit = 0U; bit < 64U;
+         bit++) { /* by the highest bit that is set: an exponent's, or a subnormal's */
         const uint64_t least = UINT64_C(1) << bit;
         const uint64_t bits = Frama_C_unsigned_long_long_interval(least, least + (least - 1U));
         sink = davar_bits_of_double(davar_root_by_integers(davar_double_of_bits(bits)));
@@ -80,10 +81,12 @@ static void prove_real(void)
     }
     sink = davar_bits_of_double(davar_root_by_integers(0.0));
     sink = davar_bits_of_double(davar_double_of_u64_by_parts(0U));
-    sink = davar_bits_of_double(davar_divide_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
-    sink = davar_bits_of_double(davar_scale_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
     sink = davar_bits_of_double(
-        davar_root_of_quotient_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
+        davar_divide_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
+    sink = davar_bits_of_double(
+        davar_scale_by_integers(any_double_of(0U, UINT64_MAX), any_double_of(0U, UINT64_MAX)));
+    sink = davar_bits_of_double(davar_root_of_quotient_by_integers(any_double_of(0U, UINT64_MAX),
+                                                                   any_double_of(0U, UINT64_MAX)));
 }
 
 /* Exponents of three doubles' product at most. */

@@ -17,34 +17,70 @@ import amalgamate  # noqa: E402
 
 MANIFEST = [path.relative_to(ROOT).as_posix() for path in amalgamate.SOURCES]
 # The pipelines: what a stream needs.
-STREAM = tuple(source for source in MANIFEST if not source.startswith(("lib/src/fit/", "lib/src/monitor/", "lib/src/state/", "lib/src/wire/")))
+STREAM = tuple(
+    source
+    for source in MANIFEST
+    if not source.startswith(
+        ("lib/src/fit/", "lib/src/monitor/", "lib/src/state/", "lib/src/wire/")
+    )
+)
 # sources: beside prove_NAME.c; unroll: the most turns of a loop that are followed one by one; more: options.
 Proof = namedtuple("Proof", "sources unroll more", defaults=(300, ()))
 PROOFS = {
-    "decode": Proof(("port/wire/decode.c", "lib/src/wire/encode.c"), more=("-eva-split-return-function", "davar_decode:0")),
+    "decode": Proof(
+        ("port/wire/decode.c", "lib/src/wire/encode.c"),
+        more=("-eva-split-return-function", "davar_decode:0"),
+    ),
     "slcan": Proof(("port/wire/slcan.c",)),
     "number": Proof(("lib/src/number/real.c", "lib/src/detector/logarithm.c")),
     "slide": Proof((), 5000),
-    "restore": Proof((*STREAM, "lib/src/state/state.c"), 1100, ("-eva-split-return-function", "davar_init_wide:0")),
+    "restore": Proof(
+        (*STREAM, "lib/src/state/state.c"),
+        1100,
+        ("-eva-split-return-function", "davar_init_wide:0"),
+    ),
     "push": Proof(STREAM, more=("-eva-split-return-function", "davar_init_wide:0")),
 }
-OPTIONS = ("-c11", "-eva", "-main", "prove", "-machdep", "gcc_x86_64", "-warn-invalid-pointer", "-warn-special-float", "none",
-           "-eva-slevel", "50", "-eva-split-return", "auto", "-eva-msg-key=-final-states,-initial-state", "-kernel-warn-key",
-           "typing:implicit-conv-void-ptr=inactive")
+OPTIONS = (
+    "-c11",
+    "-eva",
+    "-main",
+    "prove",
+    "-machdep",
+    "gcc_x86_64",
+    "-warn-invalid-pointer",
+    "-warn-special-float",
+    "none",
+    "-eva-slevel",
+    "50",
+    "-eva-split-return",
+    "auto",
+    "-eva-msg-key=-final-states,-initial-state",
+    "-kernel-warn-key",
+    "typing:implicit-conv-void-ptr=inactive",
+)
 # Without code and without a contract: Eva takes it to change nothing, and so it is.
 WITHOUT_CODE = {"atomic_thread_fence"}
 
 
 def alarms_of(output):
     """(file, what Eva says) of every alarm in its output; the line numbers are left out."""
-    found = re.findall(r"^\[eva:alarm\] (\S+?):\d+: Warning: *\n((?:  .*\n)+)", output, re.MULTILINE)
+    found = re.findall(
+        r"^\[eva:alarm\] (\S+?):\d+: Warning: *\n((?:  .*\n)+)", output, re.MULTILINE
+    )
     return {(name, " ".join(text.split())) for name, text in found}
 
 
 def listed(name):
     """The alarms of alarms.txt for one proof."""
-    rows = [line.split(" | ") for line in (HERE / "alarms.txt").read_text().splitlines() if line and not line.startswith("#")]
-    assert all(len(row) == 4 and all(row) for row in rows), "alarms.txt: proof | file | what Eva says | reason"
+    rows = [
+        line.split(" | ")
+        for line in (HERE / "alarms.txt").read_text().splitlines()
+        if line and not line.startswith("#")
+    ]
+    assert all(len(row) == 4 and all(row) for row in rows), (
+        "alarms.txt: proof | file | what Eva says | reason"
+    )
     return {(file, text) for proof, file, text, _ in rows if proof == name}
 
 
@@ -52,14 +88,35 @@ def prove(name, bounds=(), root=ROOT):
     """Runs prove_NAME.c over the sources below `root`. Returns (alarms, Eva's output); RuntimeError: nothing was proved at all."""
     proof = PROOFS[name]
     # Eva knows no 128-bit integer: the compiler's is hidden, and davar takes its products by parts.
-    flags = " ".join(("-Ilib/include", "-Ilib/src", "-Iport/wire", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds))
-    done = subprocess.run(["frama-c", *OPTIONS, *proof.more, "-eva-auto-loop-unroll", str(proof.unroll), f"-cpp-extra-args={flags}",
-                           str(HERE / f"prove_{name}.c"), *proof.sources],
-                          cwd=root, env={**os.environ, "PWD": str(root)}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    without = set(re.findall(r"Neither code nor specification for function (\w+)", done.stdout)) - WITHOUT_CODE
+    flags = " ".join(
+        ("-Ilib/include", "-Ilib/src", "-Iport/wire", f"-I{HERE}", "-U__SIZEOF_INT128__", *bounds)
+    )
+    done = subprocess.run(
+        [
+            "frama-c",
+            *OPTIONS,
+            *proof.more,
+            "-eva-auto-loop-unroll",
+            str(proof.unroll),
+            f"-cpp-extra-args={flags}",
+            str(HERE / f"prove_{name}.c"),
+            *proof.sources,
+        ],
+        cwd=root,
+        env={**os.environ, "PWD": str(root)},
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    without = (
+        set(re.findall(r"Neither code nor specification for function (\w+)", done.stdout))
+        - WITHOUT_CODE
+    )
     alarms = alarms_of(done.stdout)
     if done.returncode or without or "[eva:summary]" not in done.stdout:
-        raise RuntimeError(f"{name}: no proof; without code: {sorted(without)}\n{done.stdout[-3000:]}")
+        raise RuntimeError(
+            f"{name}: no proof; without code: {sorted(without)}\n{done.stdout[-3000:]}"
+        )
     if not alarms and "Frama_C_show_each_proved" not in done.stdout:
         raise RuntimeError(f"{name}: the end of the proof is not reached\n{done.stdout[-3000:]}")
     return alarms, done.stdout

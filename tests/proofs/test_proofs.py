@@ -16,20 +16,76 @@ import result_cache  # noqa: E402
 # proof, and which bounds: (file, what stands there, the fault, bounds that are enough to find it)
 EDGES = ("-DSTRIDE=4", "-DEDGES=1")
 PLANTS = {
-    "decode": [("port/wire/decode.c", "if (frame->length != message_length(message)) {", "if (frame->length > 80U) {", ()),
-               ("port/wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ())],
-    "slcan": [("port/wire/slcan.c", "if ((length != bare) && (length != bare + STAMP)) {", "if (length > bare + STAMP) {", ()),
-              ("port/wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ())],
-    "number": [("lib/src/detector/logarithm.c", "(mantissa >> 26U) & 31U", "(mantissa >> 26U) & 63U", ()),
-               ("lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ())],
-    "slide": [("lib/src/pipeline/slide.inc", "*(head - span)", "*(head - span - 1U)", ("-DLARGEST=16U",)),
-              ("lib/src/pipeline/type_q15.inc", "typedef int32_t difference_t", "typedef int16_t difference_t", ("-DLARGEST=16U",))],
-    "restore": [("lib/src/state/state.c", "(left < sizeof part) ? left : sizeof part", "left", ("-DWIDE=0",)),
-                ("lib/src/state/state.c", "& 15U]", "& 31U]", ("-DWIDE=0",))],
-    "push": [("lib/src/pipeline/allan.inc", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", ("-DPUSHES=12U", "-DGAPS=2U")),
-             ("lib/src/core/gaps.c", "gaps->count == gaps->capacity", "gaps->count > gaps->capacity", ("-DPUSHES=12U", "-DGAPS=2U"))],
-    "push q31": [("lib/src/pipeline/type_q31.inc", "typedef int64_t difference_t", "typedef int32_t difference_t", ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"))],
-    "push by edges": [("lib/src/pipeline/allan.inc", "((ring->next < age) ? ring", "((ring->next + 1U < age) ? ring", (*EDGES, "-DPUSHES=12U", "-DGAPS=0U"))],
+    "decode": [
+        (
+            "port/wire/decode.c",
+            "if (frame->length != message_length(message)) {",
+            "if (frame->length > 80U) {",
+            (),
+        ),
+        ("port/wire/decode.c", "wire->adev[t] =", "wire->adev[t + 1U] =", ()),
+    ],
+    "slcan": [
+        (
+            "port/wire/slcan.c",
+            "if ((length != bare) && (length != bare + STAMP)) {",
+            "if (length > bare + STAMP) {",
+            (),
+        ),
+        ("port/wire/slcan.c", "(length < HEAD)", "(length < HEAD - 1U)", ()),
+    ],
+    "number": [
+        ("lib/src/detector/logarithm.c", "(mantissa >> 26U) & 31U", "(mantissa >> 26U) & 63U", ()),
+        ("lib/src/number/real.h", ">> (31U - zeros)", ">> (32U - zeros)", ()),
+    ],
+    "slide": [
+        ("lib/src/pipeline/slide.inc", "*(head - span)", "*(head - span - 1U)", ("-DLARGEST=16U",)),
+        (
+            "lib/src/pipeline/type_q15.inc",
+            "typedef int32_t difference_t",
+            "typedef int16_t difference_t",
+            ("-DLARGEST=16U",),
+        ),
+    ],
+    "restore": [
+        (
+            "lib/src/state/state.c",
+            "(left < sizeof part) ? left : sizeof part",
+            "left",
+            ("-DWIDE=0",),
+        ),
+        ("lib/src/state/state.c", "& 15U]", "& 31U]", ("-DWIDE=0",)),
+    ],
+    "push": [
+        (
+            "lib/src/pipeline/allan.inc",
+            "((ring->next < age) ? ring",
+            "((ring->next + 1U < age) ? ring",
+            ("-DPUSHES=12U", "-DGAPS=2U"),
+        ),
+        (
+            "lib/src/core/gaps.c",
+            "gaps->count == gaps->capacity",
+            "gaps->count > gaps->capacity",
+            ("-DPUSHES=12U", "-DGAPS=2U"),
+        ),
+    ],
+    "push q31": [
+        (
+            "lib/src/pipeline/type_q31.inc",
+            "typedef int64_t difference_t",
+            "typedef int32_t difference_t",
+            ("-DWIDE=1", "-DPUSHES=4U", "-DGAPS=0U"),
+        )
+    ],
+    "push by edges": [
+        (
+            "lib/src/pipeline/allan.inc",
+            "((ring->next < age) ? ring",
+            "((ring->next + 1U < age) ? ring",
+            (*EDGES, "-DPUSHES=12U", "-DGAPS=0U"),
+        )
+    ],
 }
 
 
@@ -43,19 +99,32 @@ def tearDownModule():
 class Proofs(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        version = subprocess.run(["frama-c", "-version"], text=True, stdout=subprocess.PIPE, check=True).stdout
-        files = [path for folder in (ROOT / "lib", ROOT / "port/wire", HERE) for path in sorted(folder.rglob("*")) if path.suffix in (".c", ".h", ".py", ".txt")]
+        version = subprocess.run(
+            ["frama-c", "-version"], text=True, stdout=subprocess.PIPE, check=True
+        ).stdout
+        files = [
+            path
+            for folder in (ROOT / "lib", ROOT / "port/wire", HERE)
+            for path in sorted(folder.rglob("*"))
+            if path.suffix in (".c", ".h", ".py", ".txt")
+        ]
         cls.reads = [version, *files]
 
     def holds(self, which, *bounds):
-        PASSED.check(result_cache.content_key(which, *bounds, *self.reads), lambda: self.prove(which, *bounds))
+        PASSED.check(
+            result_cache.content_key(which, *bounds, *self.reads),
+            lambda: self.prove(which, *bounds),
+        )
 
     def prove(self, which, *bounds):
         name = which.split()[0]
         alarms, _ = prove(name, bounds)
         self.assertEqual(alarms, listed(name))
         for file, fault, planted, enough in PLANTS.get(which, ()):
-            self.assertTrue(self.alarms_of_plant(name, file, fault, planted, enough) - listed(name), f"{file}: {planted}")
+            self.assertTrue(
+                self.alarms_of_plant(name, file, fault, planted, enough) - listed(name),
+                f"{file}: {planted}",
+            )
         return True
 
     def alarms_of_plant(self, name, file, text, fault, bounds):

@@ -81,8 +81,10 @@ static void choose_config(random_t *random, trial_t *trial)
     config->moments.kurtosis_high = 2.0137 + (0.2 * (double)between(random, 1U, 10U));
     config->moments.kurtosis_low = 0.0137 + (0.5 * (double)between(random, 0U, 4U));
     config->stride = (random_next(random) % 2U) ? 1U : between(random, 1U, 20U);
-    config->stride = ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
-    config->stride = (config->stride < config->window.longest) ? config->stride : config->window.longest;
+    config->stride =
+        ((random_next(random) % 16U) == 0U) ? between(random, 20U, 300U) : config->stride;
+    config->stride =
+        (config->stride < config->window.longest) ? config->stride : config->window.longest;
     config->engine = (random_next(random) % 2U) ? DAVAR_ENGINE_GRID : DAVAR_ENGINE_EDGES;
     /* Those of two windows, and of what lies between them: all there can be. */
     config->window.gaps_max = (uint16_t)((2U * config->window.longest) + config->stride + 2U);
@@ -124,7 +126,8 @@ static void choose_samples(random_t *random, trial_t *trial)
 static davar_status_t start(davar_t *davar, const trial_t *trial)
 {
     const bool is_q15 = (trial->number == NUMBER_Q15);
-    const size_t bytes = is_q15 ? davar_memory_size_q15(&trial->config) : davar_memory_size_q31(&trial->config);
+    const size_t bytes =
+        is_q15 ? davar_memory_size_q15(&trial->config) : davar_memory_size_q31(&trial->config);
     TEST_ASSERT_TRUE(bytes <= sizeof memory);
     memset(memory, 0xA5, bytes);
     return is_q15 ? davar_init_q15(davar, &trial->config, memory, bytes)
@@ -147,12 +150,13 @@ static const char *context(const trial_t *trial, const reference_epoch_t *epoch,
 {
     const davar_config_t *const c = &trial->config;
     snprintf(message, sizeof message,
-             "%s: seed %" PRIu64
-             " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K %u engine %d N %lld epoch %lld "
+             "%s: seed %" PRIu64 " number %d mode %d policy %d W %u..%u l %u grow %u shrink %u K "
+             "%u engine %d N %lld epoch %lld "
              "[%lld, %lld)",
-             what, trial->seed, (int)trial->number, (int)c->window.mode, (int)davar_law_id(c), c->window.shortest,
-             c->window.longest, c->moments.segment, c->window.grow, c->window.shrink, c->stride, (int)c->engine,
-             (long long)trial->count, (long long)epoch->epoch, (long long)epoch->tail, (long long)epoch->head);
+             what, trial->seed, (int)trial->number, (int)c->window.mode, (int)davar_law_id(c),
+             c->window.shortest, c->window.longest, c->moments.segment, c->window.grow,
+             c->window.shrink, c->stride, (int)c->engine, (long long)trial->count,
+             (long long)epoch->epoch, (long long)epoch->tail, (long long)epoch->head);
     return message;
 }
 
@@ -169,29 +173,34 @@ static void same_number(double expected, double actual, double tolerance, const 
     }
 }
 
-static void same_tau(const trial_t *trial, const reference_t *reference, const reference_epoch_t *epoch,
-                     const davar_adev_t *tau)
+static void same_tau(const trial_t *trial, const reference_t *reference,
+                     const reference_epoch_t *epoch, const davar_adev_t *tau)
 {
     uint32_t differences = 0U;
     const reference_real_t sum = reference_sum(reference, epoch, tau->m, &differences);
-    TEST_ASSERT_EQUAL_UINT32_MESSAGE(differences, tau->differences, context(trial, epoch, "differences"));
+    TEST_ASSERT_EQUAL_UINT32_MESSAGE(differences, tau->differences,
+                                     context(trial, epoch, "differences"));
     const double m = (double)tau->m;
-    const double expected = (differences == 0U) ? (double)NAN : sqrt((double)sum / (2.0 * m * m * (double)differences));
+    const double expected =
+        (differences == 0U) ? (double)NAN : sqrt((double)sum / (2.0 * m * m * (double)differences));
     /* One rounding of a 128-bit sum may differ; q15 sums convert exactly alike. */
-    same_number(expected, tau->adev, (trial->number == NUMBER_Q15) ? 0.0 : 3e-16, context(trial, epoch, "adev"));
+    same_number(expected, tau->adev, (trial->number == NUMBER_Q15) ? 0.0 : 3e-16,
+                context(trial, epoch, "adev"));
 }
 
-static void same_epoch(const trial_t *trial, const reference_t *reference, const reference_epoch_t *epoch,
-                       const davar_result_t *result)
+static void same_epoch(const trial_t *trial, const reference_t *reference,
+                       const reference_epoch_t *epoch, const davar_result_t *result)
 {
-    TEST_ASSERT_EQUAL_INT64_MESSAGE(epoch->epoch, (int64_t)result->epoch, context(trial, epoch, "epoch"));
+    TEST_ASSERT_EQUAL_INT64_MESSAGE(epoch->epoch, (int64_t)result->epoch,
+                                    context(trial, epoch, "epoch"));
     TEST_ASSERT_EQUAL_UINT32_MESSAGE(epoch->head - epoch->tail, result->window_samples,
                                      context(trial, epoch, "window"));
     for (uint32_t t = 0U; t < result->tau_count; t++) {
         same_tau(trial, reference, epoch, &result->tau[t]);
     }
     same_number(epoch->kurtosis, result->kurtosis, 1e-14, context(trial, epoch, "kurtosis"));
-    same_number(epoch->contribution, result->contribution, 1e-13, context(trial, epoch, "contribution"));
+    same_number(epoch->contribution, result->contribution, 1e-13,
+                context(trial, epoch, "contribution"));
     TEST_ASSERT_EQUAL_MESSAGE(epoch->unstable, result->unstable, context(trial, epoch, "unstable"));
 }
 
@@ -259,7 +268,8 @@ static void run_trial(const trial_t *trial, random_t *random)
         expect_next(trial, &reference, &result);
     }
     if (trial->config.window.mode == DAVAR_MODE_CENTRED || trial->count > 0) {
-        TEST_ASSERT_FALSE_MESSAGE(reference_next(&reference, &left), context(trial, &left, "an epoch too few"));
+        TEST_ASSERT_FALSE_MESSAGE(reference_next(&reference, &left),
+                                  context(trial, &left, "an epoch too few"));
     }
 }
 
@@ -307,7 +317,8 @@ static void run_small(trial_t *trial)
 static void run_small_window(trial_t *trial)
 {
     davar_config_t *const config = &trial->config;
-    const uint32_t longest = (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
+    const uint32_t longest =
+        (SMALL_STRIDE < config->window.longest) ? SMALL_STRIDE : config->window.longest;
     for (uint32_t each = 0U; each < (8U * longest); each++) {
         config->law = davar_policy_law((davar_policy_t)(each % 4U), false);
         config->engine = ((each / 4U) % 2U) ? DAVAR_ENGINE_EDGES : DAVAR_ENGINE_GRID;
@@ -322,7 +333,8 @@ static void run_small_windows(trial_t *trial, davar_mode_t mode, uint32_t step)
     config->window.mode = mode;
     config->window.grow = step;
     config->window.shrink = step;
-    for (config->window.longest = 4U; config->window.longest <= SMALL_WINDOW; config->window.longest += step) {
+    for (config->window.longest = 4U; config->window.longest <= SMALL_WINDOW;
+         config->window.longest += step) {
         for (config->window.shortest = 2U; config->window.shortest <= config->window.longest;
              config->window.shortest += step) {
             for (config->moments.segment = 1U; config->moments.segment < config->window.shortest;

@@ -14,7 +14,15 @@
 #endif
 #define SAMPLES 6000U
 
-enum { NODE_BEGIN_3000, NODE_END_3000, NODE_BEGIN_4000, NODE_END_4000, NODE_ARW_QUIET, NODE_ARW_LOUD, FIGURES };
+enum {
+    NODE_BEGIN_3000,
+    NODE_END_3000,
+    NODE_BEGIN_4000,
+    NODE_END_4000,
+    NODE_ARW_QUIET,
+    NODE_ARW_LOUD,
+    FIGURES
+};
 
 typedef struct {
     const char *name;
@@ -74,7 +82,8 @@ static void run(const column_t *column, uint64_t seed)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q31(&davar, &config, memory, sizeof memory));
     for (uint32_t n = 0U; n < SAMPLES; n++) {
         const double sigma = ((n >= 3000U) && (n < 4000U)) ? 3.0 : 1.0;
-        const int32_t count = (int32_t)lrint(sigma / 3600.0 * random_gauss(&random) / config.unit_per_count);
+        const int32_t count =
+            (int32_t)lrint(sigma / 3600.0 * random_gauss(&random) / config.unit_per_count);
         davar_push_q31(&davar, &count, 1U);
         if (take_fitted(&davar, &result)) {
             keep(&result);
@@ -130,10 +139,11 @@ static void measure(unsigned c, unsigned seed)
 {
     const column_t *const column = &columns[c];
     const double half = (double)column->window_max / 2.0;
-    const bool fixed = (column->law == NULL); /* the window's edges meet the steps there by construction */
+    const bool fixed =
+        (column->law == NULL); /* the window's edges meet the steps there by construction */
     const double ideal[4] = {3000.0 - half, 3000.0 + half, 4000.0 - half, 4000.0 + half};
-    const double found[4] = {shrinks_from(2750U, 3100U), grows_from(3100U, 3700U), shrinks_from(3700U, 4100U),
-                             grows_from(4100U, 5900U)};
+    const double found[4] = {shrinks_from(2750U, 3100U), grows_from(3100U, 3700U),
+                             shrinks_from(3700U, 4100U), grows_from(4100U, 5900U)};
     for (unsigned f = 0U; f < 4U; f++) {
         figures[c][f][seed] = fixed ? ideal[f] : found[f];
     }
@@ -157,9 +167,11 @@ static spread_t spread_of(double *value)
             count++;
         }
     }
-    TEST_ASSERT_GREATER_THAN_UINT(SEEDS * 9U / 10U, count); /* a node is found in nine runs of ten */
+    TEST_ASSERT_GREATER_THAN_UINT(SEEDS * 9U / 10U,
+                                  count); /* a node is found in nine runs of ten */
     qsort(value, count, sizeof value[0], ascending);
-    const spread_t spread = {value[count / 2U], value[count / 10U], value[count - 1U - (count / 10U)]};
+    const spread_t spread = {value[count / 2U], value[count / 10U],
+                             value[count - 1U - (count / 10U)]};
     return spread;
 }
 
@@ -174,11 +186,12 @@ static void print_table(void)
         for (unsigned c = 0U; c < 3U; c++) {
             const spread_t *const s = &table[c][f];
             if ((columns[c].law == NULL) && (f < NODE_ARW_QUIET)) {
-                printf("  %s by construction %.5g | %g", columns[c].name, s->median, columns[c].paper[f]);
+                printf("  %s by construction %.5g | %g", columns[c].name, s->median,
+                       columns[c].paper[f]);
                 continue;
             }
-            printf("  %s %.5g (%.5g .. %.5g) | %g", columns[c].name, s->median * unit, s->low * unit, s->high * unit,
-                   columns[c].paper[f]);
+            printf("  %s %.5g (%.5g .. %.5g) | %g", columns[c].name, s->median * unit,
+                   s->low * unit, s->high * unit, columns[c].paper[f]);
         }
         printf("\n");
     }

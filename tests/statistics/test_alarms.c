@@ -63,7 +63,8 @@ static void start(const scenario_t *scenario, davar_config_t *config)
     config->tau_count = 7U;
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_f32(&davar, config, memory, sizeof memory));
     for (size_t t = 0; t < 7U; t++) {
-        table[t] = (davar_model_tau_t){taus[t], sqrt(gyro_noise_avar(&scenario->model, taus[t])), scenario->tolerance};
+        table[t] = (davar_model_tau_t){taus[t], sqrt(gyro_noise_avar(&scenario->model, taus[t])),
+                                       scenario->tolerance};
     }
     davar_plan_init(&plan, taus, 7U);
     TEST_ASSERT_TRUE(davar_monitor_init(&monitor, table, 7U, DAVAR_MONITOR_MEMORY));
@@ -153,12 +154,16 @@ static void test_overlapping_windows_alarm_no_more_often(void)
 static void test_the_rate_holds_whatever_fit_ran(void)
 {
     assert_quiet_after(FIT_NOTHING, "white, no fit", (gyro_noise_t){.white = 1.0}, WINDOW);
-    assert_quiet_after(FIT_NOTHING, "white 1 + RRW 0.3, no fit", (gyro_noise_t){.white = 1.0, .walk = 0.3}, WINDOW);
-    assert_quiet_after(FIT_NOTHING, "white 1 + Q 1, no fit", (gyro_noise_t){.white = 1.0, .quantization = 1.0}, WINDOW);
-    assert_quiet_after(FIT_WHITE, "white 1 + BI 0.5, white fit", (gyro_noise_t){.white = 1.0, .flicker = 0.5}, WINDOW);
-    assert_quiet_after(FIT_WHITE, "white 1 + RRW 0.3, white fit", (gyro_noise_t){.white = 1.0, .walk = 0.3}, WINDOW);
-    assert_quiet_after(FIT_WHITE, "white 1 + Q 1, white fit", (gyro_noise_t){.white = 1.0, .quantization = 1.0},
-                       WINDOW);
+    assert_quiet_after(FIT_NOTHING, "white 1 + RRW 0.3, no fit",
+                       (gyro_noise_t){.white = 1.0, .walk = 0.3}, WINDOW);
+    assert_quiet_after(FIT_NOTHING, "white 1 + Q 1, no fit",
+                       (gyro_noise_t){.white = 1.0, .quantization = 1.0}, WINDOW);
+    assert_quiet_after(FIT_WHITE, "white 1 + BI 0.5, white fit",
+                       (gyro_noise_t){.white = 1.0, .flicker = 0.5}, WINDOW);
+    assert_quiet_after(FIT_WHITE, "white 1 + RRW 0.3, white fit",
+                       (gyro_noise_t){.white = 1.0, .walk = 0.3}, WINDOW);
+    assert_quiet_after(FIT_WHITE, "white 1 + Q 1, white fit",
+                       (gyro_noise_t){.white = 1.0, .quantization = 1.0}, WINDOW);
 }
 
 static void test_a_change_is_seen_whatever_fit_ran(void)

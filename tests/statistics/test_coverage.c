@@ -17,11 +17,12 @@ typedef struct {
 } scenario_t;
 
 typedef struct {
-    double adev[DAVAR_TAUS_MAX];                 /* share of windows whose interval holds the true ADEV */
-    double coefficient[DAVAR_COEFFICIENT_COUNT]; /* share whose statement (interval, or upper bound) holds the truth */
-    double present[DAVAR_COEFFICIENT_COUNT];     /* share that reports the term */
-    double extra;                                /* share that reports any term that is not there */
-    double arw_ratio;                            /* median of high / low: honest must not mean wide */
+    double adev[DAVAR_TAUS_MAX]; /* share of windows whose interval holds the true ADEV */
+    double coefficient
+        [DAVAR_COEFFICIENT_COUNT]; /* share whose statement (interval, or upper bound) holds the truth */
+    double present[DAVAR_COEFFICIENT_COUNT]; /* share that reports the term */
+    double extra;                            /* share that reports any term that is not there */
+    double arw_ratio;                        /* median of high / low: honest must not mean wide */
 } coverage_t;
 
 static davar_plan_t plan;
@@ -97,7 +98,8 @@ static void count_window(const gyro_noise_t *noise, const double *true_adev)
     }
     coverage.extra += extra ? 1.0 : 0.0;
     for (int t = 0; t < result.tau_count; t++) {
-        const bool holds = (true_adev[t] >= result.tau[t].low) && (true_adev[t] <= result.tau[t].high);
+        const bool holds =
+            (true_adev[t] >= result.tau[t].low) && (true_adev[t] <= result.tau[t].high);
         coverage.adev[t] += holds ? 1.0 : 0.0;
     }
 }
@@ -128,8 +130,8 @@ static void print(const char *name)
     for (int t = 0; t < result.tau_count; t++) {
         printf(" %.1f", coverage.adev[t]);
     }
-    printf("; ARW %.1f, high/low %.2f; a term that is not there %.1f;", coverage.coefficient[DAVAR_ANGLE_RANDOM_WALK],
-           coverage.arw_ratio, coverage.extra);
+    printf("; ARW %.1f, high/low %.2f; a term that is not there %.1f;",
+           coverage.coefficient[DAVAR_ANGLE_RANDOM_WALK], coverage.arw_ratio, coverage.extra);
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         printf(" %c %.0f/%.1f", letter[k], coverage.present[k], coverage.coefficient[k]);
     }
@@ -189,7 +191,8 @@ static void assert_others_true(double least)
 
 static void check_white(const char *name, uint32_t window, uint32_t tau_last, unsigned tau_step)
 {
-    const scenario_t scenario = {.noise = {.white = 1.0}, .window = window, .tau_last = tau_last, .tau_step = tau_step};
+    const scenario_t scenario = {
+        .noise = {.white = 1.0}, .window = window, .tau_last = tau_last, .tau_step = tau_step};
     run(name, &scenario);
     assert_adev_honest(97.0);
     assert_arw_honest((window < 100U) ? 98.0 : 97.0); /* three cluster sizes doubt much */
@@ -223,7 +226,8 @@ static void test_white_noise_intervals_are_not_wide(void)
 
 static void check_mixture(const char *name, const gyro_noise_t *noise, uint32_t window, double most)
 {
-    const scenario_t scenario = {.noise = *noise, .window = window, .tau_last = (window > 600U) ? 512 : 64};
+    const scenario_t scenario = {
+        .noise = *noise, .window = window, .tau_last = (window > 600U) ? 512 : 64};
     run(name, &scenario);
     assert_adev_honest(97.8);
     assert_arw_honest(most);
@@ -288,7 +292,8 @@ static void test_hardly_resolved_white_noise(void)
 /* A deterministic ramp scatters less than the noise that its edf stands for: safe, not tight. */
 static void test_ramp(void)
 {
-    const scenario_t scenario = {.noise = {.white = 1.0, .ramp = 0.003}, .window = 600, .tau_last = 64};
+    const scenario_t scenario = {
+        .noise = {.white = 1.0, .ramp = 0.003}, .window = 600, .tau_last = 64};
     run("white 1 + ramp 0.003", &scenario);
     assert_adev_honest(100.0);
     assert_arw_honest(97.5);

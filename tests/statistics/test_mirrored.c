@@ -36,7 +36,8 @@ static void count_result(void)
             arw_holds[p] += (arw->present && (arw->low <= 60.0) && (60.0 <= arw->high)) ? 1U : 0U;
             for (unsigned t = 0U; t < TAUS; t++) {
                 const double truth = 1.0 / sqrt((double)taus[t]);
-                adev_holds[p][t] += ((result.tau[t].low <= truth) && (truth <= result.tau[t].high)) ? 1U : 0U;
+                adev_holds[p][t] +=
+                    ((result.tau[t].low <= truth) && (truth <= result.tau[t].high)) ? 1U : 0U;
             }
         }
     }

@@ -9,10 +9,15 @@
 
 #define WINDOW_MOST 20000U
 
-typedef enum { ANYWHERE, ON_A_COUNT, BETWEEN, DRIFTING } mean_t; /* where the mean lies between two counts */
+typedef enum {
+    ANYWHERE,
+    ON_A_COUNT,
+    BETWEEN,
+    DRIFTING
+} mean_t; /* where the mean lies between two counts */
 
 typedef struct {
-    double held;      /* percent of windows whose statement, interval or upper limit, holds the truth */
+    double held; /* percent of windows whose statement, interval or upper limit, holds the truth */
     double intervals; /* percent of windows with an interval */
     double within;    /* percent of these that hold it */
     double bias;      /* mean value of these over the truth, less 1, percent */
@@ -55,7 +60,8 @@ static void make_counts(uint32_t window, double sigma, mean_t mean)
     const double start = random_uniform(&rng);
     const double drift = (mean == DRIFTING) ? (4.0 * random_uniform(&rng) / window) : 0.0;
     for (uint32_t i = 0U; i < window; i++) {
-        const double centre = (mean == ON_A_COUNT) ? 0.0 : ((mean == BETWEEN) ? 0.5 : (start + (drift * i)));
+        const double centre =
+            (mean == ON_A_COUNT) ? 0.0 : ((mean == BETWEEN) ? 0.5 : (start + (drift * i)));
         counts[i] = (int16_t)lround(centre + (sigma * random_gauss(&rng)));
     }
 }
@@ -112,12 +118,13 @@ static coverage_t measured(uint32_t window, double sigma, mean_t mean, unsigned 
         count_window(60.0 * sigma * config.unit_per_count / sqrt(config.rate_hz), &coverage);
     }
     to_percent(&coverage, windows);
-    printf("%5.2f | %5u | %-11s | %5.1f | %5.1f | %5.1f | %+5.1f\n", sigma, (unsigned)window, name[mean], coverage.held,
-           coverage.intervals, coverage.within, coverage.bias);
+    printf("%5.2f | %5u | %-11s | %5.1f | %5.1f | %5.1f | %+5.1f\n", sigma, (unsigned)window,
+           name[mean], coverage.held, coverage.intervals, coverage.within, coverage.bias);
     return coverage;
 }
 
-static const double sigmas[] = {0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.5, 0.55, 0.6, 0.8, 1.0, 2.0, 5.0, 30.0};
+static const double sigmas[] = {0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.5,
+                                0.55, 0.6, 0.8, 1.0, 2.0, 5.0,  30.0};
 #define SIGMAS (sizeof sigmas / sizeof sigmas[0])
 
 /* A standard error is 0.6 at 1000 windows and 96 %, 1 at 300. Of few intervals no share is known; what is wrong with them counts in
@@ -176,11 +183,15 @@ static void test_beside_large_noise_rounding_only_takes_its_variance_off(void)
         result.unit_per_count = 0.0;
         fit(config.rate_hz);
         const davar_coefficient_t whole = result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
-        const double off = 3600.0 * config.unit_per_count * config.unit_per_count / (12.0 * config.rate_hz);
+        const double off =
+            3600.0 * config.unit_per_count * config.unit_per_count / (12.0 * config.rate_hz);
         TEST_ASSERT_TRUE(rounded.present == whole.present);
-        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * whole.value, sqrt((whole.value * whole.value) - off), rounded.value);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.high * whole.high) - off), rounded.high);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.low * whole.low) - off), rounded.low);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-6 * whole.value, sqrt((whole.value * whole.value) - off),
+                                  rounded.value);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.high * whole.high) - off),
+                                  rounded.high);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * whole.high, sqrt((whole.low * whole.low) - off),
+                                  rounded.low);
     }
 }
 
@@ -223,10 +234,12 @@ static void test_what_stays_below_half_a_count_has_a_reason_and_a_limit(void)
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&davar, &config, memory, sizeof memory));
     for (unsigned i = 0U; i < 500U; i++) {
         one_window(&config, 0.02 * (double)(i % 20U), (mean_t)(i % 4U));
-        TEST_ASSERT_TRUE((result.noise == DAVAR_NOISE_COARSE) || (result.noise == DAVAR_NOISE_CONSTANT));
+        TEST_ASSERT_TRUE((result.noise == DAVAR_NOISE_COARSE) ||
+                         (result.noise == DAVAR_NOISE_CONSTANT));
         for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
             TEST_ASSERT_FALSE(result.coefficient[k].present);
-            TEST_ASSERT_TRUE((k == (int)DAVAR_ANGLE_RANDOM_WALK) || isinf(result.coefficient[k].high));
+            TEST_ASSERT_TRUE((k == (int)DAVAR_ANGLE_RANDOM_WALK) ||
+                             isinf(result.coefficient[k].high));
         }
         TEST_ASSERT_TRUE(result.coefficient[DAVAR_ANGLE_RANDOM_WALK].high >= half * (1.0 - 1e-9));
         TEST_ASSERT_TRUE(isinf(result.tau[0].high));
@@ -235,8 +248,8 @@ static void test_what_stays_below_half_a_count_has_a_reason_and_a_limit(void)
 
 int main(void)
 {
-    printf(
-        "sigma, counts | window | mean | statements that hold %% | with an interval %% | of these hold %% | bias %%\n");
+    printf("sigma, counts | window | mean | statements that hold %% | with an interval %% | of "
+           "these hold %% | bias %%\n");
     UNITY_BEGIN();
     RUN_TEST(test_short_windows);
     RUN_TEST(test_means_where_rounding_is_furthest_from_its_average);

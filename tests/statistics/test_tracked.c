@@ -17,7 +17,8 @@
 #define BINS 6U
 
 static const uint32_t taus[TAUS] = {1U, 2U, 4U, 8U, 16U, 32U, 64U, 128U, 256U};
-static const uint32_t until[BINS] = {50U, 100U, 200U, 500U, 1500U, 6000U}; /* samples since the step */
+static const uint32_t until[BINS] = {50U,  100U,  200U,
+                                     500U, 1500U, 6000U}; /* samples since the step */
 
 /* Results at such a time since the step, whose window was cut behind it (within three blocks); for steps of x1, all. */
 typedef struct {
@@ -63,7 +64,8 @@ static double sigma_at(uint64_t i, double ratio)
 static void judge(bin_t bins[BINS], double ratio)
 {
     const uint32_t since = (uint32_t)(result.epoch % STRETCH);
-    const double truth = 60.0 * sqrt((pow(sigma_at(result.epoch, ratio), 2.0) + (1.0 / 12.0)) / RATE_HZ);
+    const double truth =
+        60.0 * sqrt((pow(sigma_at(result.epoch, ratio), 2.0) + (1.0 / 12.0)) / RATE_HZ);
     uint32_t b = 0U;
     while (since >= until[b]) {
         b++;
@@ -96,7 +98,8 @@ static void run(double ratio, uint32_t steps, bin_t bins[BINS])
     }
     printf("| x%g |", ratio);
     for (uint32_t b = 0U; b < BINS; b++) {
-        printf(" %.1f (%.0f) |", percent(bins[b].held, bins[b].offered), percent(bins[b].cut, bins[b].all));
+        printf(" %.1f (%.0f) |", percent(bins[b].held, bins[b].offered),
+               percent(bins[b].cut, bins[b].all));
     }
     printf("\n");
 }
@@ -113,7 +116,8 @@ static void check(double ratio, double least_cut)
                              ((until[b] > 100U) ? 97.5 : 100.0)); /* young: wider */
         }
     }
-    TEST_ASSERT_TRUE(percent(bins[3].offered, bins[3].cut) >= 95.0);  /* white noise explains the window */
+    TEST_ASSERT_TRUE(percent(bins[3].offered, bins[3].cut) >=
+                     95.0); /* white noise explains the window */
     TEST_ASSERT_TRUE(percent(bins[3].cut, bins[3].all) >= least_cut); /* 2 s to 5 s */
 }
 
@@ -140,7 +144,8 @@ static void test_a_small_step(void)
 
 #define FARTHEST 5U
 
-static const uint32_t within[FARTHEST] = {50U, 200U, 300U, 500U, 3001U}; /* samples to the nearest step */
+static const uint32_t within[FARTHEST] = {50U, 200U, 300U, 500U,
+                                          3001U}; /* samples to the nearest step */
 
 /* Farther from a step than half a window the interval holds as it says; nearer it holds, or most results say that they are young. */
 static void check_centred(double ratio)
@@ -157,7 +162,8 @@ static void check_centred(double ratio)
         }
         const uint32_t since = (uint32_t)(result.epoch % STRETCH);
         const uint32_t away = (since < (STRETCH / 2U)) ? since : ((uint32_t)STRETCH - since);
-        const double truth = 60.0 * sqrt((pow(sigma_at(result.epoch, ratio), 2.0) + (1.0 / 12.0)) / RATE_HZ);
+        const double truth =
+            60.0 * sqrt((pow(sigma_at(result.epoch, ratio), 2.0) + (1.0 / 12.0)) / RATE_HZ);
         uint32_t b = 0U;
         while (away >= within[b]) {
             b++;

@@ -13,7 +13,9 @@ NOT_LISTED = {"law", "taus"}  # pointers: a law has an id, taus a length
 def listed():
     """{member: the other columns} in the order of the list."""
     rows = re.findall(r"^FIELD\((.*)\)$", FIELDS, re.MULTILINE)
-    return {row.split(",")[0].strip(): [cell.strip() for cell in row.split(",")[1:]] for row in rows}
+    return {
+        row.split(",")[0].strip(): [cell.strip() for cell in row.split(",")[1:]] for row in rows
+    }
 
 
 def members(body, prefix=""):
@@ -27,7 +29,7 @@ def members(body, prefix=""):
 
 def struct():
     end = TYPES.index("} davar_config_t;")
-    return TYPES[TYPES.rindex("\ntypedef struct {", 0, end) + len("\ntypedef struct {"):end]
+    return TYPES[TYPES.rindex("\ntypedef struct {", 0, end) + len("\ntypedef struct {") : end]
 
 
 class ConfigFields(unittest.TestCase):
@@ -43,7 +45,11 @@ class ConfigFields(unittest.TestCase):
 
     def test_an_option_of_the_list_is_an_option_of_davar_sim(self):
         usage = (ROOT / "host_sim/options/usage.c").read_text()
-        missing = [columns[5] for columns in listed().values() if columns[5] != '""' and f"--{columns[5].strip(chr(34))}" not in usage]
+        missing = [
+            columns[5]
+            for columns in listed().values()
+            if columns[5] != '""' and f"--{columns[5].strip(chr(34))}" not in usage
+        ]
         self.assertEqual([], missing)
 
 

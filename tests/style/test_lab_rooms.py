@@ -7,37 +7,81 @@ from pathlib import Path
 
 LAB = Path(__file__).resolve().parents[2] / "tools/lab/davarlab"
 # From the data to the door; a module may import from its own room and from those before it.
-ROOMS = ("errors", "places", "arithmetic", "files", "option_types", "data", "logs", "effects", "model", "simulate", "kalibr", "axes", "inference", "candidates", "diagnosis", "report", "wire", "workbench", "fleet", "cli")
+ROOMS = (
+    "errors",
+    "places",
+    "arithmetic",
+    "files",
+    "option_types",
+    "data",
+    "logs",
+    "effects",
+    "model",
+    "simulate",
+    "kalibr",
+    "axes",
+    "inference",
+    "candidates",
+    "diagnosis",
+    "report",
+    "wire",
+    "workbench",
+    "fleet",
+    "cli",
+)
 FILES_MAX = 12
 
 # Whatever opens a file by its path: functions of Python and of the readers of logs.
-OPENS = re.compile(r"(^|\.)(open|read_text|read_bytes|fromfile|loadtxt|genfromtxt|loadmat|memmap|mmap|run_path|File|FileIO|ZipFile|ParquetFile|read_table|DFReader_\w+|AnyReader)$"
-                   r"|^(np|numpy)\.load$")
+OPENS = re.compile(
+    r"(^|\.)(open|read_text|read_bytes|fromfile|loadtxt|genfromtxt|loadmat|memmap|mmap|run_path|File|FileIO|ZipFile|ParquetFile|read_table|DFReader_\w+|AnyReader)$"
+    r"|^(np|numpy)\.load$"
+)
 OWN = "a file of this package or of one that it needs"
 BY_THE_DOOR = "logs/door.py has opened it through files.reading to see what it is"
 NEW = "made here, under a name that nothing has"
 # All but files.py: the module, the call, why it may.
 OPENED = {
     ("errors.py", "os.open(os.devnull, os.O_WRONLY)"): "to write",
-    ("fleet/page.py", "(Path(pages.__file__).parent / 'style.css').read_text(encoding='utf-8')"): OWN,
+    (
+        "fleet/page.py",
+        "(Path(pages.__file__).parent / 'style.css').read_text(encoding='utf-8')",
+    ): OWN,
     ("report/page.py", "(HERE / 'style.css').read_text(encoding='utf-8')"): OWN,
     ("report/contents.py", "VERSION_HEADER.read_text()"): OWN,
     ("workbench/server.py", "script.read_bytes()"): OWN,
     ("workbench/arrivals.py", "open(part, 'xb')"): NEW,
     ("logs/arrays.py", "np.load(path, mmap_mode='r', allow_pickle=False)"): BY_THE_DOOR,
-    ("logs/arrays.py", "np.load(file, allow_pickle=False)"): "of a file that files.reading has opened",
+    (
+        "logs/arrays.py",
+        "np.load(file, allow_pickle=False)",
+    ): "of a file that files.reading has opened",
     ("logs/arrays.py", "parquet.ParquetFile(path)"): BY_THE_DOOR,
     ("logs/dataflash.py", "DFReader.DFReader_binary(str(path))"): BY_THE_DOOR,
     ("logs/dataflash.py", "DFReader.DFReader_text(str(path))"): BY_THE_DOOR,
-    ("logs/dataflash.py", "np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])"): BY_THE_DOOR,
+    (
+        "logs/dataflash.py",
+        "np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])",
+    ): BY_THE_DOOR,
     ("logs/matlab.py", "io.loadmat(path, squeeze_me=True, struct_as_record=False)"): BY_THE_DOOR,
     ("logs/matlab.py", "h5py.File(path, 'r')"): BY_THE_DOOR,
-    ("logs/ros.py", "AnyReader([HeldPath(self.path)], default_typestore=self.store)"): "opens through HeldPath",
+    (
+        "logs/ros.py",
+        "AnyReader([HeldPath(self.path)], default_typestore=self.store)",
+    ): "opens through HeldPath",
     ("logs/ros.py", "super().open(mode, *how, **more)"): "behind files.check_regular",
     ("logs/ros.py", "io.FileIO(self)"): "behind files.check_regular",
-    ("wire/record.py", "os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438)"): "to append",
-    ("wire/record.py", "open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438), 'rb+', buffering=0)"): "to append",
-    ("wire/record.py", "open(self.path, encoding='utf-8', errors='replace')"): "only where it is a regular file",
+    (
+        "wire/record.py",
+        "os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438)",
+    ): "to append",
+    (
+        "wire/record.py",
+        "open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 438), 'rb+', buffering=0)",
+    ): "to append",
+    (
+        "wire/record.py",
+        "open(self.path, encoding='utf-8', errors='replace')",
+    ): "only where it is a regular file",
 }
 VISIT = ("visit.open", "self.open")  # in workbench/: Visit.open, which reads through the door
 
@@ -54,34 +98,52 @@ def imported(path):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             for name in [base / alias.name for alias in node.names] + [base]:
-                found = next((place for place in (name.with_suffix(".py"), name) if place.exists()), None)
+                found = next(
+                    (place for place in (name.with_suffix(".py"), name) if place.exists()), None
+                )
                 if found and found != LAB:
                     yield found
 
 
 class TestRooms(unittest.TestCase):
     def modules(self):
-        return sorted(path for path in LAB.rglob("*.py") if path.name not in ("__init__.py", "__main__.py"))
+        return sorted(
+            path for path in LAB.rglob("*.py") if path.name not in ("__init__.py", "__main__.py")
+        )
 
     def test_imports_run_one_way(self):
-        wrong = [f"{path.relative_to(LAB)} imports {other.relative_to(LAB)}" for path in self.modules()
-                 for other in imported(path) if room_of(other) > room_of(path)]
+        wrong = [
+            f"{path.relative_to(LAB)} imports {other.relative_to(LAB)}"
+            for path in self.modules()
+            for other in imported(path)
+            if room_of(other) > room_of(path)
+        ]
         self.assertEqual(wrong, [])
 
     def test_nothing_is_opened_by_its_path_but_through_files(self):
         found = set()
         for path in self.modules():
             name = path.relative_to(LAB).as_posix()
-            for call in (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)):
+            for call in (
+                node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)
+            ):
                 function = ast.unparse(call.func)
-                if OPENS.search(function) and name != "files.py" and not (name.startswith("workbench/") and function in VISIT):
+                if (
+                    OPENS.search(function)
+                    and name != "files.py"
+                    and not (name.startswith("workbench/") and function in VISIT)
+                ):
                     found.add((name, ast.unparse(call)))
         self.assertEqual(sorted(found - set(OPENED)), [], "use files.reading")
         self.assertEqual(sorted(set(OPENED) - found), [], "no longer there")
 
     def test_a_room_has_at_most_a_dozen_files(self):
         for room in {path.parent for path in self.modules()}:
-            self.assertLessEqual(len([path for path in room.glob("*.py") if path.name != "__init__.py"]), FILES_MAX, room)
+            self.assertLessEqual(
+                len([path for path in room.glob("*.py") if path.name != "__init__.py"]),
+                FILES_MAX,
+                room,
+            )
 
 
 if __name__ == "__main__":

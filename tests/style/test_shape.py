@@ -10,16 +10,22 @@ from test_style import bare, c_files, functions, includes, listed, resolve, text
 DEPTH_MAX = 6
 FOLLOWED_MAX = 5
 # An int16 from davar_push_q15 to the sum of its squared differences: each file, and the function that the one before it calls there.
-FOLLOWED = (("lib/src/pipeline/q15.c", "davar_push_q15"), ("lib/src/pipeline/push.inc", "pipeline_push_all"),
-            ("lib/src/pipeline/slide.inc", "sliding_glide"), ("lib/src/pipeline/allan.inc", "allan_lead"),
-            ("lib/src/pipeline/type_q15.inc", "sum_add_square"))
+FOLLOWED = (
+    ("lib/src/pipeline/q15.c", "davar_push_q15"),
+    ("lib/src/pipeline/push.inc", "pipeline_push_all"),
+    ("lib/src/pipeline/slide.inc", "sliding_glide"),
+    ("lib/src/pipeline/allan.inc", "allan_lead"),
+    ("lib/src/pipeline/type_q15.inc", "sum_add_square"),
+)
 
 
 def depth(name, below, way=()):
     """Files in the longest chain of includes that begins with this one."""
     assert name not in way, f"{name} includes itself"
     if name not in below:
-        own = [target for target in (resolve(name, included) for included in includes(name)) if target]
+        own = [
+            target for target in (resolve(name, included) for included in includes(name)) if target
+        ]
         below[name] = 1 + max((depth(target, below, (*way, name)) for target in own), default=0)
     return below[name]
 
@@ -40,7 +46,13 @@ def comment_share(names):
 def called_once(names):
     """(static functions that one place calls, all static functions)."""
     text = "\n".join(bare(text_of(name)) for name in names)
-    static = {match for name in names for match in re.findall(r"^[^\n;]*\bstatic\b[^;{}()]*?\b(\w+)\((?=[^;]*?\{)", bare(text_of(name)), re.MULTILINE)}
+    static = {
+        match
+        for name in names
+        for match in re.findall(
+            r"^[^\n;]*\bstatic\b[^;{}()]*?\b(\w+)\((?=[^;]*?\{)", bare(text_of(name)), re.MULTILINE
+        )
+    }
     uses = Counter(re.findall(r"\b\w+\b", text))
     return sum(uses[name] == 2 for name in static), len(static)  # its definition and one use
 
@@ -68,7 +80,9 @@ class Shape(unittest.TestCase):
             "lines by room": ", ".join(f"{room} {lines}" for room, lines in rooms.items()),
             "function median / 95 % / longest": f"{statistics.median(lengths):g} / {lengths[len(lengths) * 95 // 100]} / {lengths[-1]}",
             "static functions with one caller": f"{100 * once / static:.0f} % of {static}",
-            "comment lines %, public .h / private .h / .c and .inc": " / ".join(f"{comment_share(names):.0f}" for names in (public, private, rest)),
+            "comment lines %, public .h / private .h / .c and .inc": " / ".join(
+                f"{comment_share(names):.0f}" for names in (public, private, rest)
+            ),
             "longest chain of includes": f"{depth(deepest, self.below)} files ({deepest})",
             "files to follow one sample": f"{len(FOLLOWED)} ({' > '.join(name.split('/')[-1] for name, _ in FOLLOWED)})",
             "lines of the first example": str(len(example.splitlines())),
@@ -85,7 +99,9 @@ class Shape(unittest.TestCase):
         for name, function in FOLLOWED:
             self.assertIn(function, [found for _, found, _ in functions(text_of(name))], name)
         for (name, _), (_, called) in zip(FOLLOWED, FOLLOWED[1:], strict=False):
-            self.assertRegex(bare(text_of(name)), rf"\b{called}\(", f"{name} does not call {called}")
+            self.assertRegex(
+                bare(text_of(name)), rf"\b{called}\(", f"{name} does not call {called}"
+            )
 
 
 if __name__ == "__main__":

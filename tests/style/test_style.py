@@ -14,9 +14,20 @@ ROOT = Path(__file__).resolve().parents[2]
 FUNCTION_LINES_MAX = 60
 VERSION_HEADER = "lib/include/davar/version.h"
 # Where an included name is looked for, after the includer's own folder.
-INCLUDE_PATH = ("lib/include", "lib/src", "port/include", "port/node", "port/linux", "port/job", "port/wire",
-                "port/bare_metal", "host_sim", "python",
-                "tests/support", "tests/tracking")
+INCLUDE_PATH = (
+    "lib/include",
+    "lib/src",
+    "port/include",
+    "port/node",
+    "port/linux",
+    "port/job",
+    "port/wire",
+    "port/bare_metal",
+    "host_sim",
+    "python",
+    "tests/support",
+    "tests/tracking",
+)
 # The star: folder (first match) -> folders whose headers it may include, besides its own.
 MAY_INCLUDE = {
     "examples/": ("lib/include",),
@@ -26,35 +37,85 @@ MAY_INCLUDE = {
     "port/node": ("lib/include", "port/include"),
     "port/wire": ("lib/include", "lib/src"),  # the frame layout
     "port/": ("port/include", "port/wire", "lib/include"),
-    "firmware": ("lib/include", "port/include", "port/node", "port/job", "port/wire", "port/bare_metal"),
+    "firmware": (
+        "lib/include",
+        "port/include",
+        "port/node",
+        "port/job",
+        "port/wire",
+        "port/bare_metal",
+    ),
     "gateway": ("lib/include", "port/include", "port/node", "port/linux"),
     "host_sim": ("lib/include", "port/include", "port/node", "port/job", "host_sim"),
-    "tests/unit": ("lib/include", "lib/src", "port/include", "port/node", "port/wire", "host_sim", "tests/support"),
-    "tests/tracking": ("lib/include", "lib/src", "port/bare_metal", "port/include", "tests/support"),
+    "tests/unit": (
+        "lib/include",
+        "lib/src",
+        "port/include",
+        "port/node",
+        "port/wire",
+        "host_sim",
+        "tests/support",
+    ),
+    "tests/tracking": (
+        "lib/include",
+        "lib/src",
+        "port/bare_metal",
+        "port/include",
+        "tests/support",
+    ),
     "tests/proofs": ("lib/include", "lib/src", "port/wire"),
     "tests/target": ("lib/include", "port/bare_metal", "port/include"),
     "tests/port": ("lib/include", "port/include", "port/node", "port/template", "tests/support"),
-    "tests/fuzz": ("lib/include", "port/include", "port/wire", "gateway", "host_sim", "tests/support", "tests/tracking"),
+    "tests/fuzz": (
+        "lib/include",
+        "port/include",
+        "port/wire",
+        "gateway",
+        "host_sim",
+        "tests/support",
+        "tests/tracking",
+    ),
     "tests/": ("lib/include", "port/include", "port/node", "port/wire", "tests/support"),
     "tools/": ("lib/include",),
     "python": ("lib/include", "port/include", "host_sim"),
 }
-LIB_SYSTEM_HEADERS = {"assert.h", "float.h", "limits.h", "math.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h",
-                      "string.h"}
-LIB_FORBIDDEN_CALLS = r"\b(malloc|calloc|realloc|free|alloca|\w*printf|puts|putchar|\w*scanf|fopen|exit|abort|time|" \
-                      r"clock|signal|setjmp|longjmp)\s*\("
-MARKS = ("TO" "DO", "FIX" "ME", "XX" "X", "HA" "CK")
+LIB_SYSTEM_HEADERS = {
+    "assert.h",
+    "float.h",
+    "limits.h",
+    "math.h",
+    "stdatomic.h",
+    "stdbool.h",
+    "stddef.h",
+    "stdint.h",
+    "string.h",
+}
+LIB_FORBIDDEN_CALLS = (
+    r"\b(malloc|calloc|realloc|free|alloca|\w*printf|puts|putchar|\w*scanf|fopen|exit|abort|time|"
+    r"clock|signal|setjmp|longjmp)\s*\("
+)
+MARKS = tuple("".join(halves) for halves in [("TO", "DO"), ("FIX", "ME"), ("XX", "X"), ("HA", "CK")])
 
 
 def listed():
     """The files that are, or would be, committed; names relative to the root."""
     try:
-        done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
-                              text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        done = subprocess.run(
+            ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+            cwd=ROOT,
+            check=True,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
         names = done.stdout.splitlines()
     except (OSError, subprocess.CalledProcessError):  # no git, or not a clone: an unpacked archive
         below = (path.relative_to(ROOT) for path in ROOT.rglob("*"))
-        names = [str(path) for path in below if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts]
+        names = [
+            str(path)
+            for path in below
+            if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts
+        ]
     return sorted(name for name in names if (ROOT / name).is_file())
 
 
@@ -67,7 +128,11 @@ def text_of(name):
 
 
 def c_files(*folders):
-    return [name for name in listed() if name.endswith((".c", ".h", ".inc")) and name.startswith(folders)]
+    return [
+        name
+        for name in listed()
+        if name.endswith((".c", ".h", ".inc")) and name.startswith(folders)
+    ]
 
 
 def includes(name):
@@ -84,9 +149,16 @@ def resolve(name, included):
 
 def bare(text):
     """C text without comments, strings and preprocessor lines, every line kept where it was."""
+
     def blank(match):
         return "\n" * match.group().count("\n") or " "
-    text = re.sub(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', blank, text, flags=re.DOTALL)
+
+    text = re.sub(
+        r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'',
+        blank,
+        text,
+        flags=re.DOTALL,
+    )
     return re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", blank, text, flags=re.MULTILINE)
 
 
@@ -98,14 +170,20 @@ def functions(text):
         if brace.group() == "{":
             head = text[:at].rstrip()
             if depth == 0 and head.endswith(")"):
-                names = re.findall(r"\b(\w+)\s*\(", head[max(head.rfind(";"), head.rfind("}")) + 1:])
+                names = re.findall(
+                    r"\b(\w+)\s*\(", head[max(head.rfind(";"), head.rfind("}")) + 1 :]
+                )
                 start = (at, names[0] if names else "?")
             depth += 1
         else:
             depth -= 1
             if depth == 0 and start:
                 # one line for the signature, then brace to brace
-                yield text.count("\n", 0, start[0]) + 1, start[1], text.count("\n", start[0], at) + 2
+                yield (
+                    text.count("\n", 0, start[0]) + 1,
+                    start[1],
+                    text.count("\n", start[0], at) + 2,
+                )
                 start = None
 
 
@@ -113,18 +191,31 @@ def functions(text):
 # include the public headers and number alone (tests/consumer/test_rooms.py builds each of them without the rest).
 ROOMS = {
     "lib/src": {
-        "number": set(), "core": {"number"}, "pipeline": {"number", "core"}, "detector": {"number", "core"},
-        "fit": {"number"}, "monitor": {"number"}, "state": {"number"}, "wire": {"number"},
+        "number": set(),
+        "core": {"number"},
+        "pipeline": {"number", "core"},
+        "detector": {"number", "core"},
+        "fit": {"number"},
+        "monitor": {"number"},
+        "state": {"number"},
+        "wire": {"number"},
     },
     "host_sim": {
-        "common": set(), "options": {"common"}, "recording": {"common", "options"},
+        "common": set(),
+        "options": {"common"},
+        "recording": {"common", "options"},
         "instances": {"common", "options", "recording"},
         "output": {"common", "options", "recording", "instances"},
         "replay": {"common", "options", "recording", "instances", "output"},
     },
 }
 # A file may include this one header of another room, for the reason given.
-ROOM_EXCEPTIONS = {("lib/src/state/state.c", "lib/src/core/instance.h"): "it saves the core's memory and lays it out again"}
+ROOM_EXCEPTIONS = {
+    (
+        "lib/src/state/state.c",
+        "lib/src/core/instance.h",
+    ): "it saves the core's memory and lays it out again"
+}
 ROOM_FILES_MAX = {"lib/src": 12, "host_sim": 24}  # host_sim: a dozen pairs
 
 
@@ -143,8 +234,14 @@ class Rooms(unittest.TestCase):
             files[room] = files.get(room, 0) + 1
             for included in includes(name):
                 target = resolve(name, included)
-                other = Path(target).parent.name if target and target.startswith(f"{house}/") else room
-                if other != room and other not in rooms[room] and (name, target) not in ROOM_EXCEPTIONS:
+                other = (
+                    Path(target).parent.name if target and target.startswith(f"{house}/") else room
+                )
+                if (
+                    other != room
+                    and other not in rooms[room]
+                    and (name, target) not in ROOM_EXCEPTIONS
+                ):
                     wrong.append(f"{name} includes {target}")
         self.assertEqual([], wrong)
         self.assertEqual(set(rooms), set(files))
@@ -153,49 +250,73 @@ class Rooms(unittest.TestCase):
 
 class Manifest(unittest.TestCase):
     def test_every_source_of_the_library_belongs_to_one_room(self):
-        rooms = re.findall(r"^davar_room\(\s*(\w+)([^)]*)\)", text_of("lib/CMakeLists.txt"), re.MULTILINE)
+        rooms = re.findall(
+            r"^davar_room\(\s*(\w+)([^)]*)\)", text_of("lib/CMakeLists.txt"), re.MULTILINE
+        )
         listed_there = [f"lib/{name}" for _, names in rooms for name in names.split()]
-        self.assertEqual(sorted(name for name in c_files("lib/src/") if name.endswith(".c")), sorted(listed_there))
+        self.assertEqual(
+            sorted(name for name in c_files("lib/src/") if name.endswith(".c")),
+            sorted(listed_there),
+        )
         for room, names in rooms:
             if room not in ("core", "detector"):
-                self.assertEqual({f"src/{room}"}, {str(Path(name).parent) for name in names.split()})
+                self.assertEqual(
+                    {f"src/{room}"}, {str(Path(name).parent) for name in names.split()}
+                )
 
 
 class Includes(unittest.TestCase):
     def test_everyone_includes_only_what_the_star_allows(self):
         wrong = []
         for name in c_files(""):
-            allowed = next((folders for prefix, folders in MAY_INCLUDE.items() if name.startswith(prefix)), None)
+            allowed = next(
+                (folders for prefix, folders in MAY_INCLUDE.items() if name.startswith(prefix)),
+                None,
+            )
             if allowed is None:
                 wrong.append(f"{name}: a folder that the star does not know")
                 continue
             own = str(Path(name).parent)
             for included in includes(name):
                 target = resolve(name, included)
-                folder = target and target[:-len(included) - 1]
+                folder = target and target[: -len(included) - 1]
                 inside_own = target and (folder == own or target.startswith(own + "/"))
                 if target and not inside_own and folder not in allowed:
                     wrong.append(f"{name} includes {target}")
         self.assertEqual(wrong, [])
 
     def test_lib_includes_nothing_but_itself_and_a_few_standard_headers(self):
-        wrong = [f"{name} includes {included}" for name in c_files("lib/") for included in includes(name)
-                 if not resolve(name, included) and included not in LIB_SYSTEM_HEADERS]
+        wrong = [
+            f"{name} includes {included}"
+            for name in c_files("lib/")
+            for included in includes(name)
+            if not resolve(name, included) and included not in LIB_SYSTEM_HEADERS
+        ]
         self.assertEqual(wrong, [])
 
     def test_public_headers_name_each_other_in_full(self):
-        wrong = [f"{name} includes {included}" for name in c_files("lib/include/") for included in includes(name)
-                 if resolve(name, included) and not included.startswith("davar/")]
+        wrong = [
+            f"{name} includes {included}"
+            for name in c_files("lib/include/")
+            for included in includes(name)
+            if resolve(name, included) and not included.startswith("davar/")
+        ]
         self.assertEqual(wrong, [])
 
     def test_no_header_includes_itself_by_a_detour(self):
-        graph = {name: [target for target in (resolve(name, included) for included in includes(name)) if target]
-                 for name in c_files("")}
+        graph = {
+            name: [
+                target
+                for target in (resolve(name, included) for included in includes(name))
+                if target
+            ]
+            for name in c_files("")
+        }
         done, cycles = set(), []
 
         def visit(name, way):
             if name in way:
-                cycles.append(" -> ".join([*way[way.index(name):], name]))
+                cycles.append(" -> ".join([*way[way.index(name) :], name]))
             elif name not in done:
                 for target in graph.get(name, ()):
                     visit(target, [*way, name])
@@ -210,23 +331,41 @@ class Includes(unittest.TestCase):
 # name in its head or of what is added to one (something that grows or shrinks with every turn), or is listed here with the reason.
 LOOPING = ("lib/src/core/", "lib/src/pipeline/", "lib/src/detector/")
 BOUNDED = {
-    ("lib/src/pipeline/type_q31.inc", "while ((top > 1U) && (wide->limb[top] == 0U))"): "top falls to 1",
+    (
+        "lib/src/pipeline/type_q31.inc",
+        "while ((top > 1U) && (wide->limb[top] == 0U))",
+    ): "top falls to 1",
     ("lib/src/pipeline/type_q15.inc", "while (n > 0U)"): "n falls by SMALL_RUN or to 0",
     ("lib/src/pipeline/type_q15.inc", "while (count > 0U)"): "count falls by POWERS_RUN or to 0",
-    ("lib/src/pipeline/type_q15.inc", "for (const sample_t *const end = sample + count; sample != end;)"):
-        "sample rises by POWERS_RUN or to end",
+    (
+        "lib/src/pipeline/type_q15.inc",
+        "for (const sample_t *const end = sample + count; sample != end;)",
+    ): "sample rises by POWERS_RUN or to end",
     ("lib/src/core/gaps.c", "while (low < high)"): "what lies between halves",
-    ("lib/src/core/gaps.c", "while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0))"):
-        "gone rises to the count",
-    ("lib/src/detector/glr_queue.inc", "while ((queue->accepted > 0U) && !complete)"): "pass_on() takes one at least",
-    ("lib/src/pipeline/push.inc", "while ((window->received - window->end) < (half - 1U))"): "received rises by one",
+    (
+        "lib/src/core/gaps.c",
+        "while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0))",
+    ): "gone rises to the count",
+    (
+        "lib/src/detector/glr_queue.inc",
+        "while ((queue->accepted > 0U) && !complete)",
+    ): "pass_on() takes one at least",
+    (
+        "lib/src/pipeline/push.inc",
+        "while ((window->received - window->end) < (half - 1U))",
+    ): "received rises by one",
     ("lib/src/core/f32.c", "while ((quantum * 1073741824.0) < full_scale)"): "quantum doubles",
     ("lib/src/core/f32.c", "while ((quantum * 536870912.0) >= full_scale)"): "quantum halves",
     ("lib/src/core/f32.c", "while ((run < most) && is_finite(rates[run]))"): "run rises by one",
     ("lib/src/core/window.h", "while ((step * power) <= (*back >> 1U))"): "power doubles",
-    ("lib/src/detector/glr.c",
-     "while ((levels < GLR_LEVELS) && (((GLR_RECORDS - 1U) << (levels - 1U)) < longest))"): "levels rises",
-    ("lib/src/detector/scan.c", "while ((level < levels) && (((at >> (level - 1U)) & 1U) == 0U))"): "level rises",
+    (
+        "lib/src/detector/glr.c",
+        "while ((levels < GLR_LEVELS) && (((GLR_RECORDS - 1U) << (levels - 1U)) < longest))",
+    ): "levels rises",
+    (
+        "lib/src/detector/scan.c",
+        "while ((level < levels) && (((at >> (level - 1U)) & 1U) == 0U))",
+    ): "level rises",
 }
 
 
@@ -237,7 +376,7 @@ def closed(text, at, pair):
         depth += (text[i] == pair[0]) - (text[i] == pair[1])
         if depth == 0:
             return i
-    raise AssertionError(text[at:at + 60])
+    raise AssertionError(text[at : at + 60])
 
 
 def loops_without_counter(text):
@@ -245,11 +384,11 @@ def loops_without_counter(text):
     text = bare(text)
     for loop in re.finditer(r"\b(while|for) \(", text):
         end = closed(text, loop.end() - 1, "()")
-        head = " ".join(text[loop.start():end + 1].split())
-        after = text[end + 1:].lstrip()
+        head = " ".join(text[loop.start() : end + 1].split())
+        after = text[end + 1 :].lstrip()
         if after.startswith("{") and (loop[1] == "while" or head.endswith(";)")):
             start = text.index("{", end)
-            yield head, text[start:closed(text, start, "{}")]
+            yield head, text[start : closed(text, start, "{}")]
 
 
 NAME = r"(?<!\w)[A-Za-z_]\w*(?:(?:->|\.)\w+)*\b(?!\()"  # with the members it names; no call
@@ -260,18 +399,30 @@ def asserts_its_end(head, body):
     names = set(re.findall(NAME, head.split("(", 1)[1]))
     for changed, by in re.findall(rf"({NAME}) [-+]= ([^;]+);", body):
         names |= set(re.findall(NAME, by)) if changed in names else set()
-    asserted = [name for call in re.finditer(r"\bDAVAR_ASSERT\(", body)
-                for name in re.findall(NAME, body[call.end():closed(body, call.end() - 1, "()")])]
-    return any(f"{a}->".startswith(f"{b}->") or f"{b}->".startswith(f"{a}->") for a in asserted for b in names)
+    asserted = [
+        name
+        for call in re.finditer(r"\bDAVAR_ASSERT\(", body)
+        for name in re.findall(NAME, body[call.end() : closed(body, call.end() - 1, "()")])
+    ]
+    return any(
+        f"{a}->".startswith(f"{b}->") or f"{b}->".startswith(f"{a}->")
+        for a in asserted
+        for b in names
+    )
 
 
 class Library(unittest.TestCase):
     def test_an_assertion_of_something_else_ends_no_loop(self):
         head = "while ((done < count) && !window->complete)"
-        for body, ends in (("const size_t n = f(done); DAVAR_ASSERT(n > 0U); done += n;", True),
-                           ("DAVAR_ASSERT(done < g(x)); done = h(done);", True), ("DAVAR_ASSERT(window != NULL);", True),
-                           ("DAVAR_ASSERT(n > 0U); other += n;", False), ("DAVAR_ASSERT(window->length > 0U);", False),
-                           ("DAVAR_ASSERT(done(x) && undone);", False), ("done += n;", False)):
+        for body, ends in (
+            ("const size_t n = f(done); DAVAR_ASSERT(n > 0U); done += n;", True),
+            ("DAVAR_ASSERT(done < g(x)); done = h(done);", True),
+            ("DAVAR_ASSERT(window != NULL);", True),
+            ("DAVAR_ASSERT(n > 0U); other += n;", False),
+            ("DAVAR_ASSERT(window->length > 0U);", False),
+            ("DAVAR_ASSERT(done(x) && undone);", False),
+            ("done += n;", False),
+        ):
             with self.subTest(body=body):
                 self.assertEqual(ends, asserts_its_end(head, body))
 
@@ -287,51 +438,88 @@ class Library(unittest.TestCase):
         self.assertGreater(len(seen), 15, "the loops were not recognised")
 
     def test_lib_has_no_heap_no_output_and_no_clock(self):
-        wrong = [f"{name}: {call.group()}" for name in c_files("lib/")
-                 for call in re.finditer(LIB_FORBIDDEN_CALLS, bare(text_of(name)))]
+        wrong = [
+            f"{name}: {call.group()}"
+            for name in c_files("lib/")
+            for call in re.finditer(LIB_FORBIDDEN_CALLS, bare(text_of(name)))
+        ]
         self.assertEqual(wrong, [])
 
     def test_a_function_fits_on_a_page(self):
-        found = [(lines, f"{name}:{line} {function}") for name in c_files("lib/")
-                 for line, function, lines in functions(text_of(name))]
+        found = [
+            (lines, f"{name}:{line} {function}")
+            for name in c_files("lib/")
+            for line, function, lines in functions(text_of(name))
+        ]
         self.assertGreater(len(found), 50, "the functions of lib/ were not recognised")
         lengths = sorted(lines for lines, _ in found)
-        print(f"lib/: {len(found)} functions, median {statistics.median(lengths):g} lines, nine in ten within "
-              f"{lengths[len(lengths) * 9 // 10]}, longest {max(found)[0]} ({max(found)[1]})", flush=True)
-        self.assertEqual([f"{where}: {lines} lines" for lines, where in found if lines > FUNCTION_LINES_MAX], [])
+        print(
+            f"lib/: {len(found)} functions, median {statistics.median(lengths):g} lines, nine in ten within "
+            f"{lengths[len(lengths) * 9 // 10]}, longest {max(found)[0]} ({max(found)[1]})",
+            flush=True,
+        )
+        self.assertEqual(
+            [f"{where}: {lines} lines" for lines, where in found if lines > FUNCTION_LINES_MAX], []
+        )
 
 
 class Tree(unittest.TestCase):
     def test_no_unfinished_work_is_marked_in_a_file(self):
         marks = re.compile(r"\b(" + "|".join(MARKS) + r")\b")
-        wrong = [f"{name}:{number}: {line.strip()}" for name in listed()
-                 for number, line in enumerate(text_of(name).splitlines(), 1) if marks.search(line)]
+        wrong = [
+            f"{name}:{number}: {line.strip()}"
+            for name in listed()
+            for number, line in enumerate(text_of(name).splitlines(), 1)
+            if marks.search(line)
+        ]
         self.assertEqual(wrong, [])
 
     def test_every_test_program_is_built(self):
-        built = set(re.findall(r"^ *davar_test\((\w+ \w+)", text_of("tests/CMakeLists.txt"), re.MULTILINE))
+        built = set(
+            re.findall(r"^ *davar_test\((\w+ \w+)", text_of("tests/CMakeLists.txt"), re.MULTILINE)
+        )
         there = re.findall(r"^tests/(\w+)/test_(\w+)\.c$", "\n".join(listed()), re.MULTILINE)
-        self.assertEqual([f"{folder} {name}" for folder, name in there if f"{folder} {name}" not in built], [])
+        self.assertEqual(
+            [f"{folder} {name}" for folder, name in there if f"{folder} {name}" not in built], []
+        )
 
     def test_the_version_is_written_once(self):
         numbers = re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", text_of(VERSION_HEADER))
         self.assertEqual(len(numbers), 3)
-        version = re.compile(r"(?<![\d.])" + r"\.".join(numbers) + r"(?![\d.])|#define DAVAR_VERSION_\w+ \d")
-        wrong = [f"{name}:{number}: {line.strip()}" for name in listed()
-                 if name not in (VERSION_HEADER, "CHANGELOG.md") and not Path(name).name.startswith("requirements")
-                 for number, line in enumerate(text_of(name).splitlines(), 1) if version.search(line)]
+        version = re.compile(
+            r"(?<![\d.])" + r"\.".join(numbers) + r"(?![\d.])|#define DAVAR_VERSION_\w+ \d"
+        )
+        wrong = [
+            f"{name}:{number}: {line.strip()}"
+            for name in listed()
+            if name not in (VERSION_HEADER, "CHANGELOG.md")
+            and not Path(name).name.startswith("requirements")
+            for number, line in enumerate(text_of(name).splitlines(), 1)
+            if version.search(line)
+        ]
         self.assertEqual(wrong, [])
 
     def test_address_maintainer_and_licence_of_all_packages_stand_in_one_file(self):
         table = tomllib.loads(text_of("pyproject.toml"))["project"]
         author = table["authors"][0]
         values = [table["urls"]["Homepage"], author["name"], author["email"], table["license"]]
-        wrong = [f"{name}: {value}" for name in listed() if name.startswith("packaging/")
-                 for value in values if re.search(rf"\b{re.escape(value)}\b", text_of(name))]
+        wrong = [
+            f"{name}: {value}"
+            for name in listed()
+            if name.startswith("packaging/")
+            for value in values
+            if re.search(rf"\b{re.escape(value)}\b", text_of(name))
+        ]
         self.assertEqual([], wrong, "write @HOMEPAGE@, @AUTHOR@, @MAINTAINER@ or @LICENSE@")
 
     def test_a_page_begins_with_what_it_answers_and_no_table_has_more_than_eight_columns(self):
-        pages = [name for name in listed() if name.endswith(".md") and not name.endswith("DESIGN.md") and not name.startswith(".github/")]
+        pages = [
+            name
+            for name in listed()
+            if name.endswith(".md")
+            and not name.endswith("DESIGN.md")
+            and not name.startswith(".github/")
+        ]
         self.assertGreater(len(pages), 20)
         for name in pages:
             with self.subTest(page=name):
@@ -346,13 +534,17 @@ class Tree(unittest.TestCase):
                     self.check_paths(ROOT / name)
 
     def check_paths(self, page):
-        text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+        text = re.sub(
+            r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
+        )
         folders = {path.name for path in ROOT.iterdir() if path.is_dir()} - {"build", ".git"}
         codes = (code.split()[0] for code in re.findall(r"`([^`\n]+)`", text) if code.strip())
         paths = [code for code in codes if "/" in code and code.split("/")[0] in folders]
         wrong = [path for path in paths if not list(ROOT.glob(path.strip("/")))]
         links = [link for link in re.findall(r"\]\(([^)\s]+)", text) if not re.match(r"\w+:", link)]
-        self.assertEqual(wrong + [link for link in links if not self.leads_somewhere(page, link)], [])
+        self.assertEqual(
+            wrong + [link for link in links if not self.leads_somewhere(page, link)], []
+        )
 
     def leads_somewhere(self, page, link):
         """True if the file of a link exists and, where the link names one, its heading."""
@@ -360,8 +552,14 @@ class Tree(unittest.TestCase):
         target = page.parent / path if path else page
         if not heading:
             return target.exists()
-        titles = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE) if target.is_file() else []
-        return heading in {re.sub(r"[^\w\- ]", "", title).lower().replace(" ", "-") for title in titles}
+        titles = (
+            re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE)
+            if target.is_file()
+            else []
+        )
+        return heading in {
+            re.sub(r"[^\w\- ]", "", title).lower().replace(" ", "-") for title in titles
+        }
 
 
 if __name__ == "__main__":

@@ -37,7 +37,8 @@ static double markov_sample_variance(const markov_t *markov)
 static void add_markov(const markov_t *markov, random_t *random, double *rate, size_t count)
 {
     const double step = markov->sigma * sqrt(1.0 - markov->memory * markov->memory);
-    const double covariance = markov->sigma * markov->sigma * markov->mean * markov->mean / markov->time;
+    const double covariance =
+        markov->sigma * markov->sigma * markov->mean * markov->mean / markov->time;
     const double shared = covariance / step;
     const double rest = markov_sample_variance(markov) - shared * shared;
     const double own = (rest > 0.0) ? sqrt(rest) : 0.0;
@@ -82,13 +83,15 @@ static void add_drift(const gyro_noise_t *noise, random_t *random, double *rate,
     double walk = 0.0;
     for (size_t i = 0; i < count; i++) {
         const double step = (noise->walk > 0.0) ? noise->walk * random_gauss(random) : 0.0;
-        const double area = (noise->walk > 0.0) ? noise->walk * sqrt(1.0 / 12.0) * random_gauss(random) : 0.0;
+        const double area =
+            (noise->walk > 0.0) ? noise->walk * sqrt(1.0 / 12.0) * random_gauss(random) : 0.0;
         rate[i] += walk + 0.5 * step + area + noise->ramp * (double)i;
         walk += step;
     }
 }
 
-static void add_quantization(const gyro_noise_t *noise, random_t *random, double *rate, size_t count)
+static void add_quantization(const gyro_noise_t *noise, random_t *random, double *rate,
+                             size_t count)
 {
     double before = random_gauss(random);
     for (size_t i = 0; i < count; i++) {
@@ -120,7 +123,8 @@ static double filtered_avar(double memory, unsigned m)
     double power = 1.0;
     for (unsigned k = 1; k < 2U * m; k++) {
         power *= memory;
-        const double kernel = (k <= m) ? 2.0 * (double)m - 3.0 * (double)k : (double)k - 2.0 * (double)m;
+        const double kernel =
+            (k <= m) ? 2.0 * (double)m - 3.0 * (double)k : (double)k - 2.0 * (double)m;
         sum += 2.0 * power * kernel;
     }
     return sum / (2.0 * (double)m * (double)m);
@@ -130,7 +134,8 @@ static double white_avar(const gyro_noise_t *noise, unsigned m)
 {
     const double square = noise->white * noise->white;
     const double gain = noise->low_pass;
-    return (gain > 0.0) ? square * gain / (2.0 - gain) * filtered_avar(1.0 - gain, m) : square / (double)m;
+    return (gain > 0.0) ? square * gain / (2.0 - gain) * filtered_avar(1.0 - gain, m)
+                        : square / (double)m;
 }
 
 double gyro_noise_avar(const gyro_noise_t *noise, unsigned m)

@@ -30,7 +30,8 @@ static bool gap_at(const reference_record_t *record, int64_t position)
     return (position != 0) && (position != record->count) && record->gap_before[position];
 }
 
-void reference_start(reference_t *reference, const davar_config_t *config, reference_record_t record)
+void reference_start(reference_t *reference, const davar_config_t *config,
+                     reference_record_t record)
 {
     const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
     reference->config = config;
@@ -70,11 +71,13 @@ static void judge(const reference_t *reference, reference_epoch_t *epoch)
     const davar_config_t *const config = reference->config;
     const reference_record_t *const record = &reference->record;
     const reference_real_t whole = kurtosis_of(record, epoch->tail, epoch->head);
-    const reference_real_t first = kurtosis_of(record, epoch->tail, epoch->head - (int64_t)config->moments.segment);
+    const reference_real_t first =
+        kurtosis_of(record, epoch->tail, epoch->head - (int64_t)config->moments.segment);
     const reference_real_t change = (whole > first) ? (whole - first) : (first - whole);
     const reference_real_t contribution = change / whole;
     const bool f1 = outside(whole, config->moments.kurtosis_low, config->moments.kurtosis_high);
-    const bool f2 = outside(contribution, config->moments.contribution_low, config->moments.contribution_high);
+    const bool f2 =
+        outside(contribution, config->moments.contribution_low, config->moments.contribution_high);
     epoch->kurtosis = (double)whole;
     epoch->contribution = (double)contribution;
     epoch->unstable = f1 || f2;
@@ -108,10 +111,11 @@ static void decide(reference_t *reference, bool unstable)
     }
     if (unstable && !fixed) {
         reference->filling = false;
-        reference->length =
-            larger(config->window.shortest, reference->length - ((int64_t)config->window.shrink * stride));
+        reference->length = larger(config->window.shortest,
+                                   reference->length - ((int64_t)config->window.shrink * stride));
     } else {
-        reference->filling = reference->filling && (reference->length < (int64_t)config->window.longest);
+        reference->filling =
+            reference->filling && (reference->length < (int64_t)config->window.longest);
         grow = (trailing && !reference->filling && !fixed) ? smaller(config->window.grow, 1) : grow;
         reference->length = smaller(config->window.longest, reference->length + (grow * stride));
     }
@@ -144,8 +148,8 @@ bool reference_next(reference_t *reference, reference_epoch_t *epoch)
     return false;
 }
 
-reference_real_t reference_sum(const reference_t *reference, const reference_epoch_t *epoch, uint32_t m,
-                               uint32_t *differences)
+reference_real_t reference_sum(const reference_t *reference, const reference_epoch_t *epoch,
+                               uint32_t m, uint32_t *differences)
 {
     const reference_record_t *const record = &reference->record;
     reference_real_t sum = 0;

@@ -10,7 +10,8 @@ __extension__ typedef __float128 reference_real_t;
 
 typedef struct {
     const int32_t *sample;
-    const bool *gap_before; /* gap_before[i]: samples are missing in front of sample i; may be null */
+    const bool
+        *gap_before; /* gap_before[i]: samples are missing in front of sample i; may be null */
     int64_t count;
 } reference_record_t;
 
@@ -33,11 +34,12 @@ typedef struct {
     bool filling;
 } reference_t;
 
-void reference_start(reference_t *reference, const davar_config_t *config, reference_record_t record);
+void reference_start(reference_t *reference, const davar_config_t *config,
+                     reference_record_t record);
 bool reference_next(reference_t *reference, reference_epoch_t *epoch);
 
 /* Sum of D^2 and number of spans without a gap in the epoch's window. */
-reference_real_t reference_sum(const reference_t *reference, const reference_epoch_t *epoch, uint32_t m,
-                               uint32_t *differences);
+reference_real_t reference_sum(const reference_t *reference, const reference_epoch_t *epoch,
+                               uint32_t m, uint32_t *differences);
 
 #endif

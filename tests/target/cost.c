@@ -47,7 +47,8 @@ static void start(davar_policy_t policy, uint32_t stride)
     config.unit_per_count = 0.01;
     config.law = davar_policy_law(policy, false);
     config.window.longest = WINDOW;
-    config.window.shortest = (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
+    config.window.shortest =
+        (policy == DAVAR_POLICY_FIXED) ? WINDOW : ((policy == DAVAR_POLICY_GLR) ? 20U : 360U);
     config.moments.segment = (policy == DAVAR_POLICY_OR) ? 120U : 0U;
     config.glr.block = glr_block;
     config.stride = stride;
@@ -179,7 +180,8 @@ static void measure_blocks(void)
         start(DAVAR_POLICY_GLR, STRIDE);
         feed(2U * WINDOW);
         const uint32_t spent = push_blocks(STRIDE, 64U) - fixed;
-        board_figure((glr_block == 10U) ? "glr_x100" : "glr_of_25_x100", (100U * spent) / (64U * STRIDE));
+        board_figure((glr_block == 10U) ? "glr_x100" : "glr_of_25_x100",
+                     (100U * spent) / (64U * STRIDE));
     }
     glr_block = 10U;
 }
@@ -198,10 +200,14 @@ static void measure_engine(davar_engine_t by, uint32_t stride, const char *const
 
 static void measure_engines(void)
 {
-    static const char *const grid_of_10[] = {"grid10_x100", "grid10_worst", "grid10_blocks_x100", "grid10_ram"};
-    static const char *const edges_of_10[] = {"edges10_x100", "edges10_worst", "edges10_blocks_x100", "edges10_ram"};
-    static const char *const grid_of_60[] = {"grid60_x100", "grid60_worst", "grid60_blocks_x100", "grid60_ram"};
-    static const char *const edges_of_60[] = {"edges60_x100", "edges60_worst", "edges60_blocks_x100", "edges60_ram"};
+    static const char *const grid_of_10[] = {"grid10_x100", "grid10_worst", "grid10_blocks_x100",
+                                             "grid10_ram"};
+    static const char *const edges_of_10[] = {"edges10_x100", "edges10_worst",
+                                              "edges10_blocks_x100", "edges10_ram"};
+    static const char *const grid_of_60[] = {"grid60_x100", "grid60_worst", "grid60_blocks_x100",
+                                             "grid60_ram"};
+    static const char *const edges_of_60[] = {"edges60_x100", "edges60_worst",
+                                              "edges60_blocks_x100", "edges60_ram"};
     measure_engine(DAVAR_ENGINE_GRID, 10U, grid_of_10);
     measure_engine(DAVAR_ENGINE_EDGES, 10U, edges_of_10);
     measure_engine(DAVAR_ENGINE_GRID, STRIDE, grid_of_60);
@@ -257,7 +263,8 @@ static void measure_default(void)
     const rough_t glr = measure_roughly(DAVAR_POLICY_GLR, STRIDE, 1U);
     board_figure("glr_worst_push", glr.worst);
     board_figure("grid_worst_push", grid.worst);
-    board_figure("worst_take", (each.worst_take > grid.worst_take) ? each.worst_take : grid.worst_take);
+    board_figure("worst_take",
+                 (each.worst_take > grid.worst_take) ? each.worst_take : grid.worst_take);
 }
 
 /* The paper's law at its own settings in plain white noise, every result taken. */
@@ -368,7 +375,8 @@ static void measure_stack(void)
     uint32_t deepest = 0U;
     start(DAVAR_POLICY_OR, 1U);
     for (uint32_t i = 0U; i < 2000U; i++) {
-        const int16_t sample = (int16_t)((((i / 300U) % 2U) == 0U) ? sample_at(i) : (20 * sample_at(i)));
+        const int16_t sample =
+            (int16_t)((((i / 300U) % 2U) == 0U) ? sample_at(i) : (20 * sample_at(i)));
         const uintptr_t from = stack_pointer();
         paint(from);
         if (((i % 377U) == 100U) || ((i >= 1500U) && (i < 1510U))) {

@@ -22,7 +22,11 @@ class Cost(unittest.TestCase):
     def test_no_figure_is_worse_than_recorded(self):
         for target in targets.BARE:
             measured = target_cost.measure(target)
-            self.assertEqual(set(measured), set(self.recorded[target]), "renew with tools/davar-bench --targets --write")
+            self.assertEqual(
+                set(measured),
+                set(self.recorded[target]),
+                "renew with tools/davar-bench --targets --write",
+            )
             for name, value in measured.items():
                 with self.subTest(target=target, figure=name):
                     self.assertLessEqual(value, WORSE * self.recorded[target][name])
@@ -34,7 +38,9 @@ class Cost(unittest.TestCase):
         names = {}
         for use in ("adev", "adev_arw"):
             found = target_cost.symbols(target, where / f"linked-{target_cost.LINKED[use][0]}.elf")
-            names[use] = {name for name in found if re.match(r"__aeabi_[fd]|__\w*[sd]f(2|3|si|di)?$", name)}
+            names[use] = {
+                name for name in found if re.match(r"__aeabi_[fd]|__\w*[sd]f(2|3|si|di)?$", name)
+            }
         self.assertIn("davar_fit_white_ready_4_taus", found)
         self.assertEqual(names["adev"], names["adev_arw"])
         if target in WITHOUT_DOUBLE_FPU:
@@ -43,7 +49,10 @@ class Cost(unittest.TestCase):
     def test_readme_and_docs_show_the_recorded_tables(self):
         for table in target_cost.TABLES:
             with self.subTest(table=table.name):
-                self.assertIn(target_cost.enclosed(table, self.recorded), table.page.read_text(encoding="utf-8"))
+                self.assertIn(
+                    target_cost.enclosed(table, self.recorded),
+                    table.page.read_text(encoding="utf-8"),
+                )
 
     def test_a_sample_s_path_has_no_division_no_float_and_no_library_call(self):
         for target in targets.BARE:
@@ -51,14 +60,19 @@ class Cost(unittest.TestCase):
             with self.subTest(target=target):
                 roots = ("davar_push_q15", "davar_push_q31")
                 # Policy glr: a sample after a gap does what davar_gap does for the other policies; a restart divides.
-                self.assertEqual([], target_cost.offences(target, where / "paths.elf", roots, gaps=("window_gap",)))
+                self.assertEqual(
+                    [],
+                    target_cost.offences(target, where / "paths.elf", roots, gaps=("window_gap",)),
+                )
 
     def test_the_check_of_the_path_finds_what_is_there(self):
         """The evaluation of a result divides in floating point: the same check must object."""
         for target in targets.BARE:
             where = targets.build(target)
             with self.subTest(target=target):
-                self.assertTrue(target_cost.offences(target, where / "paths.elf", ("davar_fit_8_taus",)))
+                self.assertTrue(
+                    target_cost.offences(target, where / "paths.elf", ("davar_fit_8_taus",))
+                )
 
 
 if __name__ == "__main__":

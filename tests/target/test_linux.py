@@ -26,11 +26,38 @@ WRONG = (("--window-max", "0"), ("--policy", "guess"), ("--lsb", "-1"), ("--colu
 def built(target):
     """Its davar-sim. Debian has no zlib for every such machine: recordings are plain text there."""
     board, where = targets.MACHINES[target], targets.folder(target, "sim")
-    library = targets.run([board["toolchain"] + "gcc", "-print-file-name=libm.a"], f"libm.a of {target}").strip()  # any: nothing of zlib is called
-    targets.run(["cmake", "-S", str(ROOT), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/port/bare_metal/targets/linux.cmake",
-                 f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", "-DDAVAR_WERROR=ON", "-DDAVAR_BUILD_SIM=ON",
-                 f"-DZLIB_INCLUDE_DIR={ROOT}/tests/target/without_zlib", f"-DZLIB_LIBRARY={library}"], f"configuring {target}")
-    targets.run(["cmake", "--build", str(where), "--target", "davar-sim", "--parallel", str(os.cpu_count() or 2)], f"building {target}")
+    library = targets.run(
+        [board["toolchain"] + "gcc", "-print-file-name=libm.a"], f"libm.a of {target}"
+    ).strip()  # any: nothing of zlib is called
+    targets.run(
+        [
+            "cmake",
+            "-S",
+            str(ROOT),
+            "-B",
+            str(where),
+            f"-DCMAKE_TOOLCHAIN_FILE={ROOT}/port/bare_metal/targets/linux.cmake",
+            f"-DDAVAR_TARGET={target}",
+            "-DCMAKE_BUILD_TYPE=Release",
+            "-DDAVAR_WERROR=ON",
+            "-DDAVAR_BUILD_SIM=ON",
+            f"-DZLIB_INCLUDE_DIR={ROOT}/tests/target/without_zlib",
+            f"-DZLIB_LIBRARY={library}",
+        ],
+        f"configuring {target}",
+    )
+    targets.run(
+        [
+            "cmake",
+            "--build",
+            str(where),
+            "--target",
+            "davar-sim",
+            "--parallel",
+            str(os.cpu_count() or 2),
+        ],
+        f"building {target}",
+    )
     return where / "host_sim/davar-sim"
 
 
@@ -40,17 +67,32 @@ class Linux(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         cls.recording = Path(folder.name, "demo.csv")
-        cls.recording.write_bytes(gzip.decompress((ROOT / "data/demo_disturbance.csv.gz").read_bytes()))
-        cls.simulators = {target: built(target) for target in targets.MACHINES if target not in targets.BARE}
+        cls.recording.write_bytes(
+            gzip.decompress((ROOT / "data/demo_disturbance.csv.gz").read_bytes())
+        )
+        cls.simulators = {
+            target: built(target) for target in targets.MACHINES if target not in targets.BARE
+        }
 
     def run_on(self, target, options):
-        done = subprocess.run([*targets.command(target, self.simulators[target]), self.recording, *options], stdin=subprocess.DEVNULL,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        done = subprocess.run(
+            [*targets.command(target, self.simulators[target]), self.recording, *options],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
         return done.returncode, done.stdout, done.stderr
 
     @classmethod
     def run_here(cls, options):
-        done = subprocess.run([SIM, cls.recording, *options], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        done = subprocess.run(
+            [SIM, cls.recording, *options],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
         return done.returncode, done.stdout, done.stderr
 
     def test_the_same_bytes_as_here(self):
@@ -60,7 +102,10 @@ class Linux(unittest.TestCase):
             self.assertGreater(rows.count(b"\n"), 50)
             for target in self.simulators:
                 with self.subTest(target=target, job=name):
-                    self.assertTrue((status, rows, weather) == self.run_on(target, options), "other bytes than here")
+                    self.assertTrue(
+                        (status, rows, weather) == self.run_on(target, options),
+                        "other bytes than here",
+                    )
 
     def test_the_same_complaints(self):
         for options in WRONG:

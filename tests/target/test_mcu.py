@@ -19,7 +19,18 @@ JOBS = {
     "the paper's window law": (*TAUS, "--stride", "50"),
     "trailing, both criteria": (*TAUS, "--stride", "500", "--mode", "trailing", "--policy", "and"),
     "fixed window, no moments": ("--policy", "fixed", "--segment", "0", "--stride", "97"),
-    "policy glr": ("--taus", "1,2,4,8,16,32,64", "--policy", "glr", "--window-max", "400", "--stride", "50", "--long-cluster", "80"),
+    "policy glr": (
+        "--taus",
+        "1,2,4,8,16,32,64",
+        "--policy",
+        "glr",
+        "--window-max",
+        "400",
+        "--stride",
+        "50",
+        "--long-cluster",
+        "80",
+    ),
     "a stride by edges": (*TAUS, "--stride", "10", "--engine", "edges"),
     "gaps restart the window": ("--stride", "60", "--window-max", "300"),
 }
@@ -41,18 +52,36 @@ def write_recording(path, samples):
         file.write("time_s,gyro_z_dps\n")
         for i in range(samples):
             time_s += 0.06 if i in (5000, 40000, 40010, 40020, 40030, 40040) else 0.01
-            file.write(f"{time_s:.2f},{noise.gauss(0.5, 0.2 if (i // 20000) % 2 == 0 else 0.8):.2f}\n")
+            file.write(
+                f"{time_s:.2f},{noise.gauss(0.5, 0.2 if (i // 20000) % 2 == 0 else 0.8):.2f}\n"
+            )
 
 
 def random_job(source):
     """Options that every target has the memory for."""
     longest = 2 * source.randrange(20, 100)
     shortest = 2 * source.randrange(10, longest // 2 + 1)
-    taus = sorted(source.sample(range(1, shortest // 2 + 1), min(source.randrange(1, 9), shortest // 2)))
-    options = ["--window-max", longest, "--window-min", shortest, "--segment", source.randrange(1, shortest),
-               "--taus", ",".join(map(str, taus)), "--stride", source.choice((1, 11, 20, 40)),
-               "--policy", source.choice(("fixed", "kurtosis", "or", "and")),
-               "--mode", source.choice(("centred", "trailing")), "--lsb", source.choice(("0.01", "0.002"))]
+    taus = sorted(
+        source.sample(range(1, shortest // 2 + 1), min(source.randrange(1, 9), shortest // 2))
+    )
+    options = [
+        "--window-max",
+        longest,
+        "--window-min",
+        shortest,
+        "--segment",
+        source.randrange(1, shortest),
+        "--taus",
+        ",".join(map(str, taus)),
+        "--stride",
+        source.choice((1, 11, 20, 40)),
+        "--policy",
+        source.choice(("fixed", "kurtosis", "or", "and")),
+        "--mode",
+        source.choice(("centred", "trailing")),
+        "--lsb",
+        source.choice(("0.01", "0.002")),
+    ]
     if source.random() < 0.3:
         options += ["--shrink", 0]
     return tuple(map(str, options))
@@ -69,8 +98,13 @@ class Mcu(unittest.TestCase):
 
     @staticmethod
     def command(name, *arguments):
-        done = subprocess.run([ROOT / "tools" / name, *map(str, arguments)], text=True, stdout=subprocess.PIPE,
-                              stderr=subprocess.PIPE, check=False)
+        done = subprocess.run(
+            [ROOT / "tools" / name, *map(str, arguments)],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
         return done.returncode, done.stdout, done.stderr
 
     @classmethod
@@ -90,15 +124,25 @@ class Mcu(unittest.TestCase):
             self.assertTrue(expected[1] == actual[1], f"{target}: other bytes than davar-sim's")
             self.assertEqual(expected[2], actual[2], f"{target}: another weather than davar-sim's")
             return True
-        PASSED.check(result_cache.content_key(*self.between(target), recording.read_bytes(), *options, *expected), passes)
+
+        PASSED.check(
+            result_cache.content_key(
+                *self.between(target), recording.read_bytes(), *options, *expected
+            ),
+            passes,
+        )
 
     @classmethod
     @functools.cache
     def between(cls, target):
         """What stands between a recording and its answer: the image, its emulator, davar-sim, which feeds it, and the scripts."""
         targets.build(target, "job", "replay")
-        return [*targets.identity(target, targets.folder(target, "job") / "replay.elf"), ROOT / "build/tools/host_sim/davar-sim",
-                ROOT / "tools/davar-mcu", Path(targets.__file__)]
+        return [
+            *targets.identity(target, targets.folder(target, "job") / "replay.elf"),
+            ROOT / "build/tools/host_sim/davar-sim",
+            ROOT / "tools/davar-mcu",
+            Path(targets.__file__),
+        ]
 
     def test_the_same_bytes_on_every_target(self):
         for target in targets.MACHINES:
@@ -133,8 +177,18 @@ class Mcu(unittest.TestCase):
         self.assertIn("found 'z80'", error)
 
     def test_what_does_not_fit_the_device_is_said(self):
-        status, output, error = self.command("davar-mcu", "--target", "cortex-m0", self.short, "--lsb", "0.01",
-                                             "--window-max", "6000", "--taus", "1,2,4")
+        status, output, error = self.command(
+            "davar-mcu",
+            "--target",
+            "cortex-m0",
+            self.short,
+            "--lsb",
+            "0.01",
+            "--window-max",
+            "6000",
+            "--taus",
+            "1,2,4",
+        )
         self.assertEqual((2, ""), (status, output))
         self.assertIn("too little memory", error)
 

@@ -14,13 +14,29 @@ TABLE = "port/bare_metal/boards.json"
 
 def steps():
     """The blocks of the section, in order: (language, text)."""
-    section = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Add a board")[1].split("\n## ")[0]
-    return [(language, textwrap.dedent(text)) for language, text in re.findall(r"^ *```(\w+)\n(.*?)^ *```$", section, re.DOTALL | re.MULTILINE)]
+    section = (
+        (ROOT / "CONTRIBUTING.md")
+        .read_text(encoding="utf-8")
+        .split("## Add a board")[1]
+        .split("\n## ")[0]
+    )
+    return [
+        (language, textwrap.dedent(text))
+        for language, text in re.findall(
+            r"^ *```(\w+)\n(.*?)^ *```$", section, re.DOTALL | re.MULTILINE
+        )
+    ]
 
 
 def copy_of_the_tree(tree):
     """What git knows or would be told, and nothing that a build has left."""
-    listed = subprocess.run(["git", "ls-files", "-z", "-co", "--exclude-standard"], cwd=ROOT, text=True, stdout=subprocess.PIPE, check=True).stdout
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "-co", "--exclude-standard"],
+        cwd=ROOT,
+        text=True,
+        stdout=subprocess.PIPE,
+        check=True,
+    ).stdout
     for name in filter(None, listed.split("\0")):
         if (ROOT / name).is_file():  # deleted, and not yet committed
             (tree / name).parent.mkdir(parents=True, exist_ok=True)
@@ -36,13 +52,27 @@ class Porting(unittest.TestCase):
             for language, text in steps():
                 if language == "json":
                     table = (tree / TABLE).read_text()
-                    (tree / TABLE).write_text(f"{table.rstrip().removesuffix('}').rstrip()},\n{text}}}\n")
+                    (tree / TABLE).write_text(
+                        f"{table.rstrip().removesuffix('}').rstrip()},\n{text}}}\n"
+                    )
                 else:
-                    done = subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=tree, text=True, stdout=subprocess.PIPE,
-                                          stderr=subprocess.STDOUT, check=False)
+                    done = subprocess.run(
+                        ["bash", "-euo", "pipefail", "-c", text],
+                        cwd=tree,
+                        text=True,
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.STDOUT,
+                        check=False,
+                    )
                     self.assertEqual(0, done.returncode, f"{text}\n{done.stdout}")
             self.assertGreater(len((tree / "device.csv").read_text().splitlines()), 50)
-            help_text = subprocess.run(["tools/davar-mcu", "--help"], cwd=tree, text=True, stdout=subprocess.PIPE, check=True).stdout
+            help_text = subprocess.run(
+                ["tools/davar-mcu", "--help"],
+                cwd=tree,
+                text=True,
+                stdout=subprocess.PIPE,
+                check=True,
+            ).stdout
             self.assertIn("my-board", help_text)
 
 

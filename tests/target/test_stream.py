@@ -17,7 +17,15 @@ sys.path.insert(0, str(ROOT / "tools/support"))
 import targets
 
 SIM = os.environ.get("DAVAR_SIM", "davar-sim")
-RECORDING = (ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.05", "--mode", "trailing", "--progress", "never")
+RECORDING = (
+    ROOT / "data/demo_disturbance.csv.gz",
+    "--lsb",
+    "0.05",
+    "--mode",
+    "trailing",
+    "--progress",
+    "never",
+)
 SHORT_WINDOW = ("--policy", "fixed", "--window-max", "300", "--window-min", "300")
 SAMPLES = 6000
 EVERY_MS = 1000  # us
@@ -62,11 +70,18 @@ class Dma(unittest.TestCase):
     def test_blocks_of_a_dma_are_pushed_and_one_that_is_late_is_a_gap(self):
         for target in ("cortex-m4f", "rv32imac"):
             with self.subTest(target=target):
-                status, output = targets.execute(target, targets.build(target) / "dma.elf", shift=LIKE_16_MHZ)
+                status, output = targets.execute(
+                    target, targets.build(target) / "dma.elf", shift=LIKE_16_MHZ
+                )
                 self.assertEqual(0, status, output)
-                told = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
+                told = {
+                    name: int(value)
+                    for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
+                }
                 self.assertEqual(1, told["lost"])
-                self.assertGreater(told["results"], 45, told)  # of 56: the fit may take longer than results do
+                self.assertGreater(
+                    told["results"], 45, told
+                )  # of 56: the fit may take longer than results do
                 self.assertGreater(told["held"], 0.85 * told["results"], told)
 
 
@@ -80,14 +95,27 @@ class Stream(unittest.TestCase):
     def stream(self, target, period_us, shift, *options):
         """(counters, lines on the UART) of one run."""
         job, serial = self.folder / "job", self.folder / f"serial-{target}"
-        subprocess.run([SIM, *RECORDING, *options, "--device", f"sh -c 'cp $0 {job}; exit 1'"], stderr=subprocess.DEVNULL,
-                       check=False)
+        subprocess.run(
+            [SIM, *RECORDING, *options, "--device", f"sh -c 'cp $0 {job}; exit 1'"],
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
         targets.build(target, "job")
-        status, output = targets.execute(target, targets.folder(target, "job") / "stream.elf", f"{job} {period_us}",
-                                         shift=shift, serial=f"file:{serial}")
+        status, output = targets.execute(
+            target,
+            targets.folder(target, "job") / "stream.elf",
+            f"{job} {period_us}",
+            shift=shift,
+            serial=f"file:{serial}",
+        )
         self.assertEqual(0, status, output)
-        return ({name: int(count) for name, count in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)},
-                serial.read_bytes().decode("ascii").split("\r"))
+        return (
+            {
+                name: int(count)
+                for name, count in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)
+            },
+            serial.read_bytes().decode("ascii").split("\r"),
+        )
 
     def same(self, expected, lines):
         """assertEqual would take minutes to describe a difference of a thousand lines."""
@@ -102,14 +130,28 @@ class Stream(unittest.TestCase):
         for target in targets.BARE:
             with self.subTest(target=target):
                 counters, lines = self.stream(target, EVERY_MS, LIKE_16_MHZ, *options)
-                self.assertEqual((SAMPLES, 0, 0), tuple(counters[name] for name in ("samples", "overruns", "missed")))
-                self.same([any_run(line) for line in expected if not line.startswith(HEALTH)],
-                          [any_run(line) for line in lines if not line.startswith(HEALTH)])
+                self.assertEqual(
+                    (SAMPLES, 0, 0),
+                    tuple(counters[name] for name in ("samples", "overruns", "missed")),
+                )
+                self.same(
+                    [any_run(line) for line in expected if not line.startswith(HEALTH)],
+                    [any_run(line) for line in lines if not line.startswith(HEALTH)],
+                )
 
     def test_results_that_the_main_loop_is_too_slow_for_are_counted(self):
         for target in targets.BARE:
-            options = (*SHORT_WINDOW, "--stride", "20" if targets.MACHINES[target]["small"] else "2")
-            rows = subprocess.run([SIM, *RECORDING, *options], stdout=subprocess.PIPE, check=True).stdout.count(b"\n") - 1
+            options = (
+                *SHORT_WINDOW,
+                "--stride",
+                "20" if targets.MACHINES[target]["small"] else "2",
+            )
+            rows = (
+                subprocess.run(
+                    [SIM, *RECORDING, *options], stdout=subprocess.PIPE, check=True
+                ).stdout.count(b"\n")
+                - 1
+            )
             with self.subTest(target=target):
                 counters, lines = self.stream(target, EVERY_MS, OVERLOADED, *options)
                 self.assertEqual((SAMPLES, 0), (counters["samples"], counters["overruns"]))

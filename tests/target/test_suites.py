@@ -9,9 +9,38 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools/support"))
 import result_cache
 import targets
 
-BEYOND_16_KB = {"wrap", "glr", "glr_numbers", "glr_events", "recorded", "fit", "fit_mixture", "fit_plan", "fit_white", "codec", "float", "gaps", "init",
-                "instances", "results", "state", "storage", "tracking"}
-SUITES = {"arena", "arithmetic", "slide", "real", "rough", "scaled", "runs", "stationarity", "confidence", "taus"} | BEYOND_16_KB
+BEYOND_16_KB = {
+    "wrap",
+    "glr",
+    "glr_numbers",
+    "glr_events",
+    "recorded",
+    "fit",
+    "fit_mixture",
+    "fit_plan",
+    "fit_white",
+    "codec",
+    "float",
+    "gaps",
+    "init",
+    "instances",
+    "results",
+    "state",
+    "storage",
+    "tracking",
+}
+SUITES = {
+    "arena",
+    "arithmetic",
+    "slide",
+    "real",
+    "rough",
+    "scaled",
+    "runs",
+    "stationarity",
+    "confidence",
+    "taus",
+} | BEYOND_16_KB
 
 
 PASSED = result_cache.ResultCache(targets.ROOT / "build/cache/emulated")
@@ -24,7 +53,10 @@ def tearDownModule():
 def built(target, kind):
     """{suite: its image}, as the build lists them: images of suites that are no more are none."""
     where = targets.build(target, kind)
-    return {suite: where / f"test_{suite}.elf" for suite in (where / "suites.txt").read_text(encoding="ascii").split(";")}
+    return {
+        suite: where / f"test_{suite}.elf"
+        for suite in (where / "suites.txt").read_text(encoding="ascii").split(";")
+    }
 
 
 class Suites(unittest.TestCase):
@@ -41,6 +73,7 @@ class Suites(unittest.TestCase):
             self.assertEqual(0, status, output)
             self.assertRegex(output, re.compile(r"^\d+ Tests 0 Failures 0 Ignored", re.MULTILINE))
             return True
+
         PASSED.check(result_cache.content_key(*targets.identity(target, image)), passes)
 
     def test_cortex_m3_in_plain_c(self):
@@ -48,8 +81,14 @@ class Suites(unittest.TestCase):
         byte for byte."""
         usual, plain = built("cortex-m3", "suites"), built("cortex-m3", "portable")
         self.assertEqual(set(usual), set(plain))
-        others = {suite for suite, image in plain.items() if image.read_bytes() != usual[suite].read_bytes()}
-        self.assertLessEqual({"gaps", "init", "instances", "results", "slide", "state", "storage", "wrap"}, others)
+        others = {
+            suite
+            for suite, image in plain.items()
+            if image.read_bytes() != usual[suite].read_bytes()
+        }
+        self.assertLessEqual(
+            {"gaps", "init", "instances", "results", "slide", "state", "storage", "wrap"}, others
+        )
         for suite in sorted(others):
             with self.subTest(suite=suite):
                 self.run_image("cortex-m3", plain[suite])

@@ -48,21 +48,30 @@ class Parts(unittest.TestCase):
 
     def test_a_part_that_fails_stops_no_other_and_its_text_is_in_one_piece(self):
         crash = {}
-        total, lines = printed({"a": [breaks, lambda: Tally(2), breaks], "b": [lambda: crash["it"]],
-                                "c": [lambda: Tally(3, skipped=1, lines=["skipped: one"])] * 2})
+        total, lines = printed(
+            {
+                "a": [breaks, lambda: Tally(2), breaks],
+                "b": [lambda: crash["it"]],
+                "c": [lambda: Tally(3, skipped=1, lines=["skipped: one"])] * 2,
+            }
+        )
         self.assertEqual((8, 3, 2), (total.passed, total.failed, total.skipped))
         at = next(n for n, line in enumerate(lines) if line.startswith("a "))
         self.assertRegex(lines[at], r"^a +2 passed, 2 failed, 0 skipped  \(0 s\)$")
-        self.assertEqual(["    no compiler", "    at all"], lines[at + 1:at + 3])
+        self.assertEqual(["    no compiler", "    at all"], lines[at + 1 : at + 3])
         self.assertEqual(1, lines.count("    no compiler"), "the same failure is printed once")
         self.assertIn("    KeyError: 'it'", lines)
 
     def test_the_longest_jobs_start_first_also_without_measured_times(self):
         with tempfile.TemporaryDirectory() as folder:
             path, begun = Path(folder, "log/seconds.json"), []
-            parts = {"a": [partial(lambda name: begun.append(name) or Tally(1), name) for name in "xyz"]}
+            parts = {
+                "a": [partial(lambda name: begun.append(name) or Tally(1), name) for name in "xyz"]
+            }
             times = runner.JobTimes(path, {"a y": 3, "a": 1})
-            self.assertEqual([1, 3, 1, 0], [times.expected(name) for name in ("a x", "a y", "a z", "b")])
+            self.assertEqual(
+                [1, 3, 1, 0], [times.expected(name) for name in ("a x", "a y", "a z", "b")]
+            )
             with contextlib.redirect_stdout(io.StringIO()):
                 runner.run_parts(parts, times)
             self.assertEqual({"a x", "a y", "a z"}, set(runner.JobTimes(path, {}).measured))
@@ -71,19 +80,40 @@ class Parts(unittest.TestCase):
             self.assertEqual(3, runner.JobTimes(path, {"a y": 3}).expected("a y"))
 
     def test_the_shares_of_a_module_are_its_tests_each_once(self):
-        module = "import unittest\nclass A(unittest.TestCase):\n" + "".join(f"    def test_{n}(self): print('ran', {n})\n" for n in range(7))
+        module = "import unittest\nclass A(unittest.TestCase):\n" + "".join(
+            f"    def test_{n}(self): print('ran', {n})\n" for n in range(7)
+        )
         with tempfile.TemporaryDirectory() as folder:
             Path(folder, "test_seven.py").write_text(module)
-            ran = [subprocess.run([sys.executable, "-B", runner.ROOT / "tools/support/share.py", share, folder, "test_seven.py"], text=True,
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=True).stdout for share in shares(3)]
+            ran = [
+                subprocess.run(
+                    [
+                        sys.executable,
+                        "-B",
+                        runner.ROOT / "tools/support/share.py",
+                        share,
+                        folder,
+                        "test_seven.py",
+                    ],
+                    text=True,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    check=True,
+                ).stdout
+                for share in shares(3)
+            ]
         self.assertEqual(list("0123456"), sorted(re.findall(r"ran (\d)", "".join(ran))))
         self.assertEqual([3, 2, 2], [text.count("ran ") for text in ran])
 
     def test_every_job_has_a_name_of_its_own(self):
-        names = [runner.named(name, job) for name, part in checks.PARTS.items() for job in part.jobs]
+        names = [
+            runner.named(name, job) for name, part in checks.PARTS.items() for job in part.jobs
+        ]
         self.assertEqual(len(set(names)), len(names))
         for typical in checks.TYPICAL:
-            self.assertTrue(any(typical in (name, name.split()[0]) for name in names), f"no such job: {typical}")
+            self.assertTrue(
+                any(typical in (name, name.split()[0]) for name in names), f"no such job: {typical}"
+            )
 
     def test_the_quick_gear_is_a_choice_of_what_all_runs(self):
         quick, installed = checks.chosen(SimpleNamespace(all=False, only=""))
@@ -93,7 +123,9 @@ class Parts(unittest.TestCase):
         self.assertLess(set(installed), set(all_packages))
         for name, jobs in quick.items():
             for job in jobs:
-                modules = [other.args[:4] for other in everything[name] if isinstance(other, partial)]
+                modules = [
+                    other.args[:4] for other in everything[name] if isinstance(other, partial)
+                ]
                 self.assertTrue(job in everything[name] or job.args[:4] in modules, job)
         only, _ = checks.chosen(SimpleNamespace(all=False, only="lab"))
         self.assertEqual({"lab": checks.PARTS["lab"].jobs}, only)
@@ -105,13 +137,21 @@ class Parts(unittest.TestCase):
             cache = result_cache.ResultCache(Path(folder, "cache"))
 
             def check(result, *settings):
-                key = result_cache.content_key("1.0", entry["command"], *settings, *result_cache.compiled_from(entry))
+                key = result_cache.content_key(
+                    "1.0", entry["command"], *settings, *result_cache.compiled_from(entry)
+                )
                 return cache.check(key, lambda: ran.append(1) or result)
 
             source.write_text('#include "a.h"\n#include <stdio.h>\n')
             header.write_text("")
-            self.assertEqual({"a.c", "a.h", "stdio.h"}, {path.name for path in result_cache.compiled_from(entry)} & {"a.c", "a.h", "stdio.h"})
-            self.assertEqual([False, False, True, True], [check(False), check(False), check(True), check(False)])
+            self.assertEqual(
+                {"a.c", "a.h", "stdio.h"},
+                {path.name for path in result_cache.compiled_from(entry)}
+                & {"a.c", "a.h", "stdio.h"},
+            )
+            self.assertEqual(
+                [False, False, True, True], [check(False), check(False), check(True), check(False)]
+            )
             self.assertEqual((3, 1), (len(ran), cache.hits))
             with mock.patch.dict("os.environ", DAVAR_AGAIN="1"):
                 self.assertFalse(check(False))
@@ -125,27 +165,64 @@ class Parts(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             (root / "build/log").mkdir(parents=True)
-            suites = {"unit/a": "2 Tests 0 Failures 0 Ignored", "unit/b": "3 Tests 0 Failures 0 Ignored", "long/fails": "1 Tests 1 Failures 0 Ignored"}
-            lines = ["cmake_minimum_required(VERSION 3.20)", "project(suites NONE)", "enable_testing()"]
+            suites = {
+                "unit/a": "2 Tests 0 Failures 0 Ignored",
+                "unit/b": "3 Tests 0 Failures 0 Ignored",
+                "long/fails": "1 Tests 1 Failures 0 Ignored",
+            }
+            lines = [
+                "cmake_minimum_required(VERSION 3.20)",
+                "project(suites NONE)",
+                "enable_testing()",
+            ]
             for name, summary in suites.items():
                 program = root / Path(name).name
                 program.write_text(f"#!/bin/sh\necho x >> {program}.runs\necho '{summary}'\n")
                 program.chmod(0o755)
-                lines += [f"add_test(NAME {name} COMMAND {program})", f"set_tests_properties({name} PROPERTIES LABELS {Path(name).parent})"]
-            lines += [f"add_test(NAME long/env COMMAND {root / 'a'})", "set_tests_properties(long/env PROPERTIES LABELS long ENVIRONMENT X=1)"]
+                lines += [
+                    f"add_test(NAME {name} COMMAND {program})",
+                    f"set_tests_properties({name} PROPERTIES LABELS {Path(name).parent})",
+                ]
+            lines += [
+                f"add_test(NAME long/env COMMAND {root / 'a'})",
+                "set_tests_properties(long/env PROPERTIES LABELS long ENVIRONMENT X=1)",
+            ]
             (root / "CMakeLists.txt").write_text("\n".join(lines))
-            presets = {kind: [{"name": name, "configurePreset": name} for name in ("any", "quick", "coverage")] for kind in ("buildPresets", "testPresets")}
-            presets["configurePresets"] = [{"name": name, "generator": "Unix Makefiles", "binaryDir": f"build/{name}"} for name in ("any", "quick", "coverage")]
+            presets = {
+                kind: [
+                    {"name": name, "configurePreset": name} for name in ("any", "quick", "coverage")
+                ]
+                for kind in ("buildPresets", "testPresets")
+            }
+            presets["configurePresets"] = [
+                {"name": name, "generator": "Unix Makefiles", "binaryDir": f"build/{name}"}
+                for name in ("any", "quick", "coverage")
+            ]
             (root / "CMakePresets.json").write_text(json.dumps({"version": 3, **presets}))
             places = {"ROOT": root, "BUILD": root / "build", "LOGS": root / "build/log"}
-            with mock.patch.multiple(runner, **places), mock.patch.multiple(c_suites, LEFT_OUT={"quick": "long"}, **places):
+            with (
+                mock.patch.multiple(runner, **places),
+                mock.patch.multiple(c_suites, LEFT_OUT={"quick": "long"}, **places),
+            ):
                 first, second = c_suites.ctest("any"), c_suites.ctest("any")
                 with (root / "b").open("a") as program:
                     program.write("# other bytes\n")
-                third, fourth, fifth = c_suites.ctest("any"), c_suites.ctest("quick"), c_suites.ctest("coverage")
-            self.assertEqual([(7, 1, 0), (7, 1, 2), (7, 1, 1), (5, 0, 2), (7, 1, 0)],
-                             [(one.passed, one.failed, one.cached) for one in (first, second, third, fourth, fifth)])
-            self.assertEqual([6, 3, 4], [len(Path(root, f"{name}.runs").read_text()) // 2 for name in ("a", "b", "fails")])
+                third, fourth, fifth = (
+                    c_suites.ctest("any"),
+                    c_suites.ctest("quick"),
+                    c_suites.ctest("coverage"),
+                )
+            self.assertEqual(
+                [(7, 1, 0), (7, 1, 2), (7, 1, 1), (5, 0, 2), (7, 1, 0)],
+                [
+                    (one.passed, one.failed, one.cached)
+                    for one in (first, second, third, fourth, fifth)
+                ],
+            )
+            self.assertEqual(
+                [6, 3, 4],
+                [len(Path(root, f"{name}.runs").read_text()) // 2 for name in ("a", "b", "fails")],
+            )
 
     def test_what_two_parts_need_is_made_once_and_its_failure_is_that_of_both(self):
         made = []
@@ -157,7 +234,9 @@ class Parts(unittest.TestCase):
                 breaks()
             return Tally(1)
 
-        total, _ = printed({name: [lambda: build("good"), lambda: build("broken")] for name in "abc"})
+        total, _ = printed(
+            {name: [lambda: build("good"), lambda: build("broken")] for name in "abc"}
+        )
         self.assertEqual((3, 3, ["broken", "good"]), (total.passed, total.failed, sorted(made)))
 
 

@@ -6,7 +6,14 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-LISTS = ("1", "7", "1,2,4,8", "1,2,4,8,16,32,64", "1,2,3,5,9,15,24,40", ",".join(str(3 + 2 * i) for i in range(32)))
+LISTS = (
+    "1",
+    "7",
+    "1,2,4,8",
+    "1,2,4,8,16,32,64",
+    "1,2,3,5,9,15,24,40",
+    ",".join(str(3 + 2 * i) for i in range(32)),
+)
 PROGRAM = """
 #include "davar/davar.h"
 #include <math.h>
@@ -61,7 +68,13 @@ int main(void) { davar_fit_white_ready(&ready, 100.0, &result); return (int)resu
 
 
 def plan(*words):
-    return subprocess.run([ROOT / "tools/davar-plan", *words], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+    return subprocess.run(
+        [ROOT / "tools/davar-plan", *words],
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        check=False,
+    )
 
 
 class Plan(unittest.TestCase):
@@ -75,34 +88,82 @@ class Plan(unittest.TestCase):
         self.assertEqual((0, ""), (done.returncode, done.stderr))
         (self.work / "plan.c").write_text(done.stdout)
         (self.work / "program.c").write_text(program)
-        command = ["gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-ffp-contract=off", "-ffunction-sections",
-                   "-fdata-sections", "-Wl,--gc-sections", f"-DTAUS={taus}", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src",
-                   self.work / "program.c", self.work / "plan.c", *(ROOT / "lib/src/fit").glob("*.c"),
-                   *(ROOT / "lib/src/number").glob("*.c"), "-o", self.work / "program", "-lm"]
-        done = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        command = [
+            "gcc",
+            "-std=c11",
+            "-Wall",
+            "-Wextra",
+            "-Wpedantic",
+            "-Werror",
+            "-O1",
+            "-ffp-contract=off",
+            "-ffunction-sections",
+            "-fdata-sections",
+            "-Wl,--gc-sections",
+            f"-DTAUS={taus}",
+            "-I",
+            ROOT / "lib/include",
+            "-I",
+            ROOT / "lib/src",
+            self.work / "program.c",
+            self.work / "plan.c",
+            *(ROOT / "lib/src/fit").glob("*.c"),
+            *(ROOT / "lib/src/number").glob("*.c"),
+            "-o",
+            self.work / "program",
+            "-lm",
+        ]
+        done = subprocess.run(
+            command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+        )
         self.assertEqual(0, done.returncode, done.stdout)
         return self.work / "program"
 
     def test_it_is_what_the_library_makes_and_gives_the_same_results(self):
         for taus in LISTS:
             with self.subTest(taus=taus):
-                done = subprocess.run([self.compiled(PROGRAM, taus)], text=True, stdout=subprocess.PIPE, check=False)
+                done = subprocess.run(
+                    [self.compiled(PROGRAM, taus)], text=True, stdout=subprocess.PIPE, check=False
+                )
                 self.assertEqual((0, "1960 some"), (done.returncode, done.stdout))
 
     def test_what_makes_a_plan_is_not_linked(self):
         def linked(program):
-            names = subprocess.run(["nm", self.compiled(program, "1,2,4")], text=True, stdout=subprocess.PIPE, check=True).stdout
+            names = subprocess.run(
+                ["nm", self.compiled(program, "1,2,4")],
+                text=True,
+                stdout=subprocess.PIPE,
+                check=True,
+            ).stdout
             return "davar_plan_init" in names
+
         self.assertTrue(linked(PROGRAM))
         self.assertFalse(linked(LEAN))
 
     def test_a_bad_option_is_one_line(self):
-        for words in ((), ("--taus",), ("--taus", ""), ("--taus", "0,1"), ("--taus", "2,2"), ("--taus", "1,,2"), ("--taus", "1,"), ("--taus", "1 2"),
-                      ("--taus", "1e3"), ("--taus", "8388609"), ("--taus", ",".join(map(str, range(1, 34)))), ("--taus", "-1"),
-                      ("--taus", "1", "--name", "4x"), ("--taus", "1", "--name", "a b"), ("--tau", "1"), ("plan.c",)):
+        for words in (
+            (),
+            ("--taus",),
+            ("--taus", ""),
+            ("--taus", "0,1"),
+            ("--taus", "2,2"),
+            ("--taus", "1,,2"),
+            ("--taus", "1,"),
+            ("--taus", "1 2"),
+            ("--taus", "1e3"),
+            ("--taus", "8388609"),
+            ("--taus", ",".join(map(str, range(1, 34)))),
+            ("--taus", "-1"),
+            ("--taus", "1", "--name", "4x"),
+            ("--taus", "1", "--name", "a b"),
+            ("--tau", "1"),
+            ("plan.c",),
+        ):
             with self.subTest(words=words):
                 done = plan(*words)
-                self.assertEqual((2, "", 1), (done.returncode, done.stdout, done.stderr.count("\n")), done.stderr)
+                self.assertEqual(
+                    (2, "", 1), (done.returncode, done.stdout, done.stderr.count("\n")), done.stderr
+                )
                 self.assertRegex(done.stderr, r"^davar-plan: ")
 
     def test_help(self):

@@ -10,7 +10,9 @@ COMMAND = ROOT / "tools/davar-sim"
 
 
 def run(*arguments, cwd):
-    return subprocess.run([COMMAND, *arguments], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return subprocess.run(
+        [COMMAND, *arguments], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
 
 
 class DavarSim(unittest.TestCase):

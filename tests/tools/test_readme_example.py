@@ -14,7 +14,9 @@ LINES_MAX = 15
 
 def examples():
     """The texts of the ```c blocks; each goes on where the one before ended."""
-    text = README.read_text(encoding="utf-8") + (ROOT / "docs/FIRMWARE.md").read_text(encoding="utf-8")
+    text = README.read_text(encoding="utf-8") + (ROOT / "docs/FIRMWARE.md").read_text(
+        encoding="utf-8"
+    )
     return re.findall(r"^```c\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 
@@ -28,7 +30,9 @@ class ReadmeExample(unittest.TestCase):
 
     def test_the_first_example_measures_what_it_is_given(self):
         noise = random.Random(1)
-        counts = ", ".join(str(round(noise.gauss(0, 20))) for _ in range(6000))  # 1 deg/s: 6 deg/sqrt(h) at 100 Hz
+        counts = ", ".join(
+            str(round(noise.gauss(0, 20))) for _ in range(6000)
+        )  # 1 deg/s: 6 deg/sqrt(h) at 100 Hz
         program = f"""{examples()[0]}
 #include <stdio.h>
 int main(void)
@@ -51,10 +55,29 @@ int main(void)
         with tempfile.TemporaryDirectory() as folder:
             source = Path(folder) / "example.c"
             source.write_text(program, encoding="utf-8")
-            subprocess.run(["gcc", "-std=c11", "-O2", "-I", ROOT / "lib/include", "-I", ROOT / "lib/src", source, *sorted((ROOT / "lib/src").rglob("*.c")),
-                            "-o", Path(folder) / "example", "-lm"], check=True)
-            found = [tuple(map(float, line.split())) for line in
-                     subprocess.run([Path(folder) / "example"], check=True, text=True, stdout=subprocess.PIPE).stdout.splitlines()]
+            subprocess.run(
+                [
+                    "gcc",
+                    "-std=c11",
+                    "-O2",
+                    "-I",
+                    ROOT / "lib/include",
+                    "-I",
+                    ROOT / "lib/src",
+                    source,
+                    *sorted((ROOT / "lib/src").rglob("*.c")),
+                    "-o",
+                    Path(folder) / "example",
+                    "-lm",
+                ],
+                check=True,
+            )
+            found = [
+                tuple(map(float, line.split()))
+                for line in subprocess.run(
+                    [Path(folder) / "example"], check=True, text=True, stdout=subprocess.PIPE
+                ).stdout.splitlines()
+            ]
         self.assertGreater(len(found), 80)
         self.assertGreater(sum(low <= 6 <= high for _, low, high in found), 0.85 * len(found))
         widths = sorted((high - low) / 2 / value for value, low, high in found)
@@ -64,9 +87,24 @@ int main(void)
         with tempfile.TemporaryDirectory() as folder:
             source = Path(folder) / "example.c"
             source.write_text("\n".join(examples()), encoding="utf-8")
-            done = subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "lib/include", "-c",
-                                   source, "-o", Path(folder) / "example.o"],
-                                  text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            done = subprocess.run(
+                [
+                    "gcc",
+                    "-std=c11",
+                    "-Wall",
+                    "-Wextra",
+                    "-Werror",
+                    "-I",
+                    ROOT / "lib/include",
+                    "-c",
+                    source,
+                    "-o",
+                    Path(folder) / "example.o",
+                ],
+                text=True,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+            )
         self.assertEqual(done.returncode, 0, done.stdout)
 
 

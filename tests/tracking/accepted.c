@@ -7,7 +7,8 @@ void accepted_start(accepted_t *accepted, const davar_config_t *config)
 {
     const double share = (config->glr.long_cluster != 0U) ? 0.5 : 1.0;
     const davar_glr_wish_t wish = {.rate_hz = config->rate_hz,
-                                   .false_alarms_per_hour = share * config->glr.false_alarms_per_hour,
+                                   .false_alarms_per_hour =
+                                       share * config->glr.false_alarms_per_hour,
                                    .cut_interval_s = config->glr.cut_interval_s,
                                    .longest = config->window.longest,
                                    .block = config->glr.block,
@@ -87,12 +88,14 @@ void accepted_end(accepted_t *accepted)
 
 uint64_t accepted_head(const accepted_t *accepted, uint64_t epoch)
 {
-    const uint64_t oldest = (accepted->count > ACCEPTED_RING) ? (accepted->count - ACCEPTED_RING) : 0U;
+    const uint64_t oldest =
+        (accepted->count > ACCEPTED_RING) ? (accepted->count - ACCEPTED_RING) : 0U;
     uint64_t head = accepted->count;
     while ((head > oldest) && (accepted->moment[(head - 1U) % ACCEPTED_RING] > epoch)) {
         head--;
     }
-    return ((head > oldest) && (accepted->moment[(head - 1U) % ACCEPTED_RING] == epoch)) ? head : 0U;
+    return ((head > oldest) && (accepted->moment[(head - 1U) % ACCEPTED_RING] == epoch)) ? head
+                                                                                         : 0U;
 }
 
 bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, uint64_t epoch)
@@ -102,14 +105,15 @@ bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, ui
     const uint32_t half = ((blocks < 30U) ? blocks : 30U) * block;
     const uint64_t newest = accepted->moment[(accepted->count - 1U) % ACCEPTED_RING];
     const bool is_over = (epoch + half) > newest; /* time goes on without samples */
-    const uint64_t received =
-        is_over ? (accepted->count + (epoch + half - newest)) : accepted_head(accepted, epoch + half);
+    const uint64_t received = is_over ? (accepted->count + (epoch + half - newest))
+                                      : accepted_head(accepted, epoch + half);
     const uint64_t place = received - half; /* one behind the epoch's */
-    return (received > half) && (tail < place) && (place <= (head + (is_over ? (block - 1U) : 0U))) &&
-           (head <= accepted->count);
+    return (received > half) && (tail < place) &&
+           (place <= (head + (is_over ? (block - 1U) : 0U))) && (head <= accepted->count);
 }
 
-double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences)
+double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m,
+                    uint32_t *differences)
 {
     uint64_t low = 0U; /* 53 bits, and what they carry */
     uint64_t high = 0U;
@@ -118,7 +122,8 @@ double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, ui
         if (accepted->run[last % ACCEPTED_RING] >=
             (2U * m)) { /* in front of the first sample the sum is 0, as it was then */
             const uint64_t middle = last + ACCEPTED_RING - m;
-            const int64_t d = accepted->phase[last % ACCEPTED_RING] - (2 * accepted->phase[middle % ACCEPTED_RING]) +
+            const int64_t d = accepted->phase[last % ACCEPTED_RING] -
+                              (2 * accepted->phase[middle % ACCEPTED_RING]) +
                               accepted->phase[(middle - m) % ACCEPTED_RING];
             low += (uint64_t)(d * d); /* |d| below 2^31 */
             high += low >> 53U;

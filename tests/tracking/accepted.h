@@ -11,7 +11,8 @@
 typedef struct {
     davar_glr_config_t config;
     davar_glr_t detector;
-    int32_t waiting[GLR_BLOCK_MAX * (GLR_SHOCK_MAX + 2U)]; /* what has come and is not accepted yet */
+    int32_t
+        waiting[GLR_BLOCK_MAX * (GLR_SHOCK_MAX + 2U)]; /* what has come and is not accepted yet */
     uint32_t waits;
     uint64_t now; /* samples that came */
     uint32_t cuts;
@@ -43,6 +44,7 @@ bool accepted_holds(const accepted_t *accepted, uint64_t tail, uint64_t head, ui
 
 /* Sum of D^2 over the accepted samples [tail, head) and its count; none spans a boundary. D = P[i] - 2 P[i - m] + P[i - 2 m]. Exact below
  * 2^53, and to a rounding of each 64 bits above. */
-double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m, uint32_t *differences);
+double accepted_sum(const accepted_t *accepted, uint64_t tail, uint64_t head, uint32_t m,
+                    uint32_t *differences);
 
 #endif

@@ -41,14 +41,15 @@ static double kind_next(source_t *source, double gain)
         return 0.0;
     }
     if (source->kind == WALK) {
-        source->state[0] = (source->state[0] * (1.0 - 1e-6)) + (gain * random_gauss(&source->random));
+        source->state[0] =
+            (source->state[0] * (1.0 - 1e-6)) + (gain * random_gauss(&source->random));
         return source->state[0];
     }
     double sum = 0.0;
     for (unsigned i = 0U; i < MARKOV; i++) {
         const double kept = exp(-1.0 / (double)(1U << i));
-        source->state[i] =
-            (source->state[i] * kept) + (gain * sqrt(1.0 - (kept * kept)) * random_gauss(&source->random));
+        source->state[i] = (source->state[i] * kept) +
+                           (gain * sqrt(1.0 - (kept * kept)) * random_gauss(&source->random));
         sum += source->state[i];
     }
     return sum;
@@ -57,8 +58,8 @@ static double kind_next(source_t *source, double gain)
 /* The next D, of the hop that comes now. */
 static double next(source_t *source, double white, double share)
 {
-    source->sum[source->at % 8U] =
-        (white * sqrt(hop) * random_gauss(&source->random)) + kind_next(source, share * source->gain);
+    source->sum[source->at % 8U] = (white * sqrt(hop) * random_gauss(&source->random)) +
+                                   kind_next(source, share * source->gain);
     double difference = 0.0;
     for (unsigned i = 0U; i < 4U; i++) {
         difference += source->sum[(source->at - i) % 8U] - source->sum[(source->at + 4U - i) % 8U];
@@ -71,7 +72,8 @@ static double next(source_t *source, double white, double share)
 static source_t source_of(const char *kind)
 {
     source_t source = {.random = random_seeded(seed), .kind = WHITE, .gain = 1.0};
-    source.kind = (strcmp(kind, "walk") == 0) ? WALK : ((strcmp(kind, "flicker") == 0) ? FLICKER : WHITE);
+    source.kind =
+        (strcmp(kind, "walk") == 0) ? WALK : ((strcmp(kind, "flicker") == 0) ? FLICKER : WHITE);
     if (source.kind != WHITE) {
         double squares = 0.0;
         for (unsigned i = 0U; i < 400000U; i++) {
@@ -86,7 +88,8 @@ static source_t source_of(const char *kind)
 
 static void start(davar_glr_t *state, davar_glr_config_t *config, double per_hour)
 {
-    const davar_glr_wish_t wish = {.rate_hz = RATE_HZ, .false_alarms_per_hour = per_hour, .block = hop};
+    const davar_glr_wish_t wish = {
+        .rate_hz = RATE_HZ, .false_alarms_per_hour = per_hour, .block = hop};
     davar_glr_start_clusters(config, &wish);
     davar_glr_reset(state);
 }
@@ -109,8 +112,8 @@ static void alarms(const char *kind, double share, double hours, double per_hour
     for (uint64_t i = 0U; i < hops; i++) {
         count += push(&state, &config, next(&source, SIGMA, share)) ? 1U : 0U;
     }
-    printf("| %s %g | %u | %g | %g | %lu | %.4f |\n", kind, share, (unsigned)(4U * hop), per_hour, hours, count,
-           (double)count / hours);
+    printf("| %s %g | %u | %g | %g | %lu | %.4f |\n", kind, share, (unsigned)(4U * hop), per_hour,
+           hours, count, (double)count / hours);
 }
 
 static int ascending(const void *a, const void *b)
@@ -124,7 +127,8 @@ static double delay_of(source_t *source, double share, double ratio, double per_
     static davar_glr_t state;
     davar_glr_config_t config;
     start(&state, &config, per_hour);
-    const uint32_t quiet = (uint32_t)(QUIET_S * RATE_HZ / hop) + (uint32_t)(random_next(&source->random) % 512U);
+    const uint32_t quiet =
+        (uint32_t)(QUIET_S * RATE_HZ / hop) + (uint32_t)(random_next(&source->random) % 512U);
     for (uint32_t i = 0U; i < quiet; i++) {
         (void)push(&state, &config, next(source, SIGMA, share));
     }
@@ -150,8 +154,9 @@ static void delays(const char *kind, double share, double ratio, uint32_t trials
         seen += (delay[i] < PATIENCE_S) ? 1U : 0U;
     }
     qsort(delay, trials, sizeof *delay, ascending);
-    printf("| %s %g x%g | %u | %g | %u | %.0f %% | %.1f | %.1f |\n", kind, share, ratio, (unsigned)(4U * hop), per_hour,
-           (unsigned)trials, 100.0 * seen / trials, delay[trials / 2U], delay[(trials * 9U) / 10U]);
+    printf("| %s %g x%g | %u | %g | %u | %.0f %% | %.1f | %.1f |\n", kind, share, ratio,
+           (unsigned)(4U * hop), per_hour, (unsigned)trials, 100.0 * seen / trials,
+           delay[trials / 2U], delay[(trials * 9U) / 10U]);
     free(delay);
 }
 
@@ -160,7 +165,8 @@ int main(int argc, char **argv)
     const bool is_delay = (argc > 1) && (strcmp(argv[1], "delay") == 0);
     const int last = is_delay ? 6 : 5; /* the last that must be there */
     if (argc <= last) {
-        fputs("usage: davar-track-clusters alarms KIND SHARE HOURS PER_HOUR [HOP [SEED]] | delay KIND SHARE RATIO "
+        fputs("usage: davar-track-clusters alarms KIND SHARE HOURS PER_HOUR [HOP [SEED]] | delay "
+              "KIND SHARE RATIO "
               "TRIALS PER_HOUR [HOP [SEED]]\n",
               stderr);
         return 2;
@@ -170,7 +176,8 @@ int main(int argc, char **argv)
     hop = (argc > (last + 1)) ? (uint32_t)strtoul(argv[last + 1], NULL, 10) : 20U;
     seed = (argc > (last + 2)) ? strtoull(argv[last + 2], NULL, 10) : 1U;
     if (is_delay) {
-        delays(argv[2], share, strtod(argv[4], NULL), (uint32_t)strtoul(argv[5], NULL, 10), per_hour);
+        delays(argv[2], share, strtod(argv[4], NULL), (uint32_t)strtoul(argv[5], NULL, 10),
+               per_hour);
     } else {
         alarms(argv[2], share, strtod(argv[4], NULL), per_hour);
     }

@@ -17,11 +17,11 @@ static void print(const davar_glr_event_t *event)
     davar_glr_window_t centred;
     davar_glr_trailing(&state, &config, &trailing);
     const bool is_there = davar_glr_centred(&state, &config, config.half, &centred);
-    printf("%" PRIu32 " %" PRIu32 " %d %d %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRId32, event->resolved,
-           event->dropped, event->is_cut ? 1 : 0, event->is_alarm ? 1 : 0, state.now.at, state.cut.at, state.alarm.at,
-           davar_glr_dispersion(&state), event->gain);
-    printf(" %" PRIu32 " %" PRIu32 " %d %" PRIu32 " %" PRIu32 "\n", trailing.begin, trailing.end, is_there ? 1 : 0,
-           centred.begin, centred.end);
+    printf("%" PRIu32 " %" PRIu32 " %d %d %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRId32,
+           event->resolved, event->dropped, event->is_cut ? 1 : 0, event->is_alarm ? 1 : 0,
+           state.now.at, state.cut.at, state.alarm.at, davar_glr_dispersion(&state), event->gain);
+    printf(" %" PRIu32 " %" PRIu32 " %d %" PRIu32 " %" PRIu32 "\n", trailing.begin, trailing.end,
+           is_there ? 1 : 0, centred.begin, centred.end);
 }
 
 int main(void)
@@ -43,7 +43,8 @@ int main(void)
         if (strcmp(word, "gap") == 0) {
             davar_glr_skip(&state, &config, &event);
         } else if (scanf("%31s", words[0]) == 1) {
-            davar_glr_push_q15(&state, &config, (int32_t)strtol(word, NULL, 10), strtoull(words[0], NULL, 10), &event);
+            davar_glr_push_q15(&state, &config, (int32_t)strtol(word, NULL, 10),
+                               strtoull(words[0], NULL, 10), &event);
         } else {
             return 1;
         }

@@ -72,14 +72,16 @@ static double student(source_t *source)
 {
     const double z = gauss(source);
     const double square =
-        (-2.0 * log(random_uniform(&source->random) * random_uniform(&source->random))) + pow(gauss(source), 2.0);
+        (-2.0 * log(random_uniform(&source->random) * random_uniform(&source->random))) +
+        pow(gauss(source), 2.0);
     return z * sqrt(3.0 / square);
 }
 
 static const struct {
     const char *name;
     noise_t noise;
-} noises[] = {{"gauss", gauss}, {"laplace", laplace}, {"ar", ar}, {"half", half}, {"student", student}};
+} noises[] = {
+    {"gauss", gauss}, {"laplace", laplace}, {"ar", ar}, {"half", half}, {"student", student}};
 
 static noise_t noise_of(const char *name)
 {
@@ -118,7 +120,8 @@ static bool push(detector_t *detector, double value)
     if (detector->count < detector->config.block) {
         return false;
     }
-    davar_glr_push_q15(&detector->state, &detector->config, detector->sum, detector->squares, &detector->event);
+    davar_glr_push_q15(&detector->state, &detector->config, detector->sum, detector->squares,
+                       &detector->event);
     detector->sum = 0;
     detector->squares = 0U;
     detector->count = 0U;
@@ -146,8 +149,9 @@ static void alarms(const char *name, double hours, double per_hour, uint32_t blo
             blocks += 1.0;
         }
     }
-    printf("| %s | %g | %u | %g | %lu | %.4f | %.2f | %.2f | %.2f |\n", name, per_hour, (unsigned)block, hours, count,
-           (double)count / hours, (double)cuts / hours, (double)dropped / hours, f / blocks);
+    printf("| %s | %g | %u | %g | %lu | %.4f | %.2f | %.2f | %.2f |\n", name, per_hour,
+           (unsigned)block, hours, count, (double)count / hours, (double)cuts / hours,
+           (double)dropped / hours, f / blocks);
 }
 
 static void both(const char *name, double hours, double per_hour, uint32_t block)
@@ -183,8 +187,9 @@ static void both(const char *name, double hours, double per_hour, uint32_t block
         davar_push_q15(&davar, &sample, 1U);
     }
     const davar_health_t health = davar_health(&davar);
-    printf("| %s, both | %g | %u | %g | %lu | %.4f | %.2f | %.2f |\n", name, per_hour, (unsigned)block, hours,
-           (unsigned long)health.alarms, health.alarms / hours, health.cuts / hours, health.shocks / hours);
+    printf("| %s, both | %g | %u | %g | %lu | %.4f | %.2f | %.2f |\n", name, per_hour,
+           (unsigned)block, hours, (unsigned long)health.alarms, health.alarms / hours,
+           health.cuts / hours, health.shocks / hours);
 }
 
 static int ascending(const void *a, const void *b)
@@ -223,15 +228,16 @@ static void delays(double ratio, uint32_t trials, double per_hour, uint32_t bloc
         sum += delay[i];
     }
     qsort(delay, trials, sizeof *delay, ascending);
-    printf("| x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", ratio, per_hour, (unsigned)block, (unsigned)trials,
-           sum / trials, delay[trials / 2U], delay[(trials * 9U) / 10U]);
+    printf("| x%g | %g | %u | %u | %.2f | %.2f | %.2f |\n", ratio, per_hour, (unsigned)block,
+           (unsigned)trials, sum / trials, delay[trials / 2U], delay[(trials * 9U) / 10U]);
     free(delay);
 }
 
 int main(int argc, char **argv)
 {
     if (argc < 5) {
-        fputs("usage: davar-track-rates alarms|both NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay RATIO TRIALS "
+        fputs("usage: davar-track-rates alarms|both NOISE HOURS PER_HOUR [BLOCK [SEED]] | delay "
+              "RATIO TRIALS "
               "PER_HOUR [BLOCK [SEED]]\n",
               stderr);
         return 2;

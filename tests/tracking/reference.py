@@ -48,7 +48,9 @@ class Detector:
             return
         phi = self.phi[n]
         square = min(step * step / divisor, 9 * phi)
-        self.phi[n] = min(14.0, max(0.25, phi + (square - phi) * max(memory, 1 / (self.seen[n] + 15))))
+        self.phi[n] = min(
+            14.0, max(0.25, phi + (square - phi) * max(memory, 1 / (self.seen[n] + 15)))
+        )
         self.seen[n] += 1
 
     def dispersion(self):
@@ -63,6 +65,7 @@ class Detector:
         def part(a, b):
             total, n = self.total(a, b)
             return n * log(total / n)
+
         return self.nu / 2 * (part(s, e) - part(s, k) - part(k, e))
 
     def above(self, left, right, rounding):
@@ -124,16 +127,21 @@ class Detector:
             self.waiting = []
             return False
         total, n = self.total(self.cut.at, len(self.b))
-        return self.shock > 0 and n * self.nu >= 100 and total > 4 * self.floor * n and self.exceeds(b, self.outlier)
+        return (
+            self.shock > 0
+            and n * self.nu >= 100
+            and total > 4 * self.floor * n
+            and self.exceeds(b, self.outlier)
+        )
 
     # a block
 
     def push(self, b):
         self.margin, self.dropped, self.is_alarm, is_cut = inf, 0, False, False
-        self.learn(1, b, 2 * (2 / self.nu) * (1 + 1 / self.nu), 2 ** -11)
+        self.learn(1, b, 2 * (2 / self.nu) * (1 + 1 / self.nu), 2**-11)
         self.eight.append(b)
         if len(self.eight) == 8:
-            self.learn(8, sum(self.eight), 4 / (8 * self.nu), 2 ** -8)
+            self.learn(8, sum(self.eight), 4 / (8 * self.nu), 2**-8)
             self.eight = []
         if self.waits(b):
             self.waiting.append(b)
@@ -161,7 +169,7 @@ class Detector:
         now = len(self.b)
         if now - age <= bound:
             return bound
-        coarse = next(2 ** n for n in range(10) if RECORDS * 2 ** n > age)
+        coarse = next(2**n for n in range(10) if RECORDS * 2**n > age)
         return -(-(now - age) // coarse) * coarse
 
     def alike(self, s, k, e, limit):
@@ -209,7 +217,9 @@ class Detector:
         n, mean = len(there), sum(there) / len(there)
         middle = (n - 1) / 2
         spread = sum((t - middle) ** 2 for t in range(n))
-        z = sum((t - middle) * (b / mean - 1) for t, b in enumerate(there)) * sqrt(self.nu / (2 * spread))
+        z = sum((t - middle) * (b / mean - 1) for t, b in enumerate(there)) * sqrt(
+            self.nu / (2 * spread)
+        )
         f = self.dispersion()
         return self.above(self.gain(s, k, e) / f - z * z / (2 * f), 4.0, 0.3)
 

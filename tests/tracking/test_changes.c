@@ -51,7 +51,8 @@ static void make_stream(uint64_t seed, double ratio, double walk)
     for (uint32_t i = 0U; i < SAMPLES; i++) {
         drift += (i < STEP) ? 0.0 : (walk * random_gauss(&random));
         drift *= 0.9995; /* so that it stays within 16 bits */
-        stream[i] = (int16_t)lround((random_gauss(&random) * SIGMA * ((i < STEP) ? 1.0 : ratio)) + drift);
+        stream[i] =
+            (int16_t)lround((random_gauss(&random) * SIGMA * ((i < STEP) ? 1.0 : ratio)) + drift);
     }
 }
 
@@ -110,7 +111,8 @@ static void test_a_step_tells_both_levels(void)
     init_q15();
     TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, STEP, &first));
     TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
-    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) && isnan(result.change.gain));
+    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) &&
+                     isnan(result.change.gain));
     TEST_ASSERT_EQUAL_UINT32(1U, run(false, STEP, STEP + 600U, &first));
     TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
     TEST_ASSERT_DOUBLE_WITHIN(0.03 * UNIT * SIGMA, UNIT * SIGMA, result.change.older);
@@ -130,7 +132,8 @@ static void test_other_policies_tell_none(void)
     init_q15();
     (void)run(false, STEP, STEP + 2000U, &first);
     TEST_ASSERT_EQUAL_UINT32(0U, result.change.m);
-    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) && isnan(result.change.gain));
+    TEST_ASSERT_TRUE(isnan(result.change.older) && isnan(result.change.newer) &&
+                     isnan(result.change.gain));
 }
 
 /* Nothing but rounding is left: level 0. And when gaps have eaten all there was, none. */
@@ -180,7 +183,8 @@ static void check_walk(bool wide)
     const double white = UNIT * SIGMA / sqrt(80.0);
     const double walk = UNIT * 1.5 * sqrt(80.0 / 3.0);
     TEST_ASSERT_DOUBLE_WITHIN(0.12 * white, white, result.change.older);
-    TEST_ASSERT_DOUBLE_WITHIN(0.15 * walk, sqrt((white * white) + (walk * walk)), result.change.newer);
+    TEST_ASSERT_DOUBLE_WITHIN(0.15 * walk, sqrt((white * white) + (walk * walk)),
+                              result.change.newer);
     TEST_ASSERT_TRUE(result.change.gain > 10.0);
     config.glr.long_cluster = 0U;
 }
@@ -305,7 +309,8 @@ static void test_intervals_of_a_chosen_window_are_wider(void)
     TEST_ASSERT_TRUE((result.noise == DAVAR_NOISE_WHITE) && (young.noise == DAVAR_NOISE_WHITE) &&
                      (chosen.noise == DAVAR_NOISE_WHITE));
     for (uint32_t t = 0U; t < 4U; t++) {
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * result.tau[t].edf, 0.4375 * result.tau[t].edf, young.tau[t].edf);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * result.tau[t].edf, 0.4375 * result.tau[t].edf,
+                                  young.tau[t].edf);
         TEST_ASSERT_EQUAL_DOUBLE(young.tau[t].edf, chosen.tau[t].edf);
         TEST_ASSERT_TRUE(young.tau[t].high > result.tau[t].high);
     }

@@ -18,11 +18,38 @@ def needs(name):
 
 def alarms(name):
     """(axis, time in s, cluster, level before, level behind) of each alarm."""
-    done = subprocess.run([PROGRAM, REAL / name, "--column", "gyro_x_dps,gyro_y_dps,gyro_z_dps", "--lsb", "0.05", "--policy", "glr",
-                           "--stride", "10", "--false-alarms-per-hour", "0.01", "--long-cluster", "80"],
-                          stdout=subprocess.PIPE, check=True, encoding="ascii")
-    return [(row["channel"], float(row["time_s"]), int(row["change_m"]), float(row["change_older"]), float(row["change_newer"]))
-            for row in csv.DictReader(io.StringIO(done.stdout)) if row["alarm"] == "1"]
+    done = subprocess.run(
+        [
+            PROGRAM,
+            REAL / name,
+            "--column",
+            "gyro_x_dps,gyro_y_dps,gyro_z_dps",
+            "--lsb",
+            "0.05",
+            "--policy",
+            "glr",
+            "--stride",
+            "10",
+            "--false-alarms-per-hour",
+            "0.01",
+            "--long-cluster",
+            "80",
+        ],
+        stdout=subprocess.PIPE,
+        check=True,
+        encoding="ascii",
+    )
+    return [
+        (
+            row["channel"],
+            float(row["time_s"]),
+            int(row["change_m"]),
+            float(row["change_older"]),
+            float(row["change_newer"]),
+        )
+        for row in csv.DictReader(io.StringIO(done.stdout))
+        if row["alarm"] == "1"
+    ]
 
 
 class Adis16405(unittest.TestCase):
@@ -36,9 +63,15 @@ class Adis16405(unittest.TestCase):
     def test_knocks_and_a_gentle_movement_and_nothing_else(self):
         found = alarms("adis16405_run4_knocks.csv.gz")
         single = [time for _, time, m, _, _ in found if m == 1]
-        slow = [(time, newer / older) for axis, time, m, older, newer in found if m == 80 and axis == "gyro_x_dps"]
+        slow = [
+            (time, newer / older)
+            for axis, time, m, older, newer in found
+            if m == 80 and axis == "gyro_x_dps"
+        ]
         self.assertTrue(all(117 <= time <= 120 or 4045 <= time <= 4048 for time in single), found)
-        self.assertTrue(any(time < 120 for time in single) and any(time > 4045 for time in single), found)
+        self.assertTrue(
+            any(time < 120 for time in single) and any(time > 4045 for time in single), found
+        )
         self.assertTrue(all(3940 <= time <= 4000 for _, time, m, _, _ in found if m == 80), found)
         self.assertEqual(2, len(slow), found)  # louder, by about what ADEV(1 s) rose, and back
         self.assertTrue(2 < slow[0][1] < 4 and slow[1][1] < 0.5, found)

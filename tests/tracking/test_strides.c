@@ -68,7 +68,8 @@ static void make_stream(uint64_t seed, bool has_gaps)
         if ((random_next(&random) % 1500U) == 0U) {
             knock = 1U + (uint32_t)(random_next(&random) % (UINT64_C(3) * config.glr.block));
         }
-        is_gap[i] = has_gaps && (i > 0U) && ((random_next(&random) % ((((i / 5000U) % 2U) == 0U) ? 900U : 60U)) == 0U);
+        is_gap[i] = has_gaps && (i > 0U) &&
+                    ((random_next(&random) % ((((i / 5000U) % 2U) == 0U) ? 900U : 60U)) == 0U);
         const double kick = (knock > 0U) ? (400.0 * (((knock % 2U) == 0U) ? 1.0 : -1.0)) : 0.0;
         knock -= (knock > 0U) ? 1U : 0U;
         stream[i] = (int16_t)lround((SIGMA * level * random_gauss(&random)) + kick);
@@ -112,7 +113,8 @@ static void compare(const row_t *row)
  * three blocks after its samples. */
 static uint32_t run(uint32_t stride, bool is_reference)
 {
-    const uint32_t late = (stride > (4U * config.glr.block)) ? (stride - (4U * config.glr.block)) : 0U;
+    const uint32_t late =
+        (stride > (4U * config.glr.block)) ? (stride - (4U * config.glr.block)) : 0U;
     uint32_t results = 0U;
     uint32_t waits = 0U;
     init(stride);
@@ -205,20 +207,23 @@ static void check_young(uint64_t cut_at)
         TEST_ASSERT_FALSE(result.young);
     }
     if (result.cut_age_samples >= config.window.shortest) {
-        TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.cut_age_samples, result.window_samples); /* nothing older */
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(result.cut_age_samples,
+                                         result.window_samples); /* nothing older */
     }
 }
 
 static void judge(davar_plan_t *plan, coverage_t *coverage)
 {
-    const double truth = 60.0 * sigma_at(result.epoch) / sqrt(config.rate_hz); /* without rounding's */
+    const double truth =
+        60.0 * sigma_at(result.epoch) / sqrt(config.rate_hz); /* without rounding's */
     davar_fit_white(plan, config.rate_hz, &result);
     const davar_coefficient_t *const arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
     const uint32_t since = (uint32_t)(result.epoch % STRETCH);
     for (uint32_t b = 0U; b < BINS; b++) {
         if ((since >= bins[b]) && (since < bins[b + 1U])) {
             coverage->all[b]++;
-            coverage->held[b] += (arw->present && (arw->low <= truth) && (truth <= arw->high)) ? 1U : 0U;
+            coverage->held[b] +=
+                (arw->present && (arw->low <= truth) && (truth <= arw->high)) ? 1U : 0U;
         }
     }
     if (since >= LATE) {
@@ -246,7 +251,8 @@ static void check_coverage(uint32_t stride)
             judge(&plan, &coverage);
         }
     }
-    printf("stride %u: %u of %u young from 5 s\n", (unsigned)stride, (unsigned)coverage.young, (unsigned)coverage.late);
+    printf("stride %u: %u of %u young from 5 s\n", (unsigned)stride, (unsigned)coverage.young,
+           (unsigned)coverage.late);
     for (uint32_t b = 0U; b < BINS; b++) {
         printf("  %u of %u held from %u s\n", (unsigned)coverage.held[b], (unsigned)coverage.all[b],
                (unsigned)(bins[b] / 1000U));
@@ -275,7 +281,8 @@ static void check_shortest(uint32_t stride, uint32_t window_min)
         davar_push_q15(&davar, &stream[i], 1U);
         if (davar_take(&davar, &result)) {
             TEST_ASSERT_GREATER_OR_EQUAL_UINT32(window_min, result.window_samples);
-            if ((config.window.mode == DAVAR_MODE_TRAILING) && (result.cut_age_samples < window_min)) {
+            if ((config.window.mode == DAVAR_MODE_TRAILING) &&
+                (result.cut_age_samples < window_min)) {
                 TEST_ASSERT_LESS_THAN_UINT32(window_min + config.glr.block, result.window_samples);
             }
             shortest = (result.window_samples < shortest) ? result.window_samples : shortest;

@@ -133,7 +133,8 @@ static davar_t *change_over(davar_t *davar)
     const unsigned other = (davar == &instances[0]) ? 1U : 0U;
     memset(memory[other], 0xA5, sizeof memory[other]);
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_save(davar, &storage));
-    TEST_ASSERT_EQUAL(DAVAR_OK, davar_init_q15(&instances[other], &config, memory[other], sizeof memory[other]));
+    TEST_ASSERT_EQUAL(
+        DAVAR_OK, davar_init_q15(&instances[other], &config, memory[other], sizeof memory[other]));
     TEST_ASSERT_EQUAL(DAVAR_OK, davar_state_restore(&instances[other], &storage));
     return &instances[other];
 }
@@ -166,7 +167,8 @@ static void run_forever(uint32_t stride, uint32_t samples)
         }
         accepted_hear(&accepted, sample);
         davar_push_q15(davar, &sample, 1U);
-        const bool is_late = (stride > 1U) && ((n % 4U) != 3U); /* up to three samples behind the epoch */
+        const bool is_late =
+            (stride > 1U) && ((n % 4U) != 3U); /* up to three samples behind the epoch */
         if (!is_late && davar_take(davar, &result)) {
             check(davar, &result);
             checked++;

@@ -10,7 +10,8 @@ void tearDown(void) {}
 
 static uint64_t any(random_t *random)
 {
-    static const uint64_t edges[6] = {0U, 1U, UINT64_MAX, UINT64_C(1) << 63U, UINT32_MAX, UINT64_C(1) << 32U};
+    static const uint64_t edges[6] = {
+        0U, 1U, UINT64_MAX, UINT64_C(1) << 63U, UINT32_MAX, UINT64_C(1) << 32U};
     const uint64_t bits = random_next(random);
     return ((bits % 4U) == 0U) ? edges[(bits >> 8U) % 6U] : random_next(random);
 }
@@ -21,7 +22,8 @@ static davar_u128_t multiply_by_bytes(uint64_t a, uint64_t b)
     uint32_t digit[17] = {0};
     for (unsigned i = 0U; i < 8U; i++) {
         for (unsigned j = 0U; j < 8U; j++) {
-            digit[i + j] += (uint32_t)((a >> (8U * i)) & 0xFFU) * (uint32_t)((b >> (8U * j)) & 0xFFU);
+            digit[i + j] +=
+                (uint32_t)((a >> (8U * i)) & 0xFFU) * (uint32_t)((b >> (8U * j)) & 0xFFU);
         }
     }
     davar_u128_t product = {0U, 0U};
@@ -58,7 +60,8 @@ static void test_leading_zeros_agree(void)
         TEST_ASSERT_EQUAL_UINT32(63U - shift, davar_leading_zeros(value));
         if (shift < 32U) {
             TEST_ASSERT_EQUAL_UINT32(31U - shift, davar_leading_zeros_32((uint32_t)value));
-            TEST_ASSERT_EQUAL_UINT32(31U - shift, davar_leading_zeros_32_by_halving((uint32_t)value));
+            TEST_ASSERT_EQUAL_UINT32(31U - shift,
+                                     davar_leading_zeros_32_by_halving((uint32_t)value));
         }
     }
 }
@@ -191,11 +194,14 @@ static void test_products_of_32_bits_agree_however_they_are_made(void)
         const int64_t signed_product = (int64_t)(int32_t)a * (int32_t)b;
         TEST_ASSERT_EQUAL_UINT64((uint64_t)a * b, davar_multiply_u32_by_parts(a, b));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)a * b, davar_multiply_u32(a, b));
-        TEST_ASSERT_EQUAL_UINT64((uint64_t)signed_product, davar_multiply_i32_by_parts((int32_t)a, (int32_t)b));
-        TEST_ASSERT_EQUAL_UINT64((uint64_t)signed_product, davar_multiply_i32((int32_t)a, (int32_t)b));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)signed_product,
+                                 davar_multiply_i32_by_parts((int32_t)a, (int32_t)b));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)signed_product,
+                                 davar_multiply_i32((int32_t)a, (int32_t)b));
     }
     TEST_ASSERT_EQUAL_UINT64(UINT64_C(1) << 62U, davar_multiply_i32_by_parts(INT32_MIN, INT32_MIN));
-    TEST_ASSERT_EQUAL_UINT64(UINT64_C(0xFFFFFFFE00000001), davar_multiply_u32_by_parts(UINT32_MAX, UINT32_MAX));
+    TEST_ASSERT_EQUAL_UINT64(UINT64_C(0xFFFFFFFE00000001),
+                             davar_multiply_u32_by_parts(UINT32_MAX, UINT32_MAX));
 }
 
 static void test_small_factors_and_squares_agree_however_they_are_made(void)
@@ -211,7 +217,8 @@ static void test_small_factors_and_squares_agree_however_they_are_made(void)
         TEST_ASSERT_EQUAL_UINT64(square, davar_square_i32(a));
         TEST_ASSERT_EQUAL_UINT64(product, davar_multiply_by_i16_by_parts(positive, b));
         TEST_ASSERT_EQUAL_UINT64(product, davar_multiply_by_i16(positive, b));
-        TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)b * (int16_t)a), davar_multiply_i32_by_parts(b, (int16_t)a));
+        TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)b * (int16_t)a),
+                                 davar_multiply_i32_by_parts(b, (int16_t)a));
     }
     for (int32_t a = 65530; a < 65545; a++) { /* where one multiplication is no longer enough */
         TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)a * a), davar_square_i32_by_parts(a));
@@ -235,7 +242,8 @@ static void test_a_wide_integer_is_cut_to_its_leading_bits(void)
         davar_magnitude_t magnitude;
         wide_magnitude(&wide, &magnitude);
         TEST_ASSERT_EQUAL_INT32((int32_t)top - 63, magnitude.exponent);
-        TEST_ASSERT_EQUAL_HEX64((UINT64_C(1) << 63U) | ((top > 63U) ? 1U : 0U) | ((top == 63U) ? 1U : 0U),
+        TEST_ASSERT_EQUAL_HEX64((UINT64_C(1) << 63U) | ((top > 63U) ? 1U : 0U) |
+                                    ((top == 63U) ? 1U : 0U),
                                 magnitude.mantissa);
     }
 }

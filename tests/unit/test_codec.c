@@ -26,10 +26,12 @@ void setUp(void)
                               .contribution = (double)NAN,
                               .tau_count = 3};
     for (size_t t = 0; t < 10U; t++) {
-        result.tau[t] = (davar_adev_t){.adev = 0.5 + (double)t, .low = 0.4 + (double)t, .high = 0.6 + (double)t};
+        result.tau[t] = (davar_adev_t){
+            .adev = 0.5 + (double)t, .low = 0.4 + (double)t, .high = 0.6 + (double)t};
     }
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        result.coefficient[k] = (davar_coefficient_t){.value = 1.0 + (double)k, .low = 0.5, .high = 9.0};
+        result.coefficient[k] =
+            (davar_coefficient_t){.value = 1.0 + (double)k, .low = 0.5, .high = 9.0};
     }
 }
 
@@ -68,7 +70,8 @@ static void test_every_number_of_taus_has_its_frames(void)
     for (uint8_t count = 1U; count <= 10U; count++) {
         TEST_ASSERT_EQUAL(6U, count_frames(0U, count));
         TEST_ASSERT_EQUAL(6U + count, count_frames(DAVAR_SEND_ADEV, count));
-        TEST_ASSERT_EQUAL(4U + ((count > 8U) ? (count - 8U) : 0U), count_frames(DAVAR_SEND_FD, count));
+        TEST_ASSERT_EQUAL(4U + ((count > 8U) ? (count - 8U) : 0U),
+                          count_frames(DAVAR_SEND_FD, count));
     }
 }
 
@@ -86,11 +89,13 @@ static void test_the_end_binds_the_frames_of_a_result(void)
         sums[n / 16U] = 0U;
         while (davar_encoder_next(&encoder, &frame)) {
             TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-            const bool own = (wire.message != DAVAR_MESSAGE_HEALTH) && (wire.message != DAVAR_MESSAGE_SETUP) &&
+            const bool own = (wire.message != DAVAR_MESSAGE_HEALTH) &&
+                             (wire.message != DAVAR_MESSAGE_SETUP) &&
                              (wire.message != DAVAR_MESSAGE_END);
             frames += own ? 1U : 0U;
             sums[n / 16U] += own ? davar_frame_digest(&frame) : 0U;
-            arw[n / 16U] = (wire.message == DAVAR_MESSAGE_ARW) ? davar_frame_digest(&frame) : arw[n / 16U];
+            arw[n / 16U] =
+                (wire.message == DAVAR_MESSAGE_ARW) ? davar_frame_digest(&frame) : arw[n / 16U];
         }
         TEST_ASSERT_EQUAL(DAVAR_MESSAGE_END, wire.message);
         TEST_ASSERT_EQUAL_UINT8(n % 16U, wire.result);
@@ -158,10 +163,12 @@ static void test_the_farewell_tells_every_counter(void)
 }
 
 /* What the frames of DAVAR_Monitor say: deviation of each tau, then health and the tau that decides it. */
-static void read_monitor(const davar_misfit_t *misfit, float *deviations, float *number, uint8_t *worst)
+static void read_monitor(const davar_misfit_t *misfit, float *deviations, float *number,
+                         uint8_t *worst)
 {
     size_t next = 0;
-    TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_MONITOR));
+    TEST_ASSERT_TRUE(
+        davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_MONITOR));
     davar_encoder_monitor(&encoder, misfit);
     davar_encoder_begin(&encoder, &result, &health);
     while (davar_encoder_next(&encoder, &frame)) {
@@ -179,7 +186,8 @@ static void read_monitor(const davar_misfit_t *misfit, float *deviations, float 
 
 static void test_a_misfit_goes_over_the_wire_and_only_with_its_content(void)
 {
-    davar_misfit_t misfit = {.health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
+    davar_misfit_t misfit = {
+        .health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
     float deviations[3] = {0.0F};
     float health_number = 0.0F;
     uint8_t worst = 0U;
@@ -210,7 +218,8 @@ static void test_extreme_values_saturate_and_absent_ones_are_nan(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
     TEST_ASSERT_EQUAL(0x7FFFF, wire.window_samples);
     TEST_ASSERT_EQUAL_FLOAT(65.534F, wire.kurtosis);
-    TEST_ASSERT_TRUE(isnan(wire.contribution) && isnan(wire.value) && isnan(wire.relative_uncertainty));
+    TEST_ASSERT_TRUE(isnan(wire.contribution) && isnan(wire.value) &&
+                     isnan(wire.relative_uncertainty));
     TEST_ASSERT_TRUE(isnan(wire.adev[3])); /* three taus only */
 }
 
@@ -268,9 +277,11 @@ static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
         }
     }
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 9U, INFINITY));
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D4U, 10U, INFINITY)); /* an upper limit may be no limit */
+    TEST_ASSERT_EQUAL(DAVAR_DECODED,
+                      status_of(0x5D4U, 10U, INFINITY)); /* an upper limit may be no limit */
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D4U, 10U, -INFINITY));
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D7U, 0U, -3.0F)); /* a deviation from the model has a sign */
+    TEST_ASSERT_EQUAL(DAVAR_DECODED,
+                      status_of(0x5D7U, 0U, -3.0F)); /* a deviation from the model has a sign */
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, 0U, -INFINITY));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, DAVAR_MONITOR_HEALTH, -3.0F));
 }
@@ -282,11 +293,13 @@ static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(v
     for (size_t i = 0; i < 5U; i++) {
         TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_RATE, bad[i]));
     }
-    TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 1e-40F)); /* bits of a small count */
+    TEST_ASSERT_EQUAL(DAVAR_DECODED,
+                      status_of(0x5D6U, DAVAR_SETUP_STRIDE, 1e-40F)); /* bits of a small count */
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_STRIDE, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_TAU, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT, 0.0F));
-    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D6U, DAVAR_SETUP_UNIT + 1U, 1.0F)); /* no such item */
+    TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE,
+                      status_of(0x5D6U, DAVAR_SETUP_UNIT + 1U, 1.0F)); /* no such item */
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5DBU, 1U, 0.0F));
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5DBU, 0U, 1.0F)); /* a result has frames */
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D1U, 1U, 0.0F));
@@ -337,11 +350,13 @@ static void test_health_setup_and_end_tell_the_session(void)
             davar_encoder_begin(&encoder, &result, &health);
             while (davar_encoder_next(&encoder, &frame)) {
                 TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
-                const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) || (wire.message == DAVAR_MESSAGE_SETUP) ||
+                const bool tells = (wire.message == DAVAR_MESSAGE_HEALTH) ||
+                                   (wire.message == DAVAR_MESSAGE_SETUP) ||
                                    (wire.message == DAVAR_MESSAGE_END);
                 TEST_ASSERT_EQUAL(tells ? session : 0U, wire.session);
                 told[wire.message] += tells ? 1U : 0U;
-                items = (wire.message == DAVAR_MESSAGE_SETUP) && (wire.index > items) ? wire.index : items;
+                items = (wire.message == DAVAR_MESSAGE_SETUP) && (wire.index > items) ? wire.index
+                                                                                      : items;
             }
         }
         TEST_ASSERT_EQUAL(12, told[DAVAR_MESSAGE_HEALTH]);
@@ -420,22 +435,27 @@ static void make_garbage(davar_misfit_t *misfit)
     result.kurtosis = any_double();
     result.contribution = any_double();
     result.dispersion = any_double();
-    result.change = (davar_change_t){.m = 512U, .older = any_double(), .newer = any_double(), .gain = any_double()};
+    result.change = (davar_change_t){
+        .m = 512U, .older = any_double(), .newer = any_double(), .gain = any_double()};
     misfit->health = any_double();
     for (size_t t = 0; t < 10U; t++) {
-        result.tau[t] = (davar_adev_t){.adev = any_double(), .low = any_double(), .high = any_double()};
+        result.tau[t] =
+            (davar_adev_t){.adev = any_double(), .low = any_double(), .high = any_double()};
         misfit->tau[t].deviation = any_double();
     }
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
-        result.coefficient[k] = (davar_coefficient_t){.value = any_double(), .low = any_double(), .high = any_double()};
+        result.coefficient[k] =
+            (davar_coefficient_t){.value = any_double(), .low = any_double(), .high = any_double()};
     }
 }
 
 static bool is_absent_or_not_below_0(const davar_wire_t *one)
 {
-    const bool has_sign = (one->message == DAVAR_MESSAGE_MONITOR) && (one->index < DAVAR_MONITOR_HEALTH);
-    const bool has_float = (one->message == DAVAR_MESSAGE_ARW) || (one->message == DAVAR_MESSAGE_ADEV) ||
-                           (one->message == DAVAR_MESSAGE_COEFFICIENT) || (one->message == DAVAR_MESSAGE_RESULT_FD);
+    const bool has_sign =
+        (one->message == DAVAR_MESSAGE_MONITOR) && (one->index < DAVAR_MONITOR_HEALTH);
+    const bool has_float =
+        (one->message == DAVAR_MESSAGE_ARW) || (one->message == DAVAR_MESSAGE_ADEV) ||
+        (one->message == DAVAR_MESSAGE_COEFFICIENT) || (one->message == DAVAR_MESSAGE_RESULT_FD);
     return !has_float || has_sign || !(one->value < 0.0F);
 }
 
@@ -449,13 +469,15 @@ static void test_a_result_of_garbage_makes_frames_that_every_receiver_takes(void
     result.tau_count = 10U;
     for (size_t n = 0; n < 5000U; n++) {
         make_garbage(&misfit);
-        TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, contents[n % 5U]));
+        TEST_ASSERT_TRUE(
+            davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, contents[n % 5U]));
         davar_encoder_monitor(&encoder, &misfit);
         davar_encoder_begin(&encoder, &result, &health);
         while (davar_encoder_next(&encoder, &frame)) {
             TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(&frame, DAVAR_WIRE_BASE, &wire));
             TEST_ASSERT_TRUE(is_absent_or_not_below_0(&wire));
-            TEST_ASSERT_FALSE((wire.kurtosis < 0.0F) || (wire.contribution < 0.0F) || (wire.dispersion < 0.0F));
+            TEST_ASSERT_FALSE((wire.kurtosis < 0.0F) || (wire.contribution < 0.0F) ||
+                              (wire.dispersion < 0.0F));
         }
     }
 }
@@ -468,7 +490,8 @@ static bool slcan(const char *text)
 static void test_slcan_text_goes_there_and_back(void)
 {
     char text[DAVAR_SLCAN_BYTES];
-    const davar_frame_t sent = {.identifier = 0x5D1U, .length = 8U, .data = {0, 1, 0x9A, 0xBC, 0xDE, 0xF0, 0x7F, 255}};
+    const davar_frame_t sent = {
+        .identifier = 0x5D1U, .length = 8U, .data = {0, 1, 0x9A, 0xBC, 0xDE, 0xF0, 0x7F, 255}};
     TEST_ASSERT_EQUAL(22, davar_slcan_encode(&sent, text));
     TEST_ASSERT_EQUAL_STRING_LEN("t5D1800019ABCDEF07FFF\r", text, 22);
     TEST_ASSERT_TRUE(davar_slcan_decode(text, 21U, &frame));
@@ -484,8 +507,10 @@ static void test_slcan_text_goes_there_and_back(void)
 static void test_slcan_text_that_is_no_frame_is_refused(void)
 {
     static const char *const bad[] = {
-        "",           "t5D1",       "T5D10", "t5G10",     "t5D1x",        "t8000",         "t5D19000", "t5D12AB0",
-        "t5D12AB0G1", "t5D12AB011", "r5D10", "t5D12AB:1", "t5D12AB01123", "t5D12AB01123G", "t5D1@",    "t5D1-"};
+        "",      "t5D1",      "T5D10",        "t5G10",         "t5D1x",
+        "t8000", "t5D19000",  "t5D12AB0",     "t5D12AB0G1",    "t5D12AB011",
+        "r5D10", "t5D12AB:1", "t5D12AB01123", "t5D12AB01123G", "t5D1@",
+        "t5D1-"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         TEST_ASSERT_FALSE_MESSAGE(slcan(bad[i]), bad[i]);
     }
@@ -526,7 +551,8 @@ static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_ot
     assert_raw(DAVAR_RAW_COUNT, 15U, INT32_MIN, 0);
     TEST_ASSERT_EQUAL_UINT8(5U, wire.counter);
     TEST_ASSERT_FALSE(davar_encoder_raw(&encoder, 16U, 7, &frame));
-    TEST_ASSERT_TRUE(davar_encoder_raw(&encoder, 17U, -32769, &frame)); /* no pair, whichever is the wide one */
+    TEST_ASSERT_TRUE(
+        davar_encoder_raw(&encoder, 17U, -32769, &frame)); /* no pair, whichever is the wide one */
     assert_raw(DAVAR_RAW_COUNT, 16U, 7, 0);
 }
 
@@ -613,7 +639,8 @@ static void encode_all(uint8_t content)
 static void test_the_bits_of_a_result_are_those_of_the_dbc(void)
 {
     result.contribution = 0.12345;
-    result.coefficient[DAVAR_ANGLE_RANDOM_WALK] = (davar_coefficient_t){.value = 2.0, .low = 1.5, .high = 2.25};
+    result.coefficient[DAVAR_ANGLE_RANDOM_WALK] =
+        (davar_coefficient_t){.value = 2.0, .low = 1.5, .high = 2.25};
     encode_all(DAVAR_SEND_ADEV | DAVAR_SEND_INTERVALS | DAVAR_SEND_COEFFICIENTS);
     TEST_ASSERT_TRUE(find_frame(DAVAR_MESSAGE_STATE));
     TEST_ASSERT_EQUAL(0, bits_at(8U, 4U));
@@ -634,7 +661,8 @@ static void test_the_bits_of_a_result_are_those_of_the_dbc(void)
         TEST_ASSERT_EQUAL(t, bits_at(8U, 4U));
         TEST_ASSERT_EQUAL(0, bits_at(12U, 4U));
         TEST_ASSERT_EQUAL(t, bits_at(16U, 5U));
-        TEST_ASSERT_EQUAL((uint32_t)floor((100.0 / (0.5 + t)) + 0.5), bits_at(21U, 11U)); /* 0.1 / adev in 0.001 */
+        TEST_ASSERT_EQUAL((uint32_t)floor((100.0 / (0.5 + t)) + 0.5),
+                          bits_at(21U, 11U)); /* 0.1 / adev in 0.001 */
         TEST_ASSERT_EQUAL_FLOAT(0.5F + (float)t, float_at(32U));
     }
 }
@@ -642,10 +670,12 @@ static void test_the_bits_of_a_result_are_those_of_the_dbc(void)
 static void test_the_bits_of_coefficients_are_those_of_the_dbc(void)
 {
     for (uint32_t k = 0U; k < (uint32_t)DAVAR_COEFFICIENT_COUNT; k++) {
-        result.coefficient[k] = (davar_coefficient_t){.value = 1.0 + k, .low = 0.5 + k, .high = 1.75 + k};
+        result.coefficient[k] =
+            (davar_coefficient_t){.value = 1.0 + k, .low = 0.5 + k, .high = 1.75 + k};
     }
     encode_all(DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS);
-    static const float first[3] = {1.0F, 0.5F, 1.75F}; /* Kind 0 to 4: value, 5 to 9: lower, 10 to 14: upper limit */
+    static const float first[3] = {
+        1.0F, 0.5F, 1.75F}; /* Kind 0 to 4: value, 5 to 9: lower, 10 to 14: upper limit */
     uint32_t seen = 0U;
     while (find_frame(DAVAR_MESSAGE_COEFFICIENT)) {
         const uint32_t kind = bits_at(16U, 4U);
@@ -660,7 +690,8 @@ static void test_the_bits_of_an_fd_frame_are_those_of_the_dbc(void)
 {
     result.contribution = 0.5;
     result.epoch = 0x12FF56789AU; /* what is beyond 24 bits is not told, nor put elsewhere */
-    result.coefficient[DAVAR_ANGLE_RANDOM_WALK] = (davar_coefficient_t){.value = 2.0, .low = 1.5, .high = 2.25};
+    result.coefficient[DAVAR_ANGLE_RANDOM_WALK] =
+        (davar_coefficient_t){.value = 2.0, .low = 1.5, .high = 2.25};
     config.tau_count = 8;
     result.tau_count = 8;
     encode_all(DAVAR_SEND_FD);
@@ -673,10 +704,11 @@ static void test_the_bits_of_an_fd_frame_are_those_of_the_dbc(void)
     TEST_ASSERT_EQUAL(188, bits_at(88U, 12U)); /* 0.1875 in 0.001 */
     TEST_ASSERT_EQUAL(500, bits_at(100U, 12U));
     TEST_ASSERT_EQUAL(3100, bits_at(112U, 16U));
-    static const uint32_t terms[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY, DAVAR_RATE_RANDOM_WALK,
-                                      DAVAR_RATE_RAMP};
+    static const uint32_t terms[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY,
+                                      DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
     for (uint32_t k = 0U; k < 4U; k++) {
-        TEST_ASSERT_EQUAL_FLOAT((float)result.coefficient[terms[k]].value, float_at(128U + (32U * k)));
+        TEST_ASSERT_EQUAL_FLOAT((float)result.coefficient[terms[k]].value,
+                                float_at(128U + (32U * k)));
     }
     for (uint32_t t = 0U; t < 8U; t++) {
         TEST_ASSERT_EQUAL_FLOAT(0.5F + (float)t, float_at(256U + (32U * t)));
@@ -685,7 +717,8 @@ static void test_the_bits_of_an_fd_frame_are_those_of_the_dbc(void)
 
 static void test_the_bits_of_health_setup_and_monitor_are_those_of_the_dbc(void)
 {
-    davar_misfit_t misfit = {.health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
+    davar_misfit_t misfit = {
+        .health = 1.25, .worst = 2, .tau_count = 3, .tau = {{.deviation = -0.5}}};
     static const uint32_t items[6] = {0U, 1U, 2U, 32U, 33U, 34U};
     config.unit_per_count = 0.25;
     encode_all(DAVAR_SEND_RAW | DAVAR_SEND_MONITOR);
@@ -786,7 +819,8 @@ static void test_the_bits_of_raw_samples_are_those_of_the_dbc(void)
 /* SAE J1850's check value: the checksum of "123456789" is 4B. */
 static void test_the_checksum_is_sae_j1850_s(void)
 {
-    davar_frame_t nine = {.identifier = 0x3231U, .length = 8U, .data = {0xEEU, '3', '4', '5', '6', '7', '8', '9'}};
+    davar_frame_t nine = {
+        .identifier = 0x3231U, .length = 8U, .data = {0xEEU, '3', '4', '5', '6', '7', '8', '9'}};
     TEST_ASSERT_EQUAL_HEX8(0x4BU, davar_frame_crc(&nine));
     encode_all(0U);
     while (davar_encoder_next(&encoder, &frame)) {

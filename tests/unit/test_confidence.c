@@ -34,8 +34,10 @@ static void test_limits_meet_the_published_table(void)
         double low;
         double high;
         davar_chi_square_interval(edf, &low, &high);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * chi_square_table[i].high + 5e-4, chi_square_table[i].high, edf / low);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * chi_square_table[i].low + chi_square_table[i].half_digit_low,
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * chi_square_table[i].high + 5e-4, chi_square_table[i].high,
+                                  edf / low);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-3 * chi_square_table[i].low +
+                                      chi_square_table[i].half_digit_low,
                                   chi_square_table[i].low, edf / high);
     }
 }
@@ -128,7 +130,8 @@ static void test_white_edf_meets_the_matrix_trace(void)
         const double n = LENGTH - 2 * m + 1;
         const double mean = 2.0 * m * n;
         const double exact = mean * mean / squared_covariances(m, m);
-        TEST_ASSERT_DOUBLE_WITHIN(0.02 * exact, exact, davar_edf(DAVAR_ANGLE_RANDOM_WALK, (uint32_t)m, LENGTH));
+        TEST_ASSERT_DOUBLE_WITHIN(0.02 * exact, exact,
+                                  davar_edf(DAVAR_ANGLE_RANDOM_WALK, (uint32_t)m, LENGTH));
     }
 }
 
@@ -239,7 +242,8 @@ static double relative_covariance(davar_coefficient_kind_t noise, int m_i, int m
 static void check_edf(davar_coefficient_kind_t noise, int m, int window, double tolerance)
 {
     const double exact = 2.0 / relative_variance(noise, m, window);
-    TEST_ASSERT_DOUBLE_WITHIN(tolerance * exact, exact, davar_edf(noise, (uint32_t)m, (uint32_t)window));
+    TEST_ASSERT_DOUBLE_WITHIN(tolerance * exact, exact,
+                              davar_edf(noise, (uint32_t)m, (uint32_t)window));
 }
 
 static void test_edf_is_within_two_percent_up_to_a_sixth_of_the_window(void)
@@ -273,12 +277,16 @@ static void test_edf_agrees_with_sp_1065(void)
     const double n = 601.0;
     for (uint32_t size = 4U; size <= 66U; size += 2U) {
         const double m = (double)size;
-        const double white = (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
+        const double white =
+            (1.5 * (n - 1.0) / m - 2.0 * (n - 2.0) / n) * 4.0 * m * m / (4.0 * m * m + 5.0);
         const double flicker = 5.0 * n * n / (4.0 * m * (n + 3.0 * m));
-        const double walk =
-            (n - 2.0) / m * ((n - 1.0) * (n - 1.0) - 3.0 * m * (n - 1.0) + 4.0 * m * m) / ((n - 3.0) * (n - 3.0));
-        TEST_ASSERT_DOUBLE_WITHIN(0.03 * white, white, davar_edf(DAVAR_ANGLE_RANDOM_WALK, size, 600));
-        TEST_ASSERT_DOUBLE_WITHIN(0.07 * flicker, flicker, davar_edf(DAVAR_BIAS_INSTABILITY, size, 600));
+        const double walk = (n - 2.0) / m *
+                            ((n - 1.0) * (n - 1.0) - 3.0 * m * (n - 1.0) + 4.0 * m * m) /
+                            ((n - 3.0) * (n - 3.0));
+        TEST_ASSERT_DOUBLE_WITHIN(0.03 * white, white,
+                                  davar_edf(DAVAR_ANGLE_RANDOM_WALK, size, 600));
+        TEST_ASSERT_DOUBLE_WITHIN(0.07 * flicker, flicker,
+                                  davar_edf(DAVAR_BIAS_INSTABILITY, size, 600));
         TEST_ASSERT_DOUBLE_WITHIN(0.08 * walk, walk, davar_edf(DAVAR_RATE_RANDOM_WALK, size, 600));
     }
 }

@@ -138,7 +138,8 @@ static void test_a_long_fraction_and_a_large_exponent_together(void)
 
 static void test_the_cursor_stops_behind_the_number(void)
 {
-    static const char *const TEXTS[] = {"1,2", "1 ", "1.5\r", "1e", "1e+", "1.e", "1..2", "1-2", "1.5e3.7", "7dps"};
+    static const char *const TEXTS[] = {"1,2", "1 ",   "1.5\r", "1e",      "1e+",
+                                        "1.e", "1..2", "1-2",   "1.5e3.7", "7dps"};
     for (size_t i = 0; i < sizeof TEXTS / sizeof TEXTS[0]; i++) {
         assert_like_strtod(TEXTS[i]);
     }
@@ -171,7 +172,8 @@ static void random_text(random_t *random, char *text, size_t size)
 {
     const int digits = (int)(random_next(random) % 21U);
     const int exponent = (int)(random_next(random) % 80U) - 40;
-    const double value = ldexp((double)(int64_t)random_next(random), (int)(random_next(random) % 160U) - 120);
+    const double value =
+        ldexp((double)(int64_t)random_next(random), (int)(random_next(random) % 160U) - 120);
     switch (random_next(random) % 4U) {
     case 0:
         (void)snprintf(text, size, "%.*f", digits, fmod(value, 1e6));
@@ -183,7 +185,8 @@ static void random_text(random_t *random, char *text, size_t size)
         (void)snprintf(text, size, "%.17g", value);
         break;
     default:
-        (void)snprintf(text, size, "%" PRIu64 "e%d", random_next(random) >> (random_next(random) % 64U), exponent);
+        (void)snprintf(text, size, "%" PRIu64 "e%d",
+                       random_next(random) >> (random_next(random) % 64U), exponent);
         break;
     }
 }

@@ -51,8 +51,9 @@ static void test_three_terms_at_once(void)
     set_octaves(1000000, 16);
     set_model(mix);
     davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_EQUAL_UINT(
-        (1U << DAVAR_QUANTIZATION) | (1U << DAVAR_ANGLE_RANDOM_WALK) | (1U << DAVAR_RATE_RANDOM_WALK), present_terms());
+    TEST_ASSERT_EQUAL_UINT((1U << DAVAR_QUANTIZATION) | (1U << DAVAR_ANGLE_RANDOM_WALK) |
+                               (1U << DAVAR_RATE_RANDOM_WALK),
+                           present_terms());
     assert_holds(sqrt(10.0), term(DAVAR_QUANTIZATION));
     assert_holds(60.0, term(DAVAR_ANGLE_RANDOM_WALK));
     assert_holds(216000.0 * sqrt(9e-5), term(DAVAR_RATE_RANDOM_WALK));
@@ -119,7 +120,8 @@ static void test_missing_differences_cost_degrees_of_freedom(void)
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > width);
     set_model(walk);
     davar_fit(&plan, 1.0, &result);
-    TEST_ASSERT_DOUBLE_WITHIN(3.0, ratio * davar_edf(DAVAR_RATE_RANDOM_WALK, 8, 600), result.tau[3].edf);
+    TEST_ASSERT_DOUBLE_WITHIN(3.0, ratio * davar_edf(DAVAR_RATE_RANDOM_WALK, 8, 600),
+                              result.tau[3].edf);
 }
 
 static void test_edf_is_never_below_one(void)
@@ -155,7 +157,8 @@ static void test_rounding_is_taken_off(void)
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->low > 170.0);
     fit_counts(10.0, 1.0);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
-    TEST_ASSERT_DOUBLE_WITHIN(0.1, 60.0 * sqrt(10.0 - (1.0 / 12.0)), term(DAVAR_ANGLE_RANDOM_WALK)->value);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1, 60.0 * sqrt(10.0 - (1.0 / 12.0)),
+                              term(DAVAR_ANGLE_RANDOM_WALK)->value);
 }
 
 static void test_what_may_be_chance_near_half_a_count_has_no_lower_limit(void)
@@ -210,9 +213,12 @@ static void test_a_fine_count_changes_nothing(void)
         result.unit_per_count = units[i / 2U];
         davar_fit(&plan, 1.0, &result);
         TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->present);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.value, term(DAVAR_ANGLE_RANDOM_WALK)->value);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.low, term(DAVAR_ANGLE_RANDOM_WALK)->low);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.high, term(DAVAR_ANGLE_RANDOM_WALK)->high);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.value,
+                                  term(DAVAR_ANGLE_RANDOM_WALK)->value);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.low,
+                                  term(DAVAR_ANGLE_RANDOM_WALK)->low);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-6 * whole.value, whole.high,
+                                  term(DAVAR_ANGLE_RANDOM_WALK)->high);
     }
 }
 
@@ -296,7 +302,8 @@ static void test_taus_that_are_nearly_equal_tell_no_terms_apart(void)
     davar_fit(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, present_terms());
     TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high));
-    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high > 2.0 * term(DAVAR_ANGLE_RANDOM_WALK)->value); /* a misfit */
+    TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >
+                     2.0 * term(DAVAR_ANGLE_RANDOM_WALK)->value); /* a misfit */
 }
 
 static void test_a_constant_input_bounds_nothing(void)
@@ -391,12 +398,14 @@ static void test_the_longest_windows_and_lists_stay_finite(void)
 static void assert_in_order(void)
 {
     for (int t = 0; t < result.tau_count; t++) {
-        TEST_ASSERT_TRUE((result.tau[t].low <= result.tau[t].adev) && (result.tau[t].adev <= result.tau[t].high));
+        TEST_ASSERT_TRUE((result.tau[t].low <= result.tau[t].adev) &&
+                         (result.tau[t].adev <= result.tau[t].high));
     }
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
         const davar_coefficient_t *const c = &result.coefficient[k];
         TEST_ASSERT_TRUE(c->high > 0.0);
-        TEST_ASSERT_TRUE(!c->present || ((0.0 <= c->low) && (c->low <= c->value) && (c->value <= c->high)));
+        TEST_ASSERT_TRUE(!c->present ||
+                         ((0.0 <= c->low) && (c->low <= c->value) && (c->value <= c->high)));
     }
 }
 
@@ -503,8 +512,10 @@ static void test_the_fit_of_white_noise_alone(void)
     TEST_ASSERT_EQUAL_INT(DAVAR_NOISE_MIXED, whole.noise);
     const davar_coefficient_t *arw = term(DAVAR_ANGLE_RANDOM_WALK);
     TEST_ASSERT_FALSE(arw->present);
-    TEST_ASSERT_TRUE((arw->high > 60.0 * sqrt(4.0 / 50.0)) && (arw->high < 1.3 * 60.0 * sqrt(4.3 / 50.0)));
-    TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high) && isnan(result.tau[0].low) && isnan(result.tau[6].edf));
+    TEST_ASSERT_TRUE((arw->high > 60.0 * sqrt(4.0 / 50.0)) &&
+                     (arw->high < 1.3 * 60.0 * sqrt(4.3 / 50.0)));
+    TEST_ASSERT_TRUE(isinf(term(DAVAR_RATE_RANDOM_WALK)->high) && isnan(result.tau[0].low) &&
+                     isnan(result.tau[6].edf));
     memset(&result, 0, sizeof result);
     set_octaves(1U, 3U);
     TEST_ASSERT_FALSE(davar_fit_white(&plan, 50.0, &result));

@@ -11,13 +11,16 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     set_octaves(600, 7);
     set_model(nearly_white);
     davar_fit(&plan, 1.0, &result);
-    davar_mixture_t model = {
-        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
+    davar_mixture_t model = {.data = &result,
+                             .weight = plan.weight,
+                             .count = 7,
+                             .misfit_spread = (double)plan.misfit_spread};
     davar_mixture_fit(&model, 1.0, 0U);
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_ANGLE_RANDOM_WALK, model.terms);
     TEST_ASSERT_DOUBLE_WITHIN(0.002, term(DAVAR_ANGLE_RANDOM_WALK)->value, 60.0 * sqrt(model.a[1]));
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
-        const double share = (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
+        const double share =
+            (double)plan.sigma[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
         const double sigma = share * (double)plan.unit[k] * model.a[1];
         TEST_ASSERT_DOUBLE_WITHIN(0.05 * sigma, sigma, sqrt(model.variance[k]));
     }
@@ -28,8 +31,10 @@ static void test_a_superfluous_term_is_taken_out_again(void)
     const double walk[] = {0, 0, 0, 1.0, 0};
     set_octaves(600, 7);
     set_model(walk);
-    davar_mixture_t model = {
-        .data = &result, .weight = plan.weight, .count = 7, .misfit_spread = (double)plan.misfit_spread};
+    davar_mixture_t model = {.data = &result,
+                             .weight = plan.weight,
+                             .count = 7,
+                             .misfit_spread = (double)plan.misfit_spread};
     davar_mixture_fit(&model, 1.0, 1U << DAVAR_RATE_RAMP); /* the wrong suspect */
     TEST_ASSERT_EQUAL_UINT(1U << DAVAR_RATE_RANDOM_WALK, model.terms);
 }
@@ -62,8 +67,10 @@ static void test_all_five_terms_are_found_from_white_noise_alone(void)
     const double mix[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
     set_octaves(UINT32_C(1) << 24U, 22);
     set_model(mix);
-    davar_mixture_t model = {
-        .data = &result, .weight = plan.weight, .count = 22, .misfit_spread = (double)plan.misfit_spread};
+    davar_mixture_t model = {.data = &result,
+                             .weight = plan.weight,
+                             .count = 22,
+                             .misfit_spread = (double)plan.misfit_spread};
     davar_mixture_fit(&model, 1.0, 0U);
     TEST_ASSERT_EQUAL_UINT((1U << DAVAR_COEFFICIENT_COUNT) - 1U, model.terms);
     for (int k = 0; k < (int)DAVAR_COEFFICIENT_COUNT; k++) {
@@ -85,8 +92,10 @@ static void test_beside_an_exact_mix_absent_terms_are_nothing(void)
             mix[k] = ((terms & (1U << k)) != 0U) ? all[k] : 0.0;
         }
         set_model(mix);
-        davar_mixture_t model = {
-            .data = &result, .weight = plan.weight, .count = 22, .misfit_spread = (double)plan.misfit_spread};
+        davar_mixture_t model = {.data = &result,
+                                 .weight = plan.weight,
+                                 .count = 22,
+                                 .misfit_spread = (double)plan.misfit_spread};
         davar_mixture_fit(&model, 1.0, 0U);
         TEST_ASSERT_EQUAL_UINT(terms, model.terms);
         for (unsigned k = 0U; k < (unsigned)DAVAR_COEFFICIENT_COUNT; k++) {
@@ -111,8 +120,10 @@ static void test_degrees_of_freedom_of_one_term(void)
             const uint32_t all = window - (2U * m) + 1U;
             for (uint32_t left = 1U; left <= all; left++) {
                 const davar_adev_t tau = {.m = m, .differences = left, .adev = 1.0};
-                const double edf = davar_noise_edf((davar_coefficient_kind_t)k, m, all) * left / all;
-                TEST_ASSERT_DOUBLE_WITHIN(1e-8 * edf, (edf > 1.0) ? edf : 1.0, davar_mixture_edf(&model, &tau));
+                const double edf =
+                    davar_noise_edf((davar_coefficient_kind_t)k, m, all) * left / all;
+                TEST_ASSERT_DOUBLE_WITHIN(1e-8 * edf, (edf > 1.0) ? edf : 1.0,
+                                          davar_mixture_edf(&model, &tau));
                 clamped += (edf < 1.0) ? 1U : 0U;
             }
         }

@@ -30,11 +30,13 @@ static void test_a_used_plan_gives_what_a_fresh_one_gives(void)
     for (size_t i = 0; i < sizeof windows / sizeof windows[0]; i++) {
         result.window_samples = windows[i];
         for (int t = 0; t < 5; t++) {
-            result.tau[t].differences = (2U * m[t] <= windows[i]) ? windows[i] - 2U * m[t] + 1U : 0U;
+            result.tau[t].differences =
+                (2U * m[t] <= windows[i]) ? windows[i] - 2U * m[t] + 1U : 0U;
         }
         set_model(mix);
         assert_same_as_fresh(m, 5);
-        result.tau[0].differences -= (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then whole again */
+        result.tau[0].differences -=
+            (result.tau[0].differences > 3U) ? 3U : 0U; /* a gap, then whole again */
         assert_same_as_fresh(m, 5);
     }
 }
@@ -104,15 +106,17 @@ static void test_the_limit_of_the_misfit_is_five_standard_deviations(void)
         double variance = 0.0;
         for (int i = 0; i < count; i++) {
             for (int j = 0; j < count; j++) {
-                const double r = davar_noise_white_overlap((int)m[(i < j) ? i : j], (int)m[(i < j) ? j : i]) /
-                                 sqrt(davar_noise_white_overlap((int)m[i], (int)m[i]) *
-                                      davar_noise_white_overlap((int)m[j], (int)m[j]));
+                const double r =
+                    davar_noise_white_overlap((int)m[(i < j) ? i : j], (int)m[(i < j) ? j : i]) /
+                    sqrt(davar_noise_white_overlap((int)m[i], (int)m[i]) *
+                         davar_noise_white_overlap((int)m[j], (int)m[j]));
                 variance += 2.0 * r * r;
             }
         }
         davar_plan_init(&plan, m, count);
         const double limit = 2.0 * ((count - 1.0) + (5.0 * sqrt(variance)));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit, (double)plan.misfit_limit / DAVAR_FIT_MISFIT_ONE);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-5 * limit, limit,
+                                  (double)plan.misfit_limit / DAVAR_FIT_MISFIT_ONE);
     }
 }
 

@@ -45,7 +45,8 @@ static void expect_weights(expected_t *e)
     const int last = e->count - 1;
     double from = 1.0 / sqrt(e->m[0] * e->m[0] * e->m[0] / e->m[(last > 0) ? 1 : 0]);
     for (int t = 0; t <= last; t++) {
-        const double above = sqrt(e->m[last] * e->m[last] * e->m[last] / e->m[(last > 0) ? last - 1 : 0]);
+        const double above =
+            sqrt(e->m[last] * e->m[last] * e->m[last] / e->m[(last > 0) ? last - 1 : 0]);
         const double to = (t < last) ? (1.0 / sqrt(e->m[t] * e->m[t + 1])) : (0.5 / above);
         e->weight[t] = from - to;
         from = to;
@@ -125,7 +126,8 @@ static double misfit_over_limit(const expected_t *e)
     for (int j = 0; j < e->count; j++) {
         misfit += 0.5 * e->edf[j] * pow((e->y[j] / e->white) - 1.0, 2.0);
         for (int i = 0; i <= j; i++) {
-            const double r = overlap(e->m[i], e->m[j]) / sqrt(overlap(e->m[i], e->m[i]) * overlap(e->m[j], e->m[j]));
+            const double r = overlap(e->m[i], e->m[j]) /
+                             sqrt(overlap(e->m[i], e->m[i]) * overlap(e->m[j], e->m[j]));
             spread += ((i < j) ? 4.0 : 2.0) * r * r;
         }
     }
@@ -156,7 +158,8 @@ static void expect(expected_t *e)
 static double coefficient(const expected_t *e, int term, double share)
 {
     const double last = e->m[e->count - 1];
-    const double size[TERMS] = {e->m[0], 1.0, 1.0 / last, 1.0 / (last * last), 1.0 / (last * last * last)};
+    const double size[TERMS] = {e->m[0], 1.0, 1.0 / last, 1.0 / (last * last),
+                                1.0 / (last * last * last)};
     const double unit[TERMS] = {1.0 / 3.0, 3600.0, 3600.0 * 3600.0 * acos(-1.0) / (2.0 * log(2.0)),
                                 3.0 * 216000.0 * 216000.0, 2.0 * 12960000.0 * 12960000.0};
     return sqrt(share * e->white * size[term] * unit[term]);
@@ -200,7 +203,9 @@ static uint8_t any_list(random_t *random, uint32_t window, uint32_t m[])
 {
     const uint64_t kind = random_next(random) % 4U;
     const uint64_t most = 1U + (random_next(random) % DAVAR_TAUS_MAX);
-    uint64_t size = ((random_next(random) % 2U) == 0U) ? 1U : (1U + (random_next(random) % (1U + (window / 20U))));
+    uint64_t size = ((random_next(random) % 2U) == 0U)
+                        ? 1U
+                        : (1U + (random_next(random) % (1U + (window / 20U))));
     uint8_t count = 0U;
     while ((count < most) && ((2U * size) <= window)) {
         const uint64_t steps[] = {size, 1U + (random_next(random) % 3U), 1U + (size / 3U),
@@ -238,7 +243,8 @@ static bool any_window(random_t *random)
         return false; /* knows nothing of the rest: test_fit.c */
     }
     set_taus(window, m, count);
-    result.mirrored_samples = ((random_next(random) % 4U) == 0U) ? (uint32_t)(random_next(random) % (window / 2U)) : 0U;
+    result.mirrored_samples =
+        ((random_next(random) % 4U) == 0U) ? (uint32_t)(random_next(random) % (window / 2U)) : 0U;
     const double left = ((random_next(random) % 4U) == 0U) ? random_uniform(random) : 1.0;
     for (int t = 0; t < count; t++) {
         result.tau[t].differences = (uint32_t)ceil(left * (double)result.tau[t].differences);
@@ -268,7 +274,8 @@ static void assert_reported(const expected_t *e)
     assert_near(white, term(DAVAR_ANGLE_RANDOM_WALK)->value, 1e-6);
     assert_near(white * sqrt(high), term(DAVAR_ANGLE_RANDOM_WALK)->high, 1e-4);
     if (!is_at_step) {
-        TEST_ASSERT_DOUBLE_WITHIN(0.003 * white, white * sqrt(least), term(DAVAR_ANGLE_RANDOM_WALK)->low);
+        TEST_ASSERT_DOUBLE_WITHIN(0.003 * white, white * sqrt(least),
+                                  term(DAVAR_ANGLE_RANDOM_WALK)->low);
     }
     for (int t = 0; t < e->count; t++) {
         davar_chi_square_interval(e->edf[t], &low, &high);
@@ -284,7 +291,8 @@ static void assert_shares(const expected_t *e, const davar_white_t *white)
     for (int k = 0; k < TERMS; k++) {
         const double share = fmax(0.0, e->share[k]);
         if ((k != WHITE) && (e->crowding[k] < 1e3) && (share < (1000.0 * (double)plan.scale[k]))) {
-            const double found = (double)white->share[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) * (double)plan.scale[k];
+            const double found = (double)white->share[k] / (double)(1U << DAVAR_FIT_SHARE_BITS) *
+                                 (double)plan.scale[k];
             TEST_ASSERT_DOUBLE_WITHIN((1e-3 * share) + (0.01 * sqrt(e->variance[k])), share, found);
         }
     }
@@ -325,7 +333,8 @@ static void test_white_noise_or_not_is_decided_as_in_doubles(void)
             other += e.explains ? 0U : 1U;
         }
     }
-    TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) && (other > (TRIALS / 10U))); /* both were tried */
+    TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) &&
+                     (other > (TRIALS / 10U))); /* both were tried */
 }
 
 /* One Allan variance that no mix of terms makes, ten standard errors off or within reach: the limit of (5.9) is where it says. */
@@ -340,7 +349,8 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
         set_taus(600U, m, 7U);
         for (int t = 0; t < 7; t++) {
             const double sign = (t % 2 == 0) ? 1.0 : -1.0; /* up and down: like no term */
-            result.tau[t].adev = sqrt((1.0 + (sign * 0.1 * step * sqrt(2.0 * (double)m[t] / 900.0))) / (double)m[t]);
+            result.tau[t].adev =
+                sqrt((1.0 + (sign * 0.1 * step * sqrt(2.0 * (double)m[t] / 900.0))) / (double)m[t]);
             result.tau[t].adev = (result.tau[t].adev > 0.0) ? result.tau[t].adev : 0.01;
         }
         expect(&e);
@@ -392,7 +402,8 @@ static void test_a_ready_plan_gives_the_same_or_nothing(void)
             (void)davar_fit_white(&plan, 1.0, &result);
             memcpy(&ready, &plan, sizeof ready);
             ready.window = 0U;
-            TEST_ASSERT_EQUAL_INT(result.noise == DAVAR_NOISE_WHITE, davar_fit_white_ready(&ready, 1.0, &again));
+            TEST_ASSERT_EQUAL_INT(result.noise == DAVAR_NOISE_WHITE,
+                                  davar_fit_white_ready(&ready, 1.0, &again));
             TEST_ASSERT_EQUAL_MEMORY(&result, &again, sizeof result);
             white_noise += (result.noise == DAVAR_NOISE_WHITE) ? 1U : 0U;
             other += (result.noise == DAVAR_NOISE_MIXED) ? 1U : 0U;
@@ -403,7 +414,8 @@ static void test_a_ready_plan_gives_the_same_or_nothing(void)
             TEST_ASSERT_TRUE(isinf(again.coefficient[WHITE].high) && isnan(again.tau[0].edf));
         }
     }
-    TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) && (other > (TRIALS / 10U))); /* both were tried */
+    TEST_ASSERT_TRUE((white_noise > (TRIALS / 4U)) &&
+                     (other > (TRIALS / 10U))); /* both were tried */
 }
 
 static void test_a_window_without_a_difference_says_nothing(void)

@@ -172,8 +172,10 @@ static void law_push(uint64_t b)
 {
     const davar_spread_t window = sum_of(law.cut, law.now);
     law_learn(b);
-    bool waits = (law.pending == 0U) && (config.shock != 0U) && ((window.blocks * (config.block - 1U)) >= 100U) &&
-                 (window.low > ((uint64_t)4U * window.blocks * config.floor)) && exceeds(b, &window, config.outlier);
+    bool waits = (law.pending == 0U) && (config.shock != 0U) &&
+                 ((window.blocks * (config.block - 1U)) >= 100U) &&
+                 (window.low > ((uint64_t)4U * window.blocks * config.floor)) &&
+                 exceeds(b, &window, config.outlier);
     if (law.pending != 0U) {
         const bool is_calm = law_is_over(b) || !exceeds(b, &window, 543U);
         waits = !is_calm && (law.pending < config.shock);
@@ -195,7 +197,8 @@ static void law_push_samples(const int16_t *sample)
     uint64_t b = 0U;
     for (uint32_t i = 0U; i < config.block; i++) {
         for (uint32_t k = 0U; k < i; k++) {
-            const int64_t d = (int64_t)sample[i] - sample[k]; /* K s2 - s1^2 is the sum of all pairs' squares */
+            const int64_t d =
+                (int64_t)sample[i] - sample[k]; /* K s2 - s1^2 is the sum of all pairs' squares */
             b += (uint64_t)(d * d);
         }
     }
@@ -265,7 +268,8 @@ static int law_differs(uint32_t from, uint32_t middle, uint32_t to, double limit
     if ((older.blocks == 0U) || (newer.blocks == 0U)) {
         return -1;
     }
-    return against(gain_of((double)older.low, older.blocks, (double)newer.low, newer.blocks), limit * law.f / 4096.0);
+    return against(gain_of((double)older.low, older.blocks, (double)newer.low, newer.blocks),
+                   limit * law.f / 4096.0);
 }
 
 /* The oldest record that is not older than `age`, in the least level whose four records reach so far; not before the bound. */
@@ -285,7 +289,8 @@ static bool law_grow(uint32_t *begin, uint32_t end, uint32_t bound, double near_
     while (*begin != bound) {
         age += age - (law.now - end);
         const uint32_t older = law_place(age, bound);
-        const int differs = law_differs(older, *begin, end, ((end - older) <= config.far) ? near_limit : 1.5);
+        const int differs =
+            law_differs(older, *begin, end, ((end - older) <= config.far) ? near_limit : 1.5);
         if (differs >= 0) {
             return differs > 0;
         }
@@ -405,7 +410,8 @@ static bool law_centred(uint32_t *begin, uint32_t *end)
     for (uint32_t i = 0U; i < past.cuts; i++) {
         const bool is_before = (past.at[i] <= centre) && (past.at[i] >= *begin);
         *begin = (past.counts[i] && is_before) ? past.at[i] : *begin;
-        bound = ((past.at[i] < *end) || ((past.cuts == GLR_CUTS) && (i == 0U))) ? past.at[i] : bound;
+        bound =
+            ((past.at[i] < *end) || ((past.cuts == GLR_CUTS) && (i == 0U))) ? past.at[i] : bound;
     }
     if (bound >= (law.now - (2U * config.half))) {
         return true;

@@ -15,7 +15,8 @@ static void test_a_step_is_cut_where_it_was_and_its_levels_are_reported(void)
     TEST_ASSERT_EQUAL_UINT32(state.alarm.at, state.cut.at);
     const double unit = 12.0 * 90.0;
     TEST_ASSERT_DOUBLE_WITHIN(2.0, 20.0, sqrt((double)event.older.low / event.older.blocks / unit));
-    TEST_ASSERT_DOUBLE_WITHIN(25.0, 60.0, sqrt((double)event.newer.low / event.newer.blocks / unit));
+    TEST_ASSERT_DOUBLE_WITHIN(25.0, 60.0,
+                              sqrt((double)event.newer.low / event.newer.blocks / unit));
     TEST_ASSERT_GREATER_THAN_INT32((int32_t)(config.alarm >> 6U), event.gain);
     TEST_ASSERT_TRUE(event.is_cut);
 }
@@ -222,7 +223,8 @@ static void test_a_trailing_window_leaves_out_what_is_not_alike(void)
         push_noise(26.0);
         if (state.cut.at == 0U) {
             const davar_glr_window_t window = trailing();
-            shortest = ((window.end - window.begin) < shortest) ? (window.end - window.begin) : shortest;
+            shortest =
+                ((window.end - window.begin) < shortest) ? (window.end - window.begin) : shortest;
         }
     }
     TEST_ASSERT_LESS_THAN_UINT32(200U, shortest);

@@ -13,14 +13,16 @@ static void test_the_logarithm_is_within_2e_minus_7(void)
         const uint32_t mantissa = 0x80000000U | (uint32_t)random_next(&rng);
         const int32_t exponent = (int32_t)(random_next(&rng) % 97U) - 32;
         const double exact = log((double)mantissa) + (exponent * log(2.0));
-        TEST_ASSERT_DOUBLE_WITHIN(2e-7, exact, (double)davar_logarithm(mantissa, exponent) / 16777216.0);
+        TEST_ASSERT_DOUBLE_WITHIN(2e-7, exact,
+                                  (double)davar_logarithm(mantissa, exponent) / 16777216.0);
     }
     TEST_ASSERT_EQUAL(0, davar_logarithm_of_count(1U));
 }
 
 static double times_logarithm_of_mean(const davar_spread_t *sum)
 {
-    const double mean = (((double)sum->high * 18446744073709551616.0) + (double)sum->low) / (double)sum->blocks;
+    const double mean =
+        (((double)sum->high * 18446744073709551616.0) + (double)sum->low) / (double)sum->blocks;
     return (double)sum->blocks * log(mean);
 }
 
@@ -43,7 +45,8 @@ static void test_the_gain_is_the_formulas_and_the_bound_never_below(void)
         if ((i % 2U) != 0U) { /* parts that are alike */
             older.low = (uint64_t)older.blocks << 40U;
             older.high = 0U;
-            sum.low = 1U + (uint64_t)(exp(0.3 * random_gauss(&rng)) * (double)((uint64_t)sum.blocks << 40U));
+            sum.low = 1U + (uint64_t)(exp(0.3 * random_gauss(&rng)) *
+                                      (double)((uint64_t)sum.blocks << 40U));
             sum.high = 0U;
         }
         const davar_spread_t newer = sum;
@@ -51,7 +54,8 @@ static void test_the_gain_is_the_formulas_and_the_bound_never_below(void)
         davar_stretch_t stretch;
         davar_stretch(&stretch, &sum, config.degrees);
         const double exact =
-            4.5 * (times_logarithm_of_mean(&sum) - times_logarithm_of_mean(&older) - times_logarithm_of_mean(&newer));
+            4.5 * (times_logarithm_of_mean(&sum) - times_logarithm_of_mean(&older) -
+                   times_logarithm_of_mean(&newer));
         const int32_t gain = davar_likelihood_gain(&stretch, &older);
         TEST_ASSERT_DOUBLE_WITHIN(3e-3 + (1e-7 * exact), exact, (double)gain / 4096.0);
         const uint32_t limit = 64U + (uint32_t)(random_next(&rng) % 3000U);
@@ -186,7 +190,8 @@ static void test_constants_of_the_second_channel_are_as_stated(void)
         TEST_ASSERT_EQUAL_UINT32(GLR_LONGEST, config.longest);
         TEST_ASSERT_EQUAL_UINT32(GLR_LEVELS, config.levels);
         TEST_ASSERT_DOUBLE_WITHIN(1.0, 65536.0 / (3.0 * (97.0 / 256.0)), config.bias);
-        TEST_ASSERT_EQUAL_UINT32(0U, config.outlier | config.shock | config.step | config.step_of_8 | config.half);
+        TEST_ASSERT_EQUAL_UINT32(0U, config.outlier | config.shock | config.step |
+                                         config.step_of_8 | config.half);
         alarm += config.alarm - (65536.0 * (log(360000.0 * 100.0 / wish.block) + 1.0));
     }
     TEST_ASSERT_DOUBLE_WITHIN(0.5, -0.5, alarm / (double)(GLR_BLOCK_MAX - GLR_BLOCK_MIN + 1U));
@@ -245,8 +250,10 @@ static void test_the_logarithm_is_the_formula_of_its_tables(void)
             const uint32_t beyond = (k == 0U) ? 0U : ((uint32_t)random_next(&rng) & 0x3FFFFFFU);
             const uint32_t x = upper(beyond << 5U, inverse);
             const uint32_t square = upper(x, x);
-            const uint32_t rest = (x >> 4U) - (square >> 8U) + (((upper(square, x) >> 10U) * 83U) >> 8U);
-            TEST_ASSERT_EQUAL_INT32((edge + rest) >> 7U, davar_logarithm(((32U + i) << 26U) | beyond, -31));
+            const uint32_t rest =
+                (x >> 4U) - (square >> 8U) + (((upper(square, x) >> 10U) * 83U) >> 8U);
+            TEST_ASSERT_EQUAL_INT32((edge + rest) >> 7U,
+                                    davar_logarithm(((32U + i) << 26U) | beyond, -31));
         }
     }
     const int32_t ln_2 = (int32_t)lround(16777216.0 * log(2.0));
@@ -306,8 +313,10 @@ static void test_a_level_is_the_root_of_the_mean(void)
         const uint32_t high = ((i % 2U) == 0U) ? 0U : (uint32_t)(random_next(&random) >> 40U);
         const davar_spread_t sum = {low | (UINT64_C(1) << 20U), high, blocks};
         const double square =
-            (((high * 18446744073709551616.0) + (double)sum.low) - (90.0 * blocks)) / (1080.0 * blocks);
-        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * sqrt(square), sqrt(square), davar_spread_level(&sum, 90U, 1080U));
+            (((high * 18446744073709551616.0) + (double)sum.low) - (90.0 * blocks)) /
+            (1080.0 * blocks);
+        TEST_ASSERT_DOUBLE_WITHIN(1e-9 * sqrt(square), sqrt(square),
+                                  davar_spread_level(&sum, 90U, 1080U));
     }
 }
 
@@ -330,9 +339,11 @@ static void test_the_dispersion_moves_as_the_formula_says(void)
             const double unit = 1.0 / (2.0 * (2.0 / nu) * (1.0 + (1.0 / nu)));
             const double square = fmin(step * step * unit, 9.0 * phi);
             const double share = fmax(1.0 / (n + 15.0), ldexp(1.0, -(int)memories[k]));
-            const double next = (n == 0U) ? phi : fmin(fmax(phi + ((square - phi) * share), 0.25), 14.0);
+            const double next =
+                (n == 0U) ? phi : fmin(fmax(phi + ((square - phi) * share), 0.25), 14.0);
             const double cut = ldexp(2.0 * fabs(step) * unit, -12); /* a step has 12 digits */
-            TEST_ASSERT_DOUBLE_WITHIN(4e-7 + (share * (cut + (2e-4 * square))), next, dispersion.phi / 16777216.0);
+            TEST_ASSERT_DOUBLE_WITHIN(4e-7 + (share * (cut + (2e-4 * square))), next,
+                                      dispersion.phi / 16777216.0);
         }
     }
 }

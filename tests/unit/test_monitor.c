@@ -44,8 +44,10 @@ static void test_a_deviation_is_the_normal_score_of_the_variance_ratio(void)
             const davar_model_tau_t model = {1U, 3.0, 0.25};
             const double ratio = fmin(1e12, fmax(1e-12, adev * adev / 9.0));
             const double scatter = 2.0 / (9.0 * edf);
-            const double wanted = (cbrt(ratio) - 1.0 + scatter) / sqrt(scatter + 0.25 * 0.25 * 4.0 / 9.0);
-            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * fmax(1.0, fabs(wanted)), wanted, davar_deviation(adev, edf, &model));
+            const double wanted =
+                (cbrt(ratio) - 1.0 + scatter) / sqrt(scatter + 0.25 * 0.25 * 4.0 / 9.0);
+            TEST_ASSERT_DOUBLE_WITHIN(1e-12 * fmax(1.0, fabs(wanted)), wanted,
+                                      davar_deviation(adev, edf, &model));
         }
     }
 }
@@ -120,7 +122,8 @@ static void test_a_window_that_no_fit_explains_is_compared_too(void)
                                        davar_edf(DAVAR_ANGLE_RANDOM_WALK, result.tau[t].m, 100U)),
                                   fmin(davar_edf(DAVAR_BIAS_INSTABILITY, result.tau[t].m, 100U),
                                        davar_edf(DAVAR_RATE_RANDOM_WALK, result.tau[t].m, 100U)));
-        TEST_ASSERT_DOUBLE_WITHIN(1e-8 * least, least, davar_edf_least(&result, t)); /* the evidence has 32 bits */
+        TEST_ASSERT_DOUBLE_WITHIN(1e-8 * least, least,
+                                  davar_edf_least(&result, t)); /* the evidence has 32 bits */
     }
     davar_monitor_update(&monitor, &result, &unfitted);
     for (uint8_t t = 0U; t < 3U; t++) {
@@ -168,7 +171,8 @@ static void test_health_is_the_largest_share_of_the_limit(void)
         }
         for (uint8_t t = 0U; t < 3U; t++) {
             const double off = exp(0.3 * random_gauss(&random));
-            set_tau(t, 1U << t, off * table[(t + 1U) % 3U].adev_dps, 5.0 + (double)(random_next(&random) % 50U));
+            set_tau(t, 1U << t, off * table[(t + 1U) % 3U].adev_dps,
+                    5.0 + (double)(random_next(&random) % 50U));
         }
         result.epoch += 1U + (random_next(&random) % 150U);
         davar_monitor_update(&monitor, &result, &misfit);

@@ -77,7 +77,8 @@ static void test_roots_of_doubles_next_to_squares(void)
     random_t random = random_seeded(2U);
     for (unsigned i = 0U; i < TRIALS; i++) {
         const double root = (double)(random_next(&random) >> 11U);
-        const double value = davar_double_of_bits(davar_bits_of_double(root * root) + (random_next(&random) % 5U) - 2U);
+        const double value = davar_double_of_bits(davar_bits_of_double(root * root) +
+                                                  (random_next(&random) % 5U) - 2U);
         same_double(sqrt(value), davar_root_by_integers(value), value, 0.0);
     }
 }
@@ -87,13 +88,14 @@ static void test_quotients(void)
     random_t random = random_seeded(3U);
     for (unsigned i = 0U; i < EDGES; i++) {
         for (unsigned j = 0U; j < EDGES; j++) {
-            same_double(edges[i] / edges[j], davar_divide_by_integers(edges[i], edges[j]), edges[i], edges[j]);
+            same_double(edges[i] / edges[j], davar_divide_by_integers(edges[i], edges[j]), edges[i],
+                        edges[j]);
         }
     }
     for (unsigned i = 0U; i < TRIALS; i++) {
         const double a = any_double(&random);
-        const double b =
-            ((i % 3U) == 0U) ? davar_double_of_bits(davar_bits_of_double(a) + (i % 7U)) : any_double(&random);
+        const double b = ((i % 3U) == 0U) ? davar_double_of_bits(davar_bits_of_double(a) + (i % 7U))
+                                          : any_double(&random);
         same_double(a / b, davar_divide_by_integers(a, b), a, b);
     }
 }
@@ -118,7 +120,8 @@ static void test_roots_of_mantissas(void)
         const uint32_t bits = (UINT32_C(1) << 23U) | ((uint32_t)random_next(&random) >> 9U);
         const uint32_t m = bits << (7U + (i % 2U));
         const float root = (float)sqrt((double)m / 1073741824.0);
-        TEST_ASSERT_EQUAL_UINT32((uint32_t)(root * 8388608.0F), davar_root_of_mantissa_by_integers(m));
+        TEST_ASSERT_EQUAL_UINT32((uint32_t)(root * 8388608.0F),
+                                 davar_root_of_mantissa_by_integers(m));
         TEST_ASSERT_EQUAL_UINT32((uint32_t)(root * 8388608.0F), davar_root_of_mantissa(m));
     }
 }

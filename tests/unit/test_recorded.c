@@ -50,7 +50,8 @@ static void add_double(double value)
 static void expect(uint64_t recorded)
 {
     char found[48];
-    (void)snprintf(found, sizeof found, "now 0x%08" PRIX32 "%08" PRIX32, (uint32_t)(sum >> 32U), (uint32_t)sum);
+    (void)snprintf(found, sizeof found, "now 0x%08" PRIX32 "%08" PRIX32, (uint32_t)(sum >> 32U),
+                   (uint32_t)sum);
     TEST_ASSERT_TRUE_MESSAGE(sum == recorded, found);
 }
 
@@ -72,7 +73,8 @@ static void test_logarithm(void)
     for (uint32_t edge = 0U; edge < 64U; edge++) {
         for (int32_t beside = -2; beside <= 2; beside++) {
             add((uint32_t)davar_logarithm(
-                (UINT32_C(0x80000000) + (edge << 25U) + (uint32_t)beside) | UINT32_C(0x80000000), 3));
+                (UINT32_C(0x80000000) + (edge << 25U) + (uint32_t)beside) | UINT32_C(0x80000000),
+                3));
         }
     }
     for (uint32_t i = 0U; i < TRIALS; i++) {
@@ -116,7 +118,8 @@ static void test_likelihood(void)
         const uint32_t blocks = 2U + (uint32_t)(random_next(&rng) % 1022U);
         const uint32_t of_older = 1U + (uint32_t)(random_next(&rng) % (blocks - 1U));
         const uint64_t a = (random_next(&rng) >> (24U + (i % 20U))) * of_older;
-        const uint64_t b = (random_next(&rng) >> (24U + ((i + (i / 20U)) % 20U))) * (blocks - of_older);
+        const uint64_t b =
+            (random_next(&rng) >> (24U + ((i + (i / 20U)) % 20U))) * (blocks - of_older);
         const davar_spread_t older = {a + 1U, 0U, of_older};
         const davar_spread_t whole = {a + b + 2U, 0U, blocks};
         davar_stretch_t stretch;
@@ -135,8 +138,9 @@ static void test_logarithm_of_a_sum(void)
     for (uint32_t i = 0U; i < TRIALS; i++) {
         const uint32_t shift = i % 96U;
         const uint64_t low = random_next(&rng);
-        const davar_spread_t some = {(shift < 32U) ? low : ((low | (UINT64_C(1) << 63U)) >> (shift - 32U)),
-                                     (shift < 32U) ? (random_mantissa() >> shift) : 0U, 1U};
+        const davar_spread_t some = {
+            (shift < 32U) ? low : ((low | (UINT64_C(1) << 63U)) >> (shift - 32U)),
+            (shift < 32U) ? (random_mantissa() >> shift) : 0U, 1U};
         add((uint32_t)spread_logarithm(&some));
         add(spread_bits(&some, spread_exponent(&some)));
     }
@@ -146,7 +150,8 @@ static void test_logarithm_of_a_sum(void)
 static void test_deviations_from_a_model(void)
 {
     for (uint32_t i = 0U; i < 400U; i++) {
-        const davar_model_tau_t model = {.m = 1U, .adev_dps = 1.0, .relative_tolerance = 0.01 * (double)(i % 3U)};
+        const davar_model_tau_t model = {
+            .m = 1U, .adev_dps = 1.0, .relative_tolerance = 0.01 * (double)(i % 3U)};
         add_double(davar_deviation(ldexp(1.5, (int)(i / 4U) - 50), 1.0 + (double)(i * 7U), &model));
         add_double(davar_deviation(0.99e6 + (100.0 * i), 100.0, &model));
         add_double(davar_deviation(0.99e-6 + (1e-10 * i), 100.0, &model));
@@ -198,7 +203,8 @@ static void add_result(double rate_hz)
         add_double(result.tau[t].adev);
         add(result.tau[t].differences);
     }
-    for (uint32_t k = 0U; (result.noise != DAVAR_NOISE_MIXED) && (k < DAVAR_COEFFICIENT_COUNT); k++) {
+    for (uint32_t k = 0U; (result.noise != DAVAR_NOISE_MIXED) && (k < DAVAR_COEFFICIENT_COUNT);
+         k++) {
         add_double(result.coefficient[k].value);
         add_double(result.coefficient[k].high);
     }
@@ -277,8 +283,10 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
     config.unit_per_count = 0.01;
     config.full_scale = 500.0;
     config.window.longest = 600U;
-    config.window.shortest = (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
-    config.moments.segment = ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
+    config.window.shortest =
+        (policy == DAVAR_POLICY_FIXED) ? 600U : ((policy == DAVAR_POLICY_GLR) ? 64U : 128U);
+    config.moments.segment =
+        ((policy == DAVAR_POLICY_FIXED) || (policy == DAVAR_POLICY_GLR)) ? 0U : 60U;
     config.law = davar_policy_law(policy, false);
     config.window.mode = mode;
     config.stride = stride;
@@ -291,12 +299,15 @@ static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32
 static void run_policy(bool is_wide, davar_policy_t policy)
 {
     davar_plan_init(&plan, taus, 5U);
-    static const uint32_t strides[] = {1U, 20U, 7U, 23U}; /* the latter two: windows whose edges lie between results */
+    static const uint32_t strides[] = {
+        1U, 20U, 7U, 23U}; /* the latter two: windows whose edges lie between results */
     for (uint32_t way = 0U; way < 8U; way++) {
         davar_config_t config =
-            config_of(policy, ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING, strides[way / 2U]);
+            config_of(policy, ((way & 1U) != 0U) ? DAVAR_MODE_CENTRED : DAVAR_MODE_TRAILING,
+                      strides[way / 2U]);
         config.window.mirrored_end = (way == 1U);
-        config.glr.long_cluster = ((policy == DAVAR_POLICY_GLR) && (way > 3U)) ? ((way % 2U) * 80U) : 0U;
+        config.glr.long_cluster =
+            ((policy == DAVAR_POLICY_GLR) && (way > 3U)) ? ((way % 2U) * 80U) : 0U;
         config.glr.block = (way < 4U) ? (6U + (2U * way)) : 10U;
         davar_policy_retype(&config, is_wide);
         run(is_wide, &config);
@@ -305,8 +316,8 @@ static void run_policy(bool is_wide, davar_policy_t policy)
 
 static void run_policies(bool is_wide)
 {
-    static const davar_policy_t policies[] = {DAVAR_POLICY_FIXED, DAVAR_POLICY_KURTOSIS, DAVAR_POLICY_OR,
-                                              DAVAR_POLICY_AND};
+    static const davar_policy_t policies[] = {DAVAR_POLICY_FIXED, DAVAR_POLICY_KURTOSIS,
+                                              DAVAR_POLICY_OR, DAVAR_POLICY_AND};
     for (uint32_t p = 0U; p < sizeof policies / sizeof policies[0]; p++) {
         run_policy(is_wide, policies[p]);
     }
@@ -350,8 +361,8 @@ static void make_deviations(const double size[5], double scatter, uint8_t count)
     result = (davar_result_t){.window_samples = WINDOW, .epoch = WINDOW - 1U, .tau_count = count};
     for (uint32_t t = 0U; t < count; t++) {
         const double m = (double)(1U << t);
-        const double variance =
-            (size[0] / (m * m)) + (size[1] / m) + (size[2] * 0.01) + (size[3] * 1e-4 * m) + (size[4] * 1e-6 * m * m);
+        const double variance = (size[0] / (m * m)) + (size[1] / m) + (size[2] * 0.01) +
+                                (size[3] * 1e-4 * m) + (size[4] * 1e-6 * m * m);
         result.tau[t].m = 1U << t;
         result.tau[t].differences = WINDOW + 1U - (2U << t);
         result.tau[t].adev = sqrt(variance * (1.0 - scatter + (2.0 * scatter * random_part())));
@@ -438,9 +449,11 @@ static void add_frame(const davar_frame_t *frame)
         add(frame->data[i]);
     }
     TEST_ASSERT_EQUAL(DAVAR_DECODED, davar_decode(frame, DAVAR_WIRE_BASE, &wire));
-    add(wire.message + (wire.channel * 256U) + (wire.counter * 65536U) + ((uint32_t)wire.result << 24U));
-    add(wire.session + (wire.index * 256U) + (wire.worst * 65536U) + ((uint32_t)wire.unstable << 24U) +
-        ((uint32_t)wire.alarm << 25U) + ((uint32_t)wire.young << 26U));
+    add(wire.message + (wire.channel * 256U) + (wire.counter * 65536U) +
+        ((uint32_t)wire.result << 24U));
+    add(wire.session + (wire.index * 256U) + (wire.worst * 65536U) +
+        ((uint32_t)wire.unstable << 24U) + ((uint32_t)wire.alarm << 25U) +
+        ((uint32_t)wire.young << 26U));
     add(wire.number + ((uint64_t)wire.window_samples << 32U));
     add((uint32_t)wire.count[0] + ((uint64_t)(uint32_t)wire.count[1] << 32U));
     add(wire.change_m + ((uint64_t)wire.cut_age_samples << 32U));
@@ -477,7 +490,8 @@ static void make_result(uint32_t turn)
                               .alarm = (turn % 3U) == 0U,
                               .young = (turn % 5U) == 0U,
                               .change = {.m = 1U << (turn % 8U)}};
-    result.epoch = random_next(&rng) >> 24U; /* one by one: the order of initializers is the compiler's */
+    result.epoch =
+        random_next(&rng) >> 24U; /* one by one: the order of initializers is the compiler's */
     result.window_samples = 1U + (uint32_t)(random_next(&rng) >> 44U);
     result.kurtosis = 2.0 + random_share();
     result.contribution = random_share();
@@ -488,17 +502,18 @@ static void make_result(uint32_t turn)
     result.dispersion = random_share();
     for (uint32_t t = 0U; t < 10U; t++) {
         const double adev = random_size();
-        result.tau[t] =
-            (davar_adev_t){.m = 1U << t, .adev = adev, .low = 0.8 * adev, .high = 1.3 * adev, .differences = 100U};
+        result.tau[t] = (davar_adev_t){
+            .m = 1U << t, .adev = adev, .low = 0.8 * adev, .high = 1.3 * adev, .differences = 100U};
     }
     for (uint32_t k = 0U; k < DAVAR_COEFFICIENT_COUNT; k++) {
         const double value = random_size();
-        result.coefficient[k] =
-            (davar_coefficient_t){.value = value, .low = 0.7 * value, .high = (1.0 + (2.0 * random_part())) * value};
+        result.coefficient[k] = (davar_coefficient_t){
+            .value = value, .low = 0.7 * value, .high = (1.0 + (2.0 * random_part())) * value};
     }
 }
 
-static void send_results(const davar_config_t *config, uint8_t content, const davar_misfit_t *misfit)
+static void send_results(const davar_config_t *config, uint8_t content,
+                         const davar_misfit_t *misfit)
 {
     davar_encoder_t encoder;
     davar_frame_t frame;
@@ -535,8 +550,8 @@ static void test_frames(void)
 {
     davar_misfit_t misfit = {.health = 0.7, .worst = 2U, .tau_count = 10U};
     for (uint32_t t = 0U; t < 10U; t++) {
-        misfit.tau[t] =
-            (davar_misfit_tau_t){.deviation = 0.5 - (0.125 * (double)t), .mean_deviation = 0.25 * (double)t};
+        misfit.tau[t] = (davar_misfit_tau_t){.deviation = 0.5 - (0.125 * (double)t),
+                                             .mean_deviation = 0.25 * (double)t};
     }
     davar_config_t config = config_of(DAVAR_POLICY_GLR, DAVAR_MODE_TRAILING, 20U);
     config.taus = octaves;

@@ -85,7 +85,8 @@ static void test_kurtosis_against_one_bound_or_the_other(void)
         const bool far = choose_bound(kurtosis, &bound);
         config.moments.kurtosis_low = upper ? 0.0 : bound;
         config.moments.kurtosis_high = upper ? bound : 1e300;
-        check(davar_rough_kurtosis(&config, &whole), upper ? (kurtosis > bound) : (kurtosis < bound), far);
+        check(davar_rough_kurtosis(&config, &whole),
+              upper ? (kurtosis > bound) : (kurtosis < bound), far);
     }
 }
 
@@ -97,8 +98,8 @@ static void test_contribution_against_one_bound_or_the_other(void)
         const double contribution = davar_song_contribution(&whole, &first);
         const bool upper = (i % 2U) == 0U;
         double bound;
-        const bool far =
-            choose_bound(contribution, &bound) && (contribution < 0.45) && (contribution > 1e-6) && (bound > 1e-6);
+        const bool far = choose_bound(contribution, &bound) && (contribution < 0.45) &&
+                         (contribution > 1e-6) && (bound > 1e-6);
         config.moments.contribution_low = upper ? 0.0 : bound;
         config.moments.contribution_high = upper ? bound : 3.9;
         check(davar_rough_contribution(&config, &whole, &first),

@@ -13,7 +13,8 @@ void tearDown(void) {}
 /* Small and large ones, those at the limits of what a small core takes at once among them. */
 static sample_t any_sample(random_t *random, unsigned bits)
 {
-    static const sample_t edges[8] = {INT16_MIN, INT16_MAX, 8191, 8192, -8192, -8193, 16383, -16384};
+    static const sample_t edges[8] = {INT16_MIN, INT16_MAX, 8191,  8192,
+                                      -8192,     -8193,     16383, -16384};
     const uint64_t next = random_next(random);
     if ((next % 16U) == 0U) {
         return edges[(next >> 8U) % 8U];
@@ -62,8 +63,9 @@ static void test_powers_of_a_run_are_those_of_its_samples(void)
     random_t random = random_seeded(1U);
     sample_t sample[LONGEST];
     for (unsigned trial = 0U; trial < 5000U; trial++) {
-        const powers_t start = {(uint32_t)random_next(&random), (uint32_t)random_next(&random), random_next(&random),
-                                random_next(&random), UINT64_MAX - (random_next(&random) % 1000U)};
+        const powers_t start = {(uint32_t)random_next(&random), (uint32_t)random_next(&random),
+                                random_next(&random), random_next(&random),
+                                UINT64_MAX - (random_next(&random) % 1000U)};
         fill(&random, sample);
         check_powers(&start, sample, (uint32_t)(random_next(&random) % (LONGEST + 1U)));
     }
@@ -95,8 +97,10 @@ static void check_squares(random_t *random, difference_t head, uint32_t count)
     }
     sum_t at_once = start;
     sum_t by_parts = start;
-    TEST_ASSERT_EQUAL_INT32(difference, sum_add_run_at_once(&at_once, head, tap[0], tap[1], tap[2], count));
-    TEST_ASSERT_EQUAL_INT32(difference, sum_add_run_by_parts(&by_parts, head, tap[0], tap[1], tap[2], count));
+    TEST_ASSERT_EQUAL_INT32(difference,
+                            sum_add_run_at_once(&at_once, head, tap[0], tap[1], tap[2], count));
+    TEST_ASSERT_EQUAL_INT32(difference,
+                            sum_add_run_by_parts(&by_parts, head, tap[0], tap[1], tap[2], count));
     TEST_ASSERT_EQUAL_UINT64(expected, at_once);
     TEST_ASSERT_EQUAL_UINT64(expected, by_parts);
 }
@@ -105,7 +109,8 @@ static void test_squares_of_a_run_are_those_of_its_differences(void)
 {
     random_t random = random_seeded(2U);
     for (unsigned trial = 0U; trial < 5000U; trial++) {
-        const difference_t head = (difference_t)(uint32_t)random_next(&random) >> (4U + (trial % 28U));
+        const difference_t head =
+            (difference_t)(uint32_t)random_next(&random) >> (4U + (trial % 28U));
         check_squares(&random, head, (uint32_t)(random_next(&random) % (LONGEST + 1U)));
     }
 }
@@ -113,11 +118,13 @@ static void test_squares_of_a_run_are_those_of_its_differences(void)
 /* D that stays where the squares of a few just fit 32 bits, or no longer do. */
 static void test_squares_at_the_limit_of_32_bits_fit(void)
 {
-    static const difference_t limits[] = {16383, 16384, -16384, -16385, 32767, -32768, 65535, -65536};
+    static const difference_t limits[] = {16383, 16384,  -16384, -16385,
+                                          32767, -32768, 65535,  -65536};
     const sample_t still[LONGEST] = {0};
     for (unsigned k = 0U; k < (sizeof limits / sizeof limits[0]); k++) {
         sum_t sum = 0U;
-        TEST_ASSERT_EQUAL_INT32(limits[k], sum_add_run_by_parts(&sum, limits[k], still, still, still, LONGEST));
+        TEST_ASSERT_EQUAL_INT32(
+            limits[k], sum_add_run_by_parts(&sum, limits[k], still, still, still, LONGEST));
         TEST_ASSERT_EQUAL_UINT64((uint64_t)((int64_t)limits[k] * limits[k]) * LONGEST, sum);
     }
 }

@@ -29,10 +29,12 @@ static void test_numbers_keep_32_bits(void)
     for (unsigned i = 0U; i < TRIALS; i++) {
         const double value = any_positive(&random);
         const uint32_t whole = (uint32_t)(random_next(&random) >> (32U + (i % 32U))) | 1U;
-        const float single = (float)ldexp(1.0 + (double)(whole % 8388608U) / 8388608.0, (int)(i % 200U) - 100);
+        const float single =
+            (float)ldexp(1.0 + (double)(whole % 8388608U) / 8388608.0, (int)(i % 200U) - 100);
         near(value, scaled_to_double(scaled_of_double(value)), ldexp(1.0, -31));
         near((double)single, scaled_to_double(scaled_of_float(single)), 0.0);
-        near(ldexp((double)whole, (int)i % 99), scaled_to_double(scaled_of_u32(whole, (int32_t)i % 99)), 0.0);
+        near(ldexp((double)whole, (int)i % 99),
+             scaled_to_double(scaled_of_u32(whole, (int32_t)i % 99)), 0.0);
     }
 }
 
@@ -54,7 +56,8 @@ static void test_inverses_and_sums(void)
     random_t random = random_seeded(3U);
     for (unsigned i = 0U; i < TRIALS; i++) {
         const double a = any_positive(&random);
-        const double b = ((i % 2U) == 0U) ? any_positive(&random) : ldexp(a, (int)(random_next(&random) % 80U) - 40);
+        const double b = ((i % 2U) == 0U) ? any_positive(&random)
+                                          : ldexp(a, (int)(random_next(&random) % 80U) - 40);
         const scaled_t scaled = scaled_of_double(a);
         near(1.0 / a, scaled_to_double(scaled_inverse(scaled)), ldexp(1.0, -29));
         near(a + b, scaled_to_double(scaled_plus(scaled, scaled_of_double(b))), ldexp(1.0, -30));
@@ -71,7 +74,8 @@ static void test_fixed_point(void)
     random_t random = random_seeded(4U);
     for (unsigned i = 0U; i < TRIALS; i++) {
         const int bits = (int)(random_next(&random) % 31U);
-        const double value = ldexp(1.0 + (double)(random_next(&random) >> 42U) / 4194304.0, 32 - bits - (int)(i % 40U));
+        const double value = ldexp(1.0 + (double)(random_next(&random) >> 42U) / 4194304.0,
+                                   32 - bits - (int)(i % 40U));
         const double units = floor(ldexp(value, bits) + 0.5);
         const uint32_t fixed = scaled_to_fixed(scaled_of_double(value), bits);
         TEST_ASSERT_EQUAL_HEX32((units < 4294967296.0) ? (uint32_t)units : UINT32_MAX, fixed);
@@ -112,7 +116,8 @@ static void test_white_noise_near_the_largest_double(void)
     TEST_ASSERT_TRUE(isinf(result.tau[0].high));
     TEST_ASSERT_TRUE(isfinite(result.tau[0].low));
     TEST_ASSERT_TRUE(result.tau[3].high < DBL_MAX);
-    TEST_ASSERT_TRUE(isinf(result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value)); /* per root hour: 60 times as much */
+    TEST_ASSERT_TRUE(isinf(
+        result.coefficient[DAVAR_ANGLE_RANDOM_WALK].value)); /* per root hour: 60 times as much */
 }
 
 int main(void)

@@ -111,7 +111,8 @@ static void fill_ring(uint32_t received)
 static void slide_one(uint32_t received)
 {
     ring_put(&stages.ring, history[received]);
-    slide(&stages.allan, ring_leading(&stages.ring, lag + 1U), ring_trailing(&stages.ring, lag + 1U + length));
+    slide(&stages.allan, ring_leading(&stages.ring, lag + 1U),
+          ring_trailing(&stages.ring, lag + 1U + length));
 }
 
 static void check_taus(uint32_t received)

@@ -110,10 +110,12 @@ static void test_each_rule_reads_its_own_flags(void)
         {SONG_AND, false, false, true},
     };
     for (unsigned i = 0U; i < 3U; i++) {
-        TEST_ASSERT_EQUAL(expected[i].kurtosis_only, davar_song_unstable(&config, expected[i].rule, &peaked, &peaked));
+        TEST_ASSERT_EQUAL(expected[i].kurtosis_only,
+                          davar_song_unstable(&config, expected[i].rule, &peaked, &peaked));
         TEST_ASSERT_EQUAL(expected[i].contribution_only,
                           davar_song_unstable(&config, expected[i].rule, &flat, &peaked));
-        TEST_ASSERT_EQUAL(expected[i].both, davar_song_unstable(&config, expected[i].rule, &peaked, &flat));
+        TEST_ASSERT_EQUAL(expected[i].both,
+                          davar_song_unstable(&config, expected[i].rule, &peaked, &flat));
     }
 }
 
@@ -144,7 +146,8 @@ static void test_the_next_double_is_on_the_other_side(void)
             }
             const davar_central_t whole = central_of(sample, n);
             const double product = (double)(upper * (n - upper));
-            const double kurtosis = ((double)(n * n) - (3.0 * product)) / product; /* one rounding */
+            const double kurtosis =
+                ((double)(n * n) - (3.0 * product)) / product; /* one rounding */
             const double above = nextafter(kurtosis, 1e300);
             const double under = nextafter(kurtosis, 0.0);
             config.moments.kurtosis_low = under;
@@ -191,7 +194,8 @@ static void test_contributions_hair_close_to_their_bounds(void)
             config.moments.contribution_low = contribution + hair;
             config.moments.contribution_high = contribution + (2.0 * hair);
             TEST_ASSERT_TRUE(davar_song_unstable(&config, SONG_OR, &part[0], &part[1]));
-            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution, davar_song_contribution(&part[0], &part[1]));
+            TEST_ASSERT_DOUBLE_WITHIN(hair, contribution,
+                                      davar_song_contribution(&part[0], &part[1]));
         }
     }
 }

@@ -27,10 +27,12 @@ static void test_rails_of_32_bits_in_a_window_of_2_to_the_24(void)
     for (unsigned i = 0U; i < 2U; i++) {
         const double p = 1.0 / (double)shares[i];
         const double expected = (1.0 / (p * (1.0 - p))) - 3.0;
-        TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected,
-                                  kurtosis_of_two(INT32_MIN, INT32_MAX, NUMBER_WINDOW_MAX, shares[i]));
-        TEST_ASSERT_DOUBLE_WITHIN(4e-15 * expected, expected,
-                                  kurtosis_of_two(INT32_MAX - 1, INT32_MAX, NUMBER_WINDOW_MAX, shares[i]));
+        TEST_ASSERT_DOUBLE_WITHIN(
+            4e-15 * expected, expected,
+            kurtosis_of_two(INT32_MIN, INT32_MAX, NUMBER_WINDOW_MAX, shares[i]));
+        TEST_ASSERT_DOUBLE_WITHIN(
+            4e-15 * expected, expected,
+            kurtosis_of_two(INT32_MAX - 1, INT32_MAX, NUMBER_WINDOW_MAX, shares[i]));
     }
 }
 

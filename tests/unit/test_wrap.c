@@ -68,7 +68,8 @@ static void shift_detector(davar_glr_t *detector, uint32_t blocks)
     }
 }
 
-#define TURN (GLR_RECORDS << (GLR_LEVELS - 1U)) /* blocks after which every record has been overwritten */
+#define TURN                                                                                       \
+    (GLR_RECORDS << (GLR_LEVELS - 1U)) /* blocks after which every record has been overwritten */
 
 static void shift(davar_t *davar, uint32_t offset)
 {

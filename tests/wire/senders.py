@@ -17,14 +17,19 @@ STATE, FD, END = 1, 8, 11
 @dataclass(eq=False)
 class Run:
     """One run of a sender: its results in the order of time, each a list of frames (identifier, data)."""
+
     results: list = field(default_factory=list)
 
 
 @functools.cache
 def run(seed, count, session, stride=100, content=3, first=0, channel=0):
     """A run whose epochs are first + stride - 1, first + 2 stride - 1, ...; its last result is the farewell."""
-    done = subprocess.run([PROBE, "run", *map(str, (seed, count, session, stride, content, first, channel))], text=True,
-                          stdout=subprocess.PIPE, check=True)
+    done = subprocess.run(
+        [PROBE, "run", *map(str, (seed, count, session, stride, content, first, channel))],
+        text=True,
+        stdout=subprocess.PIPE,
+        check=True,
+    )
     found = Run()
     for line in done.stdout.splitlines():
         word = line.split()

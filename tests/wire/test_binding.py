@@ -9,8 +9,7 @@ import unittest
 from collections import Counter
 
 import cantools
-
-from senders import END, FD, ROOT, STATE, frames, run, seeded
+from senders import FD, ROOT, STATE, frames, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire  # noqa: E402
@@ -46,8 +45,10 @@ def truth(one):
 
 def shown(result):
     """The values of a row, likewise."""
-    return {**{name: plain(value) for name, value in result.values.items()},
-            **{("adev", index): plain(value) for index, value in result.adev.items()}}
+    return {
+        **{name: plain(value) for name, value in result.values.items()},
+        **{("adev", index): plain(value) for index, value in result.adev.items()},
+    }
 
 
 def receive(stream):
@@ -62,7 +63,7 @@ def shuffled(sent, source, span):
     """Any order within blocks of so many frames."""
     out = []
     for at in range(0, len(sent), span):
-        block = sent[at:at + span]
+        block = sent[at : at + span]
         source.shuffle(block)
         out += block
     return out
@@ -70,8 +71,16 @@ def shuffled(sent, source, span):
 
 def delayed(sent, source, rate, far):
     """Some frames come up to `far` frames later than they should."""
-    return [frame for _, frame in sorted(((at + source.uniform(0, far) * (source.random() < rate), frame) for at, frame in enumerate(sent)),
-                                         key=lambda one: one[0])]
+    return [
+        frame
+        for _, frame in sorted(
+            (
+                (at + source.uniform(0, far) * (source.random() < rate), frame)
+                for at, frame in enumerate(sent)
+            ),
+            key=lambda one: one[0],
+        )
+    ]
 
 
 def mixed(streams, source):
@@ -88,7 +97,9 @@ def damaged(frame, source):
     identifier, data = frame
     bits = int.from_bytes(data, "big")
     size = 8 * len(data)
-    flip = source.choice((1 << source.randrange(size), source.randrange(1, 256) << source.randrange(size - 15)))
+    flip = source.choice(
+        (1 << source.randrange(size), source.randrange(1, 256) << source.randrange(size - 15))
+    )
     return identifier, (bits ^ flip).to_bytes(len(data), "big")
 
 
@@ -97,7 +108,11 @@ class Binding(unittest.TestCase):
         """Every row is one sent result, whole; none comes twice, and they come in order."""
         said = {channel: truth(one) for channel, one in runs.items()}
         for result in found:
-            self.assertEqual(said[result.channel].get(result.epoch), shown(result), (told, result.channel, result.epoch))
+            self.assertEqual(
+                said[result.channel].get(result.epoch),
+                shown(result),
+                (told, result.channel, result.epoch),
+            )
         keys = [(result.channel, result.stretch, result.epoch) for result in found]
         self.assertEqual([], [key for key, count in Counter(keys).items() if count > 1], told)
         for channel in runs:
@@ -107,14 +122,29 @@ class Binding(unittest.TestCase):
     def add_up(self, stream, receiver, found, told=None):
         """Every frame is counted once, and every result whose State came is a row or counted."""
         faults = receiver.faults
-        self.assertEqual(len(stream), faults.good + faults.repeated + faults.corrupted + faults.impossible + faults.foreign, (told, faults))
-        states = {(identifier, data) for identifier, data in stream if (identifier - 0x5D0) % 16 in (STATE, FD) and data[0] == wire.crc(identifier, data)}
-        self.assertEqual(len(states), len(found) + faults.incomplete_results + faults.late_results, (told, faults))
+        self.assertEqual(
+            len(stream),
+            faults.good + faults.repeated + faults.corrupted + faults.impossible + faults.foreign,
+            (told, faults),
+        )
+        states = {
+            (identifier, data)
+            for identifier, data in stream
+            if (identifier - 0x5D0) % 16 in (STATE, FD) and data[0] == wire.crc(identifier, data)
+        }
+        self.assertEqual(
+            len(states),
+            len(found) + faults.incomplete_results + faults.late_results,
+            (told, faults),
+        )
 
     def test_any_order_within_two_results(self):
         for content in CONTENTS:
             for seed in range(6):
-                source, one = seeded("near", content, seed), run(seed, 60, session=7, content=content)
+                source, one = (
+                    seeded("near", content, seed),
+                    run(seed, 60, session=7, content=content),
+                )
                 begin = len(one.results[0])  # Sequence has to know what comes first
                 sent = frames(one)
                 stream = sent[:begin] + shuffled(sent[begin:], source, NEAR * len(one.results[1]))
@@ -122,14 +152,19 @@ class Binding(unittest.TestCase):
                 with self.subTest(content=content, seed=seed):
                     self.check({0: one}, found)
                     self.add_up(stream, receiver, found)
-                    self.assertEqual((0, 0), (receiver.faults.incomplete_results, receiver.faults.restarts))
+                    self.assertEqual(
+                        (0, 0), (receiver.faults.incomplete_results, receiver.faults.restarts)
+                    )
                     self.assertEqual(60, len(found) + receiver.faults.late_results)
 
     def test_any_order_within_any_number_of_results(self):
         rows = 0
         for content in CONTENTS:
             for span in (3, 5, 8, 13, 16, 17, 32, 33, 60):
-                source, one = seeded("far", content, span), run(span, 60, session=7, content=content)
+                source, one = (
+                    seeded("far", content, span),
+                    run(span, 60, session=7, content=content),
+                )
                 receiver, found = receive(shuffled(frames(one), source, span * len(one.results[1])))
                 with self.subTest(content=content, span=span):
                     self.check({0: one}, found)
@@ -141,11 +176,22 @@ class Binding(unittest.TestCase):
         """Sixteen results further, where Result is the same: one frame, or all but one."""
         for content in CONTENTS:
             one = run(5, 40, session=7, content=content)
-            values = [at for at, (identifier, _) in enumerate(one.results[20]) if identifier & 15 not in (5, 6)]
+            values = [
+                at
+                for at, (identifier, _) in enumerate(one.results[20])
+                if identifier & 15 not in (5, 6)
+            ]
             for at in values:
                 for swapped in ({at}, set(values) - {at}):
-                    mixture = [one.results[36][n] if n in swapped else frame for n, frame in enumerate(one.results[20])]
-                    stream = [frame for result in [*one.results[:20], mixture, *one.results[21:36]] for frame in result]
+                    mixture = [
+                        one.results[36][n] if n in swapped else frame
+                        for n, frame in enumerate(one.results[20])
+                    ]
+                    stream = [
+                        frame
+                        for result in [*one.results[:20], mixture, *one.results[21:36]]
+                        for frame in result
+                    ]
                     receiver, found = receive(stream)
                     with self.subTest(content=content, at=at, swapped=len(swapped)):
                         self.check({0: one}, found)
@@ -158,11 +204,16 @@ class Binding(unittest.TestCase):
             one = run(8, 30, session=7, content=content)
             identifier, data = one.results[20][0]
             size, passed = 8 * len(data), 0
-            for flip in {burst << at for at in range(size - 15, size - 8) for burst in range(1, 256)}:
+            for flip in {
+                burst << at for at in range(size - 15, size - 8) for burst in range(1, 256)
+            }:
                 other = (int.from_bytes(data, "big") ^ flip).to_bytes(len(data), "big")
                 if other[0] == wire.crc(identifier, other):
                     passed += 1
-                    stream = [(identifier, other) if frame is one.results[20][0] else frame for frame in frames(one)]
+                    stream = [
+                        (identifier, other) if frame is one.results[20][0] else frame
+                        for frame in frames(one)
+                    ]
                     _, found = receive(stream)
                     self.check({0: one}, found)
                     self.assertNotIn(20 * 100 + 99, [result.epoch for result in found])
@@ -173,12 +224,19 @@ class Binding(unittest.TestCase):
             one = run(6, 30, session=7, content=content)
             for lost, (identifier, _) in enumerate(one.results[20]):
                 kind = identifier & 15
-                stream = [frame for n, result in enumerate(one.results) for at, frame in enumerate(result) if (n, at) != (20, lost)]
+                stream = [
+                    frame
+                    for n, result in enumerate(one.results)
+                    for at, frame in enumerate(result)
+                    if (n, at) != (20, lost)
+                ]
                 receiver, found = receive(stream)
                 with self.subTest(content=content, lost=kind):
                     self.check({0: one}, found)
                     self.assertEqual(30 - (kind not in (5, 6)), len(found))
-                    self.assertEqual(kind not in (5, 6, STATE, FD), receiver.faults.incomplete_results)
+                    self.assertEqual(
+                        kind not in (5, 6, STATE, FD), receiver.faults.incomplete_results
+                    )
                     self.assertEqual(1, receiver.faults.missing)
 
     def test_lost_repeated_delayed_and_damaged_frames_of_three_channels(self):
@@ -187,7 +245,12 @@ class Binding(unittest.TestCase):
         while done < FAULTS:
             source = seeded("all", seed)
             content = source.choice(CONTENTS)
-            runs = {channel: run(seed % 40 + channel, 90, session=7 + channel, content=content, channel=channel) for channel in (0, 1, 5)}
+            runs = {
+                channel: run(
+                    seed % 40 + channel, 90, session=7 + channel, content=content, channel=channel
+                )
+                for channel in (0, 1, 5)
+            }
             streams = []
             for one in runs.values():
                 begin, per = sum(map(len, one.results[:2])), len(one.results[1])
@@ -195,7 +258,15 @@ class Binding(unittest.TestCase):
                 for frame in frames(one)[begin:]:
                     kind = source.random()
                     done += kind < 0.09
-                    stream += [] if kind < 0.03 else [frame] * 2 if kind < 0.06 else [damaged(frame, source)] if kind < 0.09 else [frame]
+                    stream += (
+                        []
+                        if kind < 0.03
+                        else [frame] * 2
+                        if kind < 0.06
+                        else [damaged(frame, source)]
+                        if kind < 0.09
+                        else [frame]
+                    )
                 far = source.choice((0, per // 2, NEAR * per))
                 done += len(stream) // 5 if far else 0
                 streams.append(frames(one)[:begin] + delayed(stream, source, 0.2, far))

@@ -16,8 +16,13 @@ DBC = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 BASE, STEP = 0x5D0, 16
 SESSION = 165  # of wire_probe
 OF_NO_RESULT = (5, 6, 9, 11)  # Health, Setup, Raw, and End itself
-COEFFICIENTS = ("QuantizationDeg", "ArwDegPerSqrtH", "BiasInstabilityDegPerH", "RateRandomWalkDegPerHPerSqrtH",
-                "RateRampDegPerH2")
+COEFFICIENTS = (
+    "QuantizationDeg",
+    "ArwDegPerSqrtH",
+    "BiasInstabilityDegPerH",
+    "RateRandomWalkDegPerHPerSqrtH",
+    "RateRampDegPerH2",
+)
 
 
 def crc8(data, crc=0xFF):
@@ -33,7 +38,7 @@ def fnv1a(data):
     """FNV-1a of 32 bits from its definition: start 2166136261, factor 16777619."""
     value = 2166136261
     for byte in data:
-        value = (value ^ byte) * 16777619 % 2 ** 32
+        value = (value ^ byte) * 16777619 % 2**32
     return value
 
 
@@ -43,7 +48,9 @@ def single(value):
 
 
 def probe(*arguments, stdin=None):
-    done = subprocess.run([PROBE, *map(str, arguments)], input=stdin, text=True, stdout=subprocess.PIPE, check=True)
+    done = subprocess.run(
+        [PROBE, *map(str, arguments)], input=stdin, text=True, stdout=subprocess.PIPE, check=True
+    )
     return done.stdout.splitlines()
 
 
@@ -57,7 +64,9 @@ def results(seed, count, content, channel=0):
                 yield values, frames
             values, frames = {"R": word[1:], "T": [], "C": [], "H": []}, []
         elif word[0] == "F":
-            frames.append((int(word[1], 16), bytes.fromhex(word[2]), word[3] if len(word) > 3 else None))
+            frames.append(
+                (int(word[1], 16), bytes.fromhex(word[2]), word[3] if len(word) > 3 else None)
+            )
         elif word[0] in "MG":
             values[word[0]] = [float(number) for number in word[1:]]
         elif word[0] == "H":
@@ -68,21 +77,34 @@ def results(seed, count, content, channel=0):
 
 def possible(message, signals):
     """May a sender mean these values? By the words of lib/WIRE.md, "Invalid values"."""
+
     def magnitude(value):
         return math.isnan(value) or value == 0 or 1e-30 <= value <= 1e30
+
     for name, value in signals.items():
         signal = message.get_signal_by_name(name)
-        if name in ("WindowSamples", "Stride", "ClusterSamples", "RateHz", "UnitPerCount", "Frames") and not value > 0:
+        if (
+            name
+            in ("WindowSamples", "Stride", "ClusterSamples", "RateHz", "UnitPerCount", "Frames")
+            and not value > 0
+        ):
             return False
         unlimited = "High" in name and value == math.inf
-        if signal.is_float and not unlimited and not magnitude(abs(value) if name in ("ModelDeviation", "RateDps") else value):
+        if (
+            signal.is_float
+            and not unlimited
+            and not magnitude(abs(value) if name in ("ModelDeviation", "RateDps") else value)
+        ):
             return False
     return True
 
 
 def relative(value, low, high):
-    return 0.5 * (high - low) / value if value and not math.isnan(value) else \
-        (math.inf if value == 0 and high > low else math.nan)
+    return (
+        0.5 * (high - low) / value
+        if value and not math.isnan(value)
+        else (math.inf if value == 0 and high > low else math.nan)
+    )
 
 
 class Codec(unittest.TestCase):
@@ -93,7 +115,7 @@ class Codec(unittest.TestCase):
     def assert_scaled(self, expected, found, unit, bits):
         if math.isnan(expected):
             self.assertEqual("absent", found)
-        elif expected >= (2 ** bits - 1.5) * unit:
+        elif expected >= (2**bits - 1.5) * unit:
             self.assertEqual("beyond", found)
         else:
             self.assertLessEqual(abs(expected - found), 0.5000001 * unit)
@@ -104,8 +126,8 @@ class Codec(unittest.TestCase):
 
     def check_state(self, values, signals):
         epoch, window, unstable = map(int, values["R"][:3])
-        self.assertEqual(epoch % 2 ** 32, signals["Epoch"])
-        self.assertEqual(min(window, 2 ** 19 - 1), signals["WindowSamples"])
+        self.assertEqual(epoch % 2**32, signals["Epoch"])
+        self.assertEqual(min(window, 2**19 - 1), signals["WindowSamples"])
         self.assertEqual(unstable, signals["Unstable"])
 
     def check_stationarity(self, values, signals):
@@ -114,9 +136,12 @@ class Codec(unittest.TestCase):
 
     def check_change(self, values, signals):
         alarm, young, m, age, dispersion, *told = values["G"]
-        self.assertEqual((alarm, young, m), tuple(signals[name] for name in ("Alarm", "Young", "ChangeClusterSamples")))
+        self.assertEqual(
+            (alarm, young, m),
+            tuple(signals[name] for name in ("Alarm", "Young", "ChangeClusterSamples")),
+        )
         if signals["ChangeItem"] == 0:
-            self.assertEqual(min(age, 2 ** 20 - 1), signals["CutAge"])
+            self.assertEqual(min(age, 2**20 - 1), signals["CutAge"])
             self.assert_scaled(dispersion, signals["Dispersion"], 0.01, 12)
         else:
             name = ("ChangeOlderDps", "ChangeNewerDps", "ChangeGain")[signals["ChangeItem"] - 1]
@@ -134,7 +159,9 @@ class Codec(unittest.TestCase):
 
     def check_health(self, values, signals):
         self.assertEqual(SESSION, signals["Session"])
-        self.assertEqual(values["H"][signals["HealthIndex"].value], signals[str(signals["HealthIndex"])])
+        self.assertEqual(
+            values["H"][signals["HealthIndex"].value], signals[str(signals["HealthIndex"])]
+        )
 
     def check_monitor(self, values, signals):
         health, worst, *deviations = values["M"]
@@ -145,7 +172,9 @@ class Codec(unittest.TestCase):
             self.assert_float(deviations[signals["MonitorIndex"]], signals["ModelDeviation"])
 
     def check_end(self, values, signals):
-        self.assertEqual((SESSION, *values["E"]), (signals["Session"], signals["Frames"], signals["Digest"]))
+        self.assertEqual(
+            (SESSION, *values["E"]), (signals["Session"], signals["Frames"], signals["Digest"])
+        )
 
     def check_setup(self, values, signals):
         self.assertEqual(SESSION, signals["Session"])
@@ -155,11 +184,11 @@ class Codec(unittest.TestCase):
             self.assertEqual(4000000000, signals["Stride"])
         else:
             index = signals["Item"] - 32
-            self.assertEqual(2 ** index if index < 11 else 2 ** 32 - 1, signals["ClusterSamples"])
+            self.assertEqual(2**index if index < 11 else 2**32 - 1, signals["ClusterSamples"])
 
     def check_resultfd(self, values, signals):
-        self.assertEqual(int(values["R"][0]) % 2 ** 24, signals["Epoch"])
-        self.assertEqual(min(int(values["R"][1]), 2 ** 19 - 1), signals["WindowSamples"])
+        self.assertEqual(int(values["R"][0]) % 2**24, signals["Epoch"])
+        self.assertEqual(min(int(values["R"][1]), 2**19 - 1), signals["WindowSamples"])
         self.assertEqual(int(values["R"][2]), signals["Unstable"])
         self.assert_scaled(float(values["R"][3]), signals["Kurtosis"], 1e-3, 16)
         self.assert_scaled(float(values["R"][4]), signals["Contribution"], 1e-3, 12)
@@ -173,8 +202,13 @@ class Codec(unittest.TestCase):
         counters, state = {}, None
         for values, frames in results(seed, count, content, channel):
             seen = []
-            own = [(one, data) for one, data, _ in frames if (one - BASE) % STEP not in OF_NO_RESULT]
-            values["E"] = len(own), sum(fnv1a(one.to_bytes(2, "little") + data[1:]) for one, data in own) % 2 ** 32
+            own = [
+                (one, data) for one, data, _ in frames if (one - BASE) % STEP not in OF_NO_RESULT
+            ]
+            values["E"] = (
+                len(own),
+                sum(fnv1a(one.to_bytes(2, "little") + data[1:]) for one, data in own) % 2**32,
+            )
             for identifier, data, slcan in frames:
                 message = DBC.get_message_by_frame_id(identifier - STEP * channel)
                 signals = message.decode(data)
@@ -195,26 +229,65 @@ class Codec(unittest.TestCase):
         self.assertEqual(0x4B, crc8(b"123456789"))
 
     def test_the_check_values_of_the_digest_are_the_published_ones(self):
-        self.assertEqual((0x811C9DC5, 0xE40C292C, 0xBF9CF968), tuple(map(fnv1a, (b"", b"a", b"foobar"))))
+        self.assertEqual(
+            (0x811C9DC5, 0xE40C292C, 0xBF9CF968), tuple(map(fnv1a, (b"", b"a", b"foobar")))
+        )
 
     def test_a_summary_is_six_frames(self):
         self.check(1, 0, ["State", "Stationarity", "Arw", "Health", "Setup", "End"], channel=3)
 
     def test_everything_in_classical_frames(self):
-        self.check(2, 7, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 15 + ["Health", "Setup", "End"])
+        self.check(
+            2,
+            7,
+            ["State", "Stationarity", "Arw"]
+            + ["Adev"] * 12
+            + ["Coefficient"] * 15
+            + ["Health", "Setup", "End"],
+        )
 
     def test_the_default_content(self):
-        self.check(3, 3, ["State", "Stationarity", "Arw"] + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup", "End"],
-                   channel=5)
+        self.check(
+            3,
+            3,
+            ["State", "Stationarity", "Arw"]
+            + ["Adev"] * 12
+            + ["Coefficient"] * 5
+            + ["Health", "Setup", "End"],
+            channel=5,
+        )
 
     def test_policy_glr_says_what_it_has_found(self):
-        self.check(9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup", "End"], channel=8)
-        self.check(10, 3, ["State", "Stationarity", "Arw"] + ["Change"] * 4 + ["Adev"] * 12 + ["Coefficient"] * 5 + ["Health", "Setup", "End"], channel=34)
-        self.check(11, 8, ["ResultFd"] + ["Change"] * 4 + ["Adev"] * 4 + ["Health", "Setup", "End"], channel=9)
+        self.check(
+            9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup", "End"], channel=8
+        )
+        self.check(
+            10,
+            3,
+            ["State", "Stationarity", "Arw"]
+            + ["Change"] * 4
+            + ["Adev"] * 12
+            + ["Coefficient"] * 5
+            + ["Health", "Setup", "End"],
+            channel=34,
+        )
+        self.check(
+            11,
+            8,
+            ["ResultFd"] + ["Change"] * 4 + ["Adev"] * 4 + ["Health", "Setup", "End"],
+            channel=9,
+        )
 
     def test_the_monitor_adds_a_frame_per_tau_and_one_for_health(self):
-        self.check(7, 16, ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup", "End"], channel=1)
-        self.check(8, 24, ["ResultFd"] + ["Adev"] * 4 + ["Monitor"] * 13 + ["Health", "Setup", "End"])
+        self.check(
+            7,
+            16,
+            ["State", "Stationarity", "Arw"] + ["Monitor"] * 13 + ["Health", "Setup", "End"],
+            channel=1,
+        )
+        self.check(
+            8, 24, ["ResultFd"] + ["Adev"] * 4 + ["Monitor"] * 13 + ["Health", "Setup", "End"]
+        )
 
     def test_a_result_in_one_fd_frame(self):
         self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup", "End"])
@@ -231,40 +304,84 @@ class Codec(unittest.TestCase):
             if source.random() < 0.5:  # every float32 a number near 1
                 for at in range(7, message.length, 4):
                     raw[at], raw[at - 1] = 0x3F, raw[at - 1] & 0x7F | 0x40
-            raw[2] = source.choice((0, 1, 2, 32, 40)) if message.name == "DAVAR_Setup" else \
-                source.randrange(33) if message.name == "DAVAR_Monitor" else \
-                source.randrange(15) if message.name in ("DAVAR_Coefficient", "DAVAR_Health") else raw[2]
-            raw[1] = raw[1] & 0xCF | source.randrange(3) << 4 if message.name == "DAVAR_Raw" else raw[1]
+            raw[2] = (
+                source.choice((0, 1, 2, 32, 40))
+                if message.name == "DAVAR_Setup"
+                else source.randrange(33)
+                if message.name == "DAVAR_Monitor"
+                else source.randrange(15)
+                if message.name in ("DAVAR_Coefficient", "DAVAR_Health")
+                else raw[2]
+            )
+            raw[1] = (
+                raw[1] & 0xCF | source.randrange(3) << 4 if message.name == "DAVAR_Raw" else raw[1]
+            )
             channel = source.randrange(35)
             identifier = message.frame_id + STEP * channel
             raw[0] = crc8(identifier.to_bytes(2, "little") + raw[1:])
             lines.append(f"{identifier:03X}#{raw.hex()}")
             expected.append((message, channel, message.decode(bytes(raw), decode_choices=False)))
         decoded = 0
-        for (message, channel, signals), answer in zip(expected, probe("decode", stdin="\n".join(lines) + "\n")):
+        for (message, channel, signals), answer in zip(
+            expected, probe("decode", stdin="\n".join(lines) + "\n")
+        ):
             word = answer.split()
             if not possible(message, signals):
                 self.assertEqual(["E", "4"], word, signals)
                 continue
             decoded += 1
-            self.assertEqual(["D", str(message.frame_id - BASE), str(channel), str(signals["Counter"])], word[:4])
+            self.assertEqual(
+                ["D", str(message.frame_id - BASE), str(channel), str(signals["Counter"])], word[:4]
+            )
             self.check_decoded(message, signals, word)
 
         self.assertGreater(decoded, 1000)
 
     def check_decoded(self, message, signals, word):
-        scaled = {"ArwRelativeUncertainty": 10, "AdevRelativeUncertainty": 10, "Kurtosis": 11, "Contribution": 12, "Dispersion": 34}
-        whole = {"Epoch": 7, "Stride": 7, "ClusterSamples": 7, "WindowSamples": 8, "Unstable": 9, "TauIndex": 5,
-                 "Kind": 5, "HealthIndex": 5, "Item": 5, "MonitorIndex": 5, "WorstTau": 26, "Session": 27, "Form": 5, "Index": 7,
-                 "Count": 28, "Count0": 28, "Count1": 29, "ChangeItem": 5, "Alarm": 30, "Young": 31, "ChangeClusterSamples": 32, "CutAge": 33, "Frames": 5, "Digest": 7}
+        scaled = {
+            "ArwRelativeUncertainty": 10,
+            "AdevRelativeUncertainty": 10,
+            "Kurtosis": 11,
+            "Contribution": 12,
+            "Dispersion": 34,
+        }
+        whole = {
+            "Epoch": 7,
+            "Stride": 7,
+            "ClusterSamples": 7,
+            "WindowSamples": 8,
+            "Unstable": 9,
+            "TauIndex": 5,
+            "Kind": 5,
+            "HealthIndex": 5,
+            "Item": 5,
+            "MonitorIndex": 5,
+            "WorstTau": 26,
+            "Session": 27,
+            "Form": 5,
+            "Index": 7,
+            "Count": 28,
+            "Count0": 28,
+            "Count1": 29,
+            "ChangeItem": 5,
+            "Alarm": 30,
+            "Young": 31,
+            "ChangeClusterSamples": 32,
+            "CutAge": 33,
+            "Frames": 5,
+            "Digest": 7,
+        }
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
         # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
         for name, value in signals.items():
             signal = message.get_signal_by_name(name)
             if name in scaled:
                 found = float(word[scaled[name]])
-                top = round(value / float(signal.scale)) == 2 ** signal.length - 1
-                self.assertTrue(math.isnan(found) if top else abs(found - value) <= 1e-6 * abs(value), (name, word))
+                top = round(value / float(signal.scale)) == 2**signal.length - 1
+                self.assertTrue(
+                    math.isnan(found) if top else abs(found - value) <= 1e-6 * abs(value),
+                    (name, word),
+                )
             elif name in whole:
                 self.assertEqual(value, int(word[whole[name]]), name)
             elif message.name == "DAVAR_ResultFd" and name in coefficient:
@@ -288,7 +405,19 @@ class Codec(unittest.TestCase):
         unknown = bytes([0x30, 0, 0, 0, 0, 0, 0])  # Form 3
         lines.append(f"5D9#{crc8(bytes([0xD9, 5]) + unknown):02x}{unknown.hex()}")
         answers = [line.split()[:2] for line in probe("decode", stdin="\n".join(lines) + "\n")]
-        self.assertEqual([["D", "1"], ["E", "3"], ["E", "1"], ["E", "1"], ["E", "2"], ["E", "4"], ["E", "4"], ["E", "4"]], answers)
+        self.assertEqual(
+            [
+                ["D", "1"],
+                ["E", "3"],
+                ["E", "1"],
+                ["E", "1"],
+                ["E", "2"],
+                ["E", "4"],
+                ["E", "4"],
+                ["E", "4"],
+            ],
+            answers,
+        )
 
 
 if __name__ == "__main__":

@@ -18,8 +18,22 @@ ORIGINAL = cantools.database.load_file(ROOT / "tools/davar.dbc", strict=True)
 
 
 def layout(message):
-    return sorted((s.name, s.start, s.length, s.is_float, s.is_signed, s.scale, s.unit, str(s.choices), s.is_multiplexer,
-                   str(s.multiplexer_ids), str(s.multiplexer_signal)) for s in message.signals)
+    return sorted(
+        (
+            s.name,
+            s.start,
+            s.length,
+            s.is_float,
+            s.is_signed,
+            s.scale,
+            s.unit,
+            str(s.choices),
+            s.is_multiplexer,
+            str(s.multiplexer_ids),
+            str(s.multiplexer_signal),
+        )
+        for s in message.signals
+    )
 
 
 def loaded(text):
@@ -33,8 +47,13 @@ class Dbc(unittest.TestCase):
     def test_every_message_is_at_its_place_with_the_same_layout(self):
         for base, channel in ((0x5D0, 0), (0x600, 2), (0x7F4, 0), (0, 34)):
             found = loaded(dbc.moved(base, [channel]))
-            self.assertEqual([(m.name, m.frame_id + base - 0x5D0 + 16 * channel, m.length) for m in ORIGINAL.messages],
-                             [(m.name, m.frame_id, m.length) for m in found.messages])
+            self.assertEqual(
+                [
+                    (m.name, m.frame_id + base - 0x5D0 + 16 * channel, m.length)
+                    for m in ORIGINAL.messages
+                ],
+                [(m.name, m.frame_id, m.length) for m in found.messages],
+            )
             for one, other in zip(ORIGINAL.messages, found.messages):
                 self.assertEqual(layout(one), layout(other), one.name)
 
@@ -47,10 +66,14 @@ class Dbc(unittest.TestCase):
             data = bytes([data[0], data[1] & 0xDF, source.randrange(2), *data[3:]])
             identifier = message.frame_id + 0x30 + 16 * channel
             self.assertEqual(str(message.decode(data)), str(found.decode_message(identifier, data)))
-            self.assertEqual(f"{message.name}_{channel}", found.get_message_by_frame_id(identifier).name)
+            self.assertEqual(
+                f"{message.name}_{channel}", found.get_message_by_frame_id(identifier).name
+            )
 
     def test_identifiers_beyond_eleven_bits_are_refused(self):
-        with self.assertRaisesRegex(errors.BadInput, "--channel: 35 does not fit into 11-bit identifiers from 5D0 on"):
+        with self.assertRaisesRegex(
+            errors.BadInput, "--channel: 35 does not fit into 11-bit identifiers from 5D0 on"
+        ):
             dbc.moved(0x5D0, [34, 35])
         dbc.moved(0x5D0, [34])
 

@@ -16,7 +16,8 @@ from senders import END, ROOT, run, seeded
 from test_raw import counts, stream
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire, live, record  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import live, record
 
 WARM, RESTARTS = 40, 240
 SETUP, HEALTH = 6, 5
@@ -34,7 +35,10 @@ class Sender:
 
     def __init__(self, parts):
         self.parts, self.count = parts, 0
-        self.blocks, self.files = array("q", bytes(8 * RESTARTS)), array("q", bytes(8 * RESTARTS))  # held behind each part
+        self.blocks, self.files = (
+            array("q", bytes(8 * RESTARTS)),
+            array("q", bytes(8 * RESTARTS)),
+        )  # held behind each part
 
     def __call__(self, name, faults, say):
         return self
@@ -58,10 +62,26 @@ class Growth(unittest.TestCase):
     def live(self, parts, **options):
         """The command, in this process; the Sender, and what it said."""
         sender = Sender(parts)
-        with mock.patch.object(live, "Source", sender), tempfile.TemporaryFile("w+", encoding="utf-8") as said, open(os.devnull, "w", encoding="ascii") as shown:
+        with (
+            mock.patch.object(live, "Source", sender),
+            tempfile.TemporaryFile("w+", encoding="utf-8") as said,
+            open(os.devnull, "w", encoding="ascii") as shown,
+        ):
             with contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown):
-                status = live.run(argparse.Namespace(**{"source": "can:x", "base": wire.BASE, "record": str(self.folder / "arw.csv"), "raw": None,
-                                                        "count": None, "idle": None, "json": True, **options}))
+                status = live.run(
+                    argparse.Namespace(
+                        **{
+                            "source": "can:x",
+                            "base": wire.BASE,
+                            "record": str(self.folder / "arw.csv"),
+                            "raw": None,
+                            "count": None,
+                            "idle": None,
+                            "json": True,
+                            **options,
+                        }
+                    )
+                )
             said.seek(0)
             self.assertEqual(0, status)
             return sender, said.read()
@@ -69,31 +89,47 @@ class Growth(unittest.TestCase):
     def test_hundreds_of_restarts(self):
         samples = counts(seeded("growth"), 300, gaps=0)
         runs = [stream(samples, session=session) for session in (7, 9)]
-        sender, said = self.live((runs[n % 2] for n in range(RESTARTS)), raw=str(self.folder / "raw.csv"))
+        sender, said = self.live(
+            (runs[n % 2] for n in range(RESTARTS)), raw=str(self.folder / "raw.csv")
+        )
         self.assertEqual({sender.files[WARM]}, set(sender.files[WARM:]))
-        self.assertLess(max(sender.blocks[RESTARTS // 2:]) - max(sender.blocks[WARM:RESTARTS // 2]), BLOCKS)
+        self.assertLess(
+            max(sender.blocks[RESTARTS // 2 :]) - max(sender.blocks[WARM : RESTARTS // 2]), BLOCKS
+        )
         self.assertIn(f" 0 doubtful samples, {RESTARTS - 1} restarts\n", said)
         raw = list(self.folder.glob("raw*.csv"))
         self.assertEqual({len(samples) + 3}, {path.read_bytes().count(b"\n") for path in raw})
         self.assertEqual(RESTARTS, len(raw))
         with open(self.folder / "arw.csv", encoding="ascii") as file:
             keys = [(int(row["stretch"]), int(row["epoch"])) for row in csv.DictReader(file)]
-        self.assertEqual([(stretch, epoch) for stretch in range(1, RESTARTS + 1) for epoch in (99, 199, 299)], [key for key in keys if key[1] < 300])
+        self.assertEqual(
+            [(stretch, epoch) for stretch in range(1, RESTARTS + 1) for epoch in (99, 199, 299)],
+            [key for key in keys if key[1] < 300],
+        )
 
     def test_rows_that_wait_for_their_names_in_hundreds_of_stretches(self):
         recorder = record.Recorder(self.folder / "x.csv")
         for stretch in range(1, 3000):
-            recorder.add(wire.Result(0, 0, 99, {}, {0: 1.0}, stretch=stretch), wire.Channel(stretch))
+            recorder.add(
+                wire.Result(0, 0, 99, {}, {0: 1.0}, stretch=stretch), wire.Channel(stretch)
+            )
         self.assertLessEqual(len(recorder.patient), record.WAITING_MAX + 1)
         recorder.close()
         with open(self.folder / "x.csv", encoding="ascii") as file:
-            self.assertEqual(list(range(1, 3000)), [int(row["stretch"]) for row in csv.DictReader(file)])
+            self.assertEqual(
+                list(range(1, 3000)), [int(row["stretch"]) for row in csv.DictReader(file)]
+            )
 
     def test_without_health_and_setup(self):
         """Kept out by a filter on the way: DAVAR_End alone says which frames are one result, and of which run."""
         one = run(1, 900, session=7)
         receiver, found = wire.Receiver(), []
-        for frame in (frame for result in one.results for frame in result if frame[0] & 15 not in (SETUP, HEALTH)):
+        for frame in (
+            frame
+            for result in one.results
+            for frame in result
+            if frame[0] & 15 not in (SETUP, HEALTH)
+        ):
             result = receiver.push(*frame)
             found += [result.epoch] if result else []
         self.assertEqual(list(range(99, 90000, 100)), found)

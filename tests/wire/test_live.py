@@ -17,7 +17,8 @@ from pathlib import Path
 from senders import ROOT, frames, run
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire, record, source  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import record, source
 
 # The command behind tools/davarlab live, without the other commands and what they need.
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
@@ -42,14 +43,32 @@ class Live(unittest.TestCase):
         their results is shown, everything before them has been read."""
         ours, its = pty.openpty()
         tty.setraw(its)
-        wanted = {"source": f"slcan:{os.ttyname(its)}", "base": wire.BASE, "record": str(self.record), "raw": None, "count": None, "idle": None,
-                  "json": True, **options}
-        bound = (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None
-        process = subprocess.Popen([sys.executable, "-B", "-c", LIVE, json.dumps(wanted)], cwd=ROOT / "tools/lab", text=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=bound)
+        wanted = {
+            "source": f"slcan:{os.ttyname(its)}",
+            "base": wire.BASE,
+            "record": str(self.record),
+            "raw": None,
+            "count": None,
+            "idle": None,
+            "json": True,
+            **options,
+        }
+        bound = (
+            (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))) if limit else None
+        )
+        process = subprocess.Popen(
+            [sys.executable, "-B", "-c", LIVE, json.dumps(wanted)],
+            cwd=ROOT / "tools/lab",
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            preexec_fn=bound,
+        )
         told, shown = [], []
         teller = threading.Thread(target=lambda: told.extend(process.stderr))
-        writer = threading.Thread(target=self.play, args=(ours, [*sent, *frames(run(99, 2, session=1, channel=MARK))]))
+        writer = threading.Thread(
+            target=self.play, args=(ours, [*sent, *frames(run(99, 2, session=1, channel=MARK))])
+        )
         teller.start()
         writer.start()
         for line in process.stdout:
@@ -73,7 +92,7 @@ class Live(unittest.TestCase):
             heard += os.read(ours, 100)
         data = memoryview(b"".join(map(text, sent)))
         while data:
-            data = data[os.write(ours, data[:1000]):]
+            data = data[os.write(ours, data[:1000]) :]
 
     def rows(self, path=None):
         with open(path or self.record, encoding="utf-8") as file:
@@ -85,12 +104,22 @@ class Live(unittest.TestCase):
     def test_a_restart_is_told_and_begins_a_new_stretch(self):
         one, two = run(1, 60, session=7), run(2, 60, session=7)
         shown, told = self.live(frames(one) + frames(two))
-        self.assertEqual(1, told.count("davarlab live: channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"))
+        self.assertEqual(
+            1,
+            told.count(
+                "davarlab live: channel 0: the sender has been restarted: a new stretch begins with epoch 99\n"
+            ),
+        )
         self.assertIn(" 0 orphaned,", told)
         self.assertIn(" 1 restarts", told)
-        self.assertEqual([("0", str(stretch), str(100 * n + 99)) for stretch in (1, 2) for n in range(60)], self.keys())
-        self.assertEqual([(int(row["stretch"]), int(row["epoch"])) for row in self.rows()],
-                         [(row["stretch"], row["epoch"]) for row in map(json.loads, shown)])
+        self.assertEqual(
+            [("0", str(stretch), str(100 * n + 99)) for stretch in (1, 2) for n in range(60)],
+            self.keys(),
+        )
+        self.assertEqual(
+            [(int(row["stretch"]), int(row["epoch"])) for row in self.rows()],
+            [(row["stretch"], row["epoch"]) for row in map(json.loads, shown)],
+        )
         self.assertNotIn("", [row["time_s"] for row in self.rows()])
         self.assertEqual(["adev_1", "adev_2", "adev_4", "adev_8"], [*self.rows()[0]][-4:])
 
@@ -98,7 +127,10 @@ class Live(unittest.TestCase):
         one = run(1, 20, session=7)
         for _ in range(3):
             self.live(frames(one))
-        self.assertEqual([("0", str(stretch), str(100 * n + 99)) for stretch in (1, 2, 3) for n in range(20)], self.keys())
+        self.assertEqual(
+            [("0", str(stretch), str(100 * n + 99)) for stretch in (1, 2, 3) for n in range(20)],
+            self.keys(),
+        )
         self.assertEqual(1, self.record.read_text().count("epoch"))
 
     def test_a_row_that_a_power_cut_has_broken_is_taken_away(self):
@@ -111,7 +143,9 @@ class Live(unittest.TestCase):
             self.live(frames(one))
             self.assertEqual(before + self.all_shown, len(self.record.read_text().splitlines()) - 1)
             self.assertEqual(len(self.keys()), len(set(self.keys())))
-            self.assertTrue(self.record.read_bytes().startswith(whole[:whole.rindex(b"\n", 0, -1) + 1]))
+            self.assertTrue(
+                self.record.read_bytes().startswith(whole[: whole.rindex(b"\n", 0, -1) + 1])
+            )
 
     def test_what_is_no_recording_of_these_columns_stays_as_it_is(self):
         for there in (b"time_s,gyro_z_dps\n0,1\n0.1,2", b"\x00" * 100, b"channel,epoch\n"):
@@ -127,18 +161,28 @@ class Live(unittest.TestCase):
             self.record.unlink(missing_ok=True)
             shown, told = self.live(frames(one), limit)
             self.assertEqual(60, len(shown))
-            self.assertEqual(1, told.count("File too large: results are shown, and not recorded\n"), told)
+            self.assertEqual(
+                1, told.count("File too large: results are shown, and not recorded\n"), told
+            )
             text = self.record.read_text()
             self.assertTrue(text == "" or text.endswith("\n"))
             kept = len(self.rows())
-            self.assertIn(f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} results not recorded\n", told)
-            self.assertEqual([str(100 * n + 99) for n in range(kept)], [row["epoch"] for row in self.rows()][:kept])
+            self.assertIn(
+                f"arw.csv: {self.all_shown - max(text.count(chr(10)) - 1, 0)} results not recorded\n",
+                told,
+            )
+            self.assertEqual(
+                [str(100 * n + 99) for n in range(kept)],
+                [row["epoch"] for row in self.rows()][:kept],
+            )
         self.assertGreater(kept, 5)
 
     def test_a_device_that_is_always_full(self):
         shown, told = self.live(frames(run(1, 20, session=7)), record="/dev/full")
         self.assertEqual(20, len(shown))
-        self.assertIn("/dev/full: No space left on device: results are shown, and not recorded\n", told)
+        self.assertIn(
+            "/dev/full: No space left on device: results are shown, and not recorded\n", told
+        )
         self.assertIn(f"/dev/full: {self.all_shown} results not recorded\n", told)
 
     def test_a_rate_of_zero_is_refused_and_counted(self):
@@ -157,8 +201,22 @@ class Slcan(unittest.TestCase):
         return port._frame(line), port.faults.noise  # pylint: disable=protected-access
 
     def test_what_is_no_standard_frame_is_noise(self):
-        for line in (b"t80001", b"tFFF0", b"t8008" + b"00" * 8, b"t5D0200FFzzzz", b"t5D02AB01123G", b"t5D02AB011", b"t5D02AB01 123",
-                     b"t5D09" + b"00" * 9, b"t5D02ABzz", b"T000005D00", b"r5D00", b"t5d", b"t5D02AB01\n", b"t-5D0"):
+        for line in (
+            b"t80001",
+            b"tFFF0",
+            b"t8008" + b"00" * 8,
+            b"t5D0200FFzzzz",
+            b"t5D02AB01123G",
+            b"t5D02AB011",
+            b"t5D02AB01 123",
+            b"t5D09" + b"00" * 9,
+            b"t5D02ABzz",
+            b"T000005D00",
+            b"r5D00",
+            b"t5d",
+            b"t5D02AB01\n",
+            b"t-5D0",
+        ):
             self.assertEqual((None, 1), self.found(line), line)
 
     def test_frames_with_and_without_a_time_stamp(self):

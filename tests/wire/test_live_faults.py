@@ -24,7 +24,8 @@ from senders import ROOT, frames, run, seeded
 from test_raw import counts, stream
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire, live, raw_record, record  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import live, raw_record, record
 
 WATCHED = (live.__file__, wire.__file__, record.__file__, raw_record.__file__)
 LINES_APART = 23
@@ -106,7 +107,10 @@ class Case(unittest.TestCase):
             self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
         self.sent = stream(counts(seeded("live faults"), 300, gaps=0), session=7)
         self.shown, self.told = self.live(Sender(self.sent))
-        self.rows, self.samples = self.record.read_text().splitlines(), self.raw.read_text().splitlines()
+        self.rows, self.samples = (
+            self.record.read_text().splitlines(),
+            self.raw.read_text().splitlines(),
+        )
         self.assertEqual(len(self.shown), len(self.rows) - 1)
         self.assertEqual(300, len(self.samples) - 3)
         self.fresh()
@@ -118,9 +122,25 @@ class Case(unittest.TestCase):
     def live(self, sender, status=0):
         """The command in this process: the lines that it shows, and what it says."""
         out, said = io.StringIO(), io.StringIO()
-        with mock.patch.object(live, "Source", sender), contextlib.redirect_stdout(out), contextlib.redirect_stderr(said):
-            self.assertEqual(status, live.run(argparse.Namespace(source="can:x", base=wire.BASE, record=str(self.record), raw=str(self.raw), count=None,
-                                                                 idle=None, json=True)))
+        with (
+            mock.patch.object(live, "Source", sender),
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(said),
+        ):
+            self.assertEqual(
+                status,
+                live.run(
+                    argparse.Namespace(
+                        source="can:x",
+                        base=wire.BASE,
+                        record=str(self.record),
+                        raw=str(self.raw),
+                        count=None,
+                        idle=None,
+                        json=True,
+                    )
+                ),
+            )
         return out.getvalue().splitlines(), said.getvalue()
 
     def recorded(self):
@@ -146,7 +166,9 @@ class Signals(Case):
                     return None
                 left -= event == "line"
                 if left == 0 and event == "line":
-                    signal.raise_signal((signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[line // LINES_APART % 3])
+                    signal.raise_signal(
+                        (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[line // LINES_APART % 3]
+                    )
                 return trace
 
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
@@ -159,11 +181,23 @@ class Signals(Case):
                 sys.settrace(before)
             rows, samples = self.recorded()
             with self.subTest(line=line):
-                for wanted, found in zip(map(json.loads, self.shown), map(json.loads, shown)):  # some without a name or a time yet
+                for wanted, found in zip(
+                    map(json.loads, self.shown), map(json.loads, shown)
+                ):  # some without a name or a time yet
                     self.assertEqual(wanted["epoch"], found["epoch"])
-                    self.assertEqual({}, {name: value for name, value in found.items() if name in wanted and value != wanted[name]})
-                self.assertEqual([json.loads(line)["epoch"] for line in shown], [int(row.split(",")[2]) for row in rows[1:]])
-                self.assertEqual(self.samples[:len(samples)], samples)
+                    self.assertEqual(
+                        {},
+                        {
+                            name: value
+                            for name, value in found.items()
+                            if name in wanted and value != wanted[name]
+                        },
+                    )
+                self.assertEqual(
+                    [json.loads(line)["epoch"] for line in shown],
+                    [int(row.split(",")[2]) for row in rows[1:]],
+                )
+                self.assertEqual(self.samples[: len(samples)], samples)
                 self.assertEqual(1, told.count("received: "))
                 self.assertNotIn("not recorded", told)
             self.fresh()
@@ -184,8 +218,25 @@ class Signals(Case):
             sent = frames(run(1, 900, session=7))
             with mock.patch.object(live, "Source", Sender(sent)):
                 signal.setitimer(signal.ITIMER_REAL, 0.2, 0.2)
-                signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGTERM) if self.is_full(reader) else None)
-                os._exit(live.run(argparse.Namespace(source="can:x", base=wire.BASE, record=str(self.record), raw=None, count=None, idle=None, json=True)))
+                signal.signal(
+                    signal.SIGALRM,
+                    lambda *_: (
+                        signal.raise_signal(signal.SIGTERM) if self.is_full(reader) else None
+                    ),
+                )
+                os._exit(
+                    live.run(
+                        argparse.Namespace(
+                            source="can:x",
+                            base=wire.BASE,
+                            record=str(self.record),
+                            raw=None,
+                            count=None,
+                            idle=None,
+                            json=True,
+                        )
+                    )
+                )
         os.close(writer)
         self.assertEqual(0, os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
         rows, _ = self.recorded()
@@ -205,7 +256,14 @@ class Disk(Case):
         later = len(self.sent) * 3 // 4
         for limit in range(size + 1):
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
-            shown, told = self.live(Sender(self.sent, lambda n: n == later and resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))))
+            shown, told = self.live(
+                Sender(
+                    self.sent,
+                    lambda n: (
+                        n == later and resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+                    ),
+                )
+            )
             rows, samples = self.recorded()
             with self.subTest(limit=limit):
                 self.assertEqual(self.shown, shown)
@@ -250,13 +308,30 @@ class Killed(Case):
             waited = len(recorder.waiting)  # 35 results at most
             self.live(Sender(sent[cut:]))
             self.assertTrue(self.record.read_bytes().startswith(before))
-            rows = [row for path in self.folder.glob("arw*.csv") for row in self.rows_of(path)]  # arw-2.csv: the columns had no names before the end
+            rows = [
+                row for path in self.folder.glob("arw*.csv") for row in self.rows_of(path)
+            ]  # arw-2.csv: the columns had no names before the end
             with self.subTest(cut=cut):
-                self.assertEqual(len({row["epoch"] for row in rows}), len(rows), "the sender went on: each of its results once")
-                self.assertGreaterEqual(len(rows), RESULTS - waited - 3, "all but rows that waited for their names, and what was on its way")
+                self.assertEqual(
+                    len({row["epoch"] for row in rows}),
+                    len(rows),
+                    "the sender went on: each of its results once",
+                )
+                self.assertGreaterEqual(
+                    len(rows),
+                    RESULTS - waited - 3,
+                    "all but rows that waited for their names, and what was on its way",
+                )
                 for row in rows:
                     true = truth[row["epoch"]]
-                    self.assertEqual({}, {name: value for name, value in row.items() if value and name in true and name != "stretch" and true[name] != value})
+                    self.assertEqual(
+                        {},
+                        {
+                            name: value
+                            for name, value in row.items()
+                            if value and name in true and name != "stretch" and true[name] != value
+                        },
+                    )
             self.fresh()
 
     @staticmethod
@@ -269,13 +344,40 @@ class Calls(Case):
     def setUp(self):
         super().setUp()
         interposer, self.mark = self.folder / "faults.so", self.folder / "mark"
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-DALLOCATIONS", "-o", interposer, ROOT / "tests/cli/faults.c", "-ldl"], check=True)
+        subprocess.run(
+            [
+                "cc",
+                "-shared",
+                "-fPIC",
+                "-O1",
+                "-DALLOCATIONS",
+                "-o",
+                interposer,
+                ROOT / "tests/cli/faults.c",
+                "-ldl",
+            ],
+            check=True,
+        )
         self.small = frames(run(1, 6, session=7, content=0))
-        text = b"".join(b"t%03X%d%s\r" % (one, len(data), data.hex().upper().encode()) for one, data in self.small)
+        text = b"".join(
+            b"t%03X%d%s\r" % (one, len(data), data.hex().upper().encode())
+            for one, data in self.small
+        )
         self.assertLess(len(text), 4096)
-        self.driver = subprocess.Popen([sys.executable, "-B", "-c", DRIVER, self.folder, text.hex()], cwd=ROOT / "tools/lab", stdin=subprocess.PIPE,
-                                       stdout=subprocess.PIPE, text=True, env=dict(os.environ, LD_PRELOAD=str(interposer), FAULT="", FAULT_MARK=str(self.mark),
-                                                                                   PYTHONMALLOC="malloc"))
+        self.driver = subprocess.Popen(
+            [sys.executable, "-B", "-c", DRIVER, self.folder, text.hex()],
+            cwd=ROOT / "tools/lab",
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=dict(
+                os.environ,
+                LD_PRELOAD=str(interposer),
+                FAULT="",
+                FAULT_MARK=str(self.mark),
+                PYTHONMALLOC="malloc",
+            ),
+        )
         self.addCleanup(self.driver.wait)
         self.addCleanup(self.driver.stdin.close)
         self.addCleanup(self.driver.stdout.close)
@@ -291,24 +393,46 @@ class Calls(Case):
 
     def check(self, status):
         said, (rows, _) = (self.folder / "err").read_text(), self.recorded()
-        if "SystemError" not in said:  # of the interpreter, which loses an exception that it could not allocate
+        if (
+            "SystemError" not in said
+        ):  # of the interpreter, which loses an exception that it could not allocate
             self.assertIn(status, (0, 2), said)
         self.assertNotIn("Traceback", said)
         if status == 2:
-            self.assertRegex(said, r"davarlab: [^\n]+\n\Z")  # behind a line that could not be ended, where that is what failed
+            self.assertRegex(
+                said, r"davarlab: [^\n]+\n\Z"
+            )  # behind a line that could not be ended, where that is what failed
         self.assertEqual([], [row for row in rows if row not in self.wanted])
         self.assertEqual(len(rows), len(set(rows)))
         if status == 0 and len(rows) < len(self.wanted):
             counted = re.search("received: (.*)", said)
-            faults = sum(int(count) for count, name in re.findall(r"(\d+) ([a-z ]+)", counted[1]) if name in (
-                "missing", "doubtful results", "noise", "orphaned")) if counted else 0
+            faults = (
+                sum(
+                    int(count)
+                    for count, name in re.findall(r"(\d+) ([a-z ]+)", counted[1])
+                    if name in ("missing", "doubtful results", "noise", "orphaned")
+                )
+                if counted
+                else 0
+            )
             self.assertGreater(faults + Disk.lost(said, "results"), 0, said)
 
     def test_a_call_that_fails(self):
-        for function, cause in (("read", errno.EIO), ("write", errno.EIO), ("write", errno.ENOSPC), ("open", errno.EMFILE), ("fstat64", errno.EIO),
-                                ("tcgetattr", errno.EIO), ("tcsetattr", errno.EIO), ("lseek64", errno.EIO), ("ftruncate64", errno.EIO)):
+        for function, cause in (
+            ("read", errno.EIO),
+            ("write", errno.EIO),
+            ("write", errno.ENOSPC),
+            ("open", errno.EMFILE),
+            ("fstat64", errno.EIO),
+            ("tcgetattr", errno.EIO),
+            ("tcsetattr", errno.EIO),
+            ("lseek64", errno.EIO),
+            ("ftruncate64", errno.EIO),
+        ):
             n, ends = 1, {0: 0, 2: 0}
-            while (status := self.faulty(f"{function}:{cause}:{n}")) is not None and self.mark.exists():
+            while (
+                status := self.faulty(f"{function}:{cause}:{n}")
+            ) is not None and self.mark.exists():
                 with self.subTest(function=function, cause=cause, n=n):
                     self.check(status)
                     ends[status] += 1
@@ -317,7 +441,9 @@ class Calls(Case):
 
     def test_an_allocation_that_fails(self):
         n, ends = 1, {}
-        while (status := self.faulty(f"malloc:{errno.ENOMEM}:{n}")) is not None and self.mark.exists():
+        while (
+            status := self.faulty(f"malloc:{errno.ENOMEM}:{n}")
+        ) is not None and self.mark.exists():
             with self.subTest(n=n):
                 self.check(status)
             ends[status] = ends.get(status, 0) + 1

@@ -18,16 +18,58 @@ from pathlib import Path
 from senders import ROOT, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
-from davarlab.wire import frames as wire, source  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import source
 
 NODE = os.environ.get("DAVAR_NODE", "davar-node")
 SAMPLES, PAUSE_S = 300, 0.15
 A_RESULT, AT_THE_END = 6, 19  # frames of content summary
-OPTIONS = ("--rate", "100", "--lsb", "0.05", "--window-max", "60", "--window-min", "40", "--segment", "10", "--stride", "60", "--content", "summary")
-FAILS = (("read", errno.EIO), ("write", errno.EIO), ("write", errno.ENOSPC), ("write", "torn"), ("open", errno.EMFILE), ("dup", errno.EMFILE), ("fstat", errno.EIO),
-         ("tcgetattr", errno.EIO), ("tcsetattr", errno.EIO), ("poll", errno.ENOMEM), ("malloc", errno.ENOMEM))
-GOES_ON = (("read", errno.EINTR), ("read", errno.EAGAIN), ("read", "short"), ("write", errno.EINTR), ("write", errno.EAGAIN), ("write", "short"), ("poll", errno.EINTR))
-OF_PTY = (("posix_openpt", errno.EMFILE), ("grantpt", errno.EACCES), ("unlockpt", errno.EIO), ("open", errno.EMFILE), ("malloc", errno.ENOMEM), ("tcsetattr", errno.EIO))
+OPTIONS = (
+    "--rate",
+    "100",
+    "--lsb",
+    "0.05",
+    "--window-max",
+    "60",
+    "--window-min",
+    "40",
+    "--segment",
+    "10",
+    "--stride",
+    "60",
+    "--content",
+    "summary",
+)
+FAILS = (
+    ("read", errno.EIO),
+    ("write", errno.EIO),
+    ("write", errno.ENOSPC),
+    ("write", "torn"),
+    ("open", errno.EMFILE),
+    ("dup", errno.EMFILE),
+    ("fstat", errno.EIO),
+    ("tcgetattr", errno.EIO),
+    ("tcsetattr", errno.EIO),
+    ("poll", errno.ENOMEM),
+    ("malloc", errno.ENOMEM),
+)
+GOES_ON = (
+    ("read", errno.EINTR),
+    ("read", errno.EAGAIN),
+    ("read", "short"),
+    ("write", errno.EINTR),
+    ("write", errno.EAGAIN),
+    ("write", "short"),
+    ("poll", errno.EINTR),
+)
+OF_PTY = (
+    ("posix_openpt", errno.EMFILE),
+    ("grantpt", errno.EACCES),
+    ("unlockpt", errno.EIO),
+    ("open", errno.EMFILE),
+    ("malloc", errno.ENOMEM),
+    ("tcsetattr", errno.EIO),
+)
 
 
 class Case(unittest.TestCase):
@@ -36,8 +78,25 @@ class Case(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
         self.interposer, self.mark = self.folder / "faults.so", self.folder / "mark"
-        subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-DALLOCATIONS", "-o", self.interposer, ROOT / "tests/cli/faults.c", "-ldl"], check=True)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # whoever started the tests may ignore some
+        subprocess.run(
+            [
+                "cc",
+                "-shared",
+                "-fPIC",
+                "-O1",
+                "-DALLOCATIONS",
+                "-o",
+                self.interposer,
+                ROOT / "tests/cli/faults.c",
+                "-ldl",
+            ],
+            check=True,
+        )
+        for number in (
+            signal.SIGINT,
+            signal.SIGTERM,
+            signal.SIGHUP,
+        ):  # whoever started the tests may ignore some
             self.addCleanup(signal.signal, number, signal.signal(number, signal.SIG_DFL))
         noise = seeded("node faults")
         self.lines = [f"{noise.randrange(-99, 100)}\n" for _ in range(SAMPLES)]
@@ -54,15 +113,25 @@ class Case(unittest.TestCase):
 
     def environment(self, fault):
         self.mark.unlink(missing_ok=True)
-        return dict(os.environ, LD_PRELOAD=str(self.interposer), FAULT=fault or "", FAULT_MARK=str(self.mark))
+        return dict(
+            os.environ,
+            LD_PRELOAD=str(self.interposer),
+            FAULT=fault or "",
+            FAULT_MARK=str(self.mark),
+        )
 
     def node(self, fault, pause_s=0):
         """Runs it on a serial line that the test reads: (exit status, what it said, the bytes on the line); None: it ended without the fault.
         pause_s: so long nothing comes in the middle of its input; a link that was lost is tried again after 0.1 s."""
         ours, its = pty.openpty()
         tty.setraw(its)
-        process = subprocess.Popen([NODE, "--source", "-", "--out", f"slcan:{os.ttyname(its)}", *OPTIONS], stdin=subprocess.PIPE, stderr=subprocess.PIPE,
-                                   text=True, env=self.environment(fault))
+        process = subprocess.Popen(
+            [NODE, "--source", "-", "--out", f"slcan:{os.ttyname(its)}", *OPTIONS],
+            stdin=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=self.environment(fault),
+        )
         sent, ended = [], threading.Event()
 
         def read():
@@ -79,10 +148,10 @@ class Case(unittest.TestCase):
         reader = threading.Thread(target=read)
         reader.start()
         try:
-            process.stdin.write("".join(self.lines[:SAMPLES // 2]))
+            process.stdin.write("".join(self.lines[: SAMPLES // 2]))
             process.stdin.flush()
             time.sleep(pause_s)
-            process.stdin.write("".join(self.lines[SAMPLES // 2:]))
+            process.stdin.write("".join(self.lines[SAMPLES // 2 :]))
             process.stdin.close()
         except BrokenPipeError:
             with contextlib.suppress(BrokenPipeError):
@@ -94,13 +163,18 @@ class Case(unittest.TestCase):
         reader.join()
         os.close(its)
         os.close(ours)
-        return (process.returncode, said, b"".join(sent)) if not fault or self.mark.exists() else None
+        return (
+            (process.returncode, said, b"".join(sent)) if not fault or self.mark.exists() else None
+        )
 
     @staticmethod
     def heard(done):
         """What a run that has ended told in its last line, the receiver of its frames, and the results."""
         _, said, sent = done
-        told = {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in said.splitlines()[-1].removeprefix("davar-node: ").split(", ")}
+        told = {
+            word.split(" ", 1)[1]: int(word.split(" ", 1)[0])
+            for word in said.splitlines()[-1].removeprefix("davar-node: ").split(", ")
+        }
         port, receiver, found = source.SerialPort.__new__(source.SerialPort), wire.Receiver(), []
         port.faults, port.text, port.too_long = receiver.faults, b"", False
         for frame in port.taken(sent):
@@ -129,15 +203,29 @@ class Case(unittest.TestCase):
         self.assertEqual(0, done[0], done[1])
         told, receiver, found = self.heard(done)
         self.assertEqual(SAMPLES, told["samples"])
-        self.assertIn(told.get("source faults", 0) - told.get("missing samples", 0), (0, 1), "1: behind the last sample")
-        self.assertEqual(self.frames(told), receiver.faults.good + told.get("frames dropped", 0), (told, receiver.faults))
-        self.assertEqual(0, receiver.faults.corrupted + receiver.faults.repeated + receiver.faults.swapped)
+        self.assertIn(
+            told.get("source faults", 0) - told.get("missing samples", 0),
+            (0, 1),
+            "1: behind the last sample",
+        )
+        self.assertEqual(
+            self.frames(told),
+            receiver.faults.good + told.get("frames dropped", 0),
+            (told, receiver.faults),
+        )
+        self.assertEqual(
+            0, receiver.faults.corrupted + receiver.faults.repeated + receiver.faults.swapped
+        )
         self.assertLessEqual(receiver.faults.missing, told.get("frames dropped", 0))
         if not told.get("frames dropped"):
             self.assertEqual((0, told["results"]), (receiver.faults.total(), len(found)))
         if not told.get("missing samples"):
             for result in found:
-                self.assertEqual(set(), {*map(repr, result.values.items())} - {*map(repr, self.truth[result.epoch].items())})
+                self.assertEqual(
+                    set(),
+                    {*map(repr, result.values.items())}
+                    - {*map(repr, self.truth[result.epoch].items())},
+                )
         return told
 
 
@@ -145,33 +233,47 @@ class Calls(Case):
     def test_a_call_that_fails(self):
         for function, cause in FAILS:
             refused = gone_on = back = 0
-            for n, done in self.every(function, cause, PAUSE_S if function in ("read", "write", "open") else 0):
+            for n, done in self.every(
+                function, cause, PAUSE_S if function in ("read", "write", "open") else 0
+            ):
                 with self.subTest(function=function, cause=cause, n=n):
                     if self.is_refusal(done):
                         refused += 1
                     else:
                         gone_on += 1
                         back += self.adds_up(done).get("link back", 0)
-            print(f"{function}: {refused} refused, {gone_on} gone on with, {back} times the link came back", flush=True)
+            print(
+                f"{function}: {refused} refused, {gone_on} gone on with, {back} times the link came back",
+                flush=True,
+            )
             self.assertGreater(refused + gone_on, 0)
 
     def test_a_call_that_is_interrupted_or_cut_short_is_gone_on_with(self):
         for function, kind in GOES_ON:
             for n, done in self.every(function, kind):
                 with self.subTest(function=function, kind=kind, n=n):
-                    self.assertEqual({"samples", "results"}, set(self.adds_up(done)) - {"send retries", "alarms"})
+                    self.assertEqual(
+                        {"samples", "results"}, set(self.adds_up(done)) - {"send retries", "alarms"}
+                    )
 
     def test_a_pty_that_cannot_be_made(self):
         for function, cause in OF_PTY:
             n = 1
             while True:
-                process = subprocess.Popen([NODE, "--source", "-", "--out", "slcan:pty", *OPTIONS], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-                                           env=self.environment(f"{function}:{cause}:{n}"))
+                process = subprocess.Popen(
+                    [NODE, "--source", "-", "--out", "slcan:pty", *OPTIONS],
+                    stdin=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    env=self.environment(f"{function}:{cause}:{n}"),
+                )
                 _, said = process.communicate()
                 if not self.mark.exists() or process.returncode == 0:
                     break
                 with self.subTest(function=function, n=n):
-                    self.assertTrue(self.is_refusal((process.returncode, said, b"")), (process.returncode, said))
+                    self.assertTrue(
+                        self.is_refusal((process.returncode, said, b"")), (process.returncode, said)
+                    )
                 n += 1
             self.assertGreater(n, 1, function)
 
@@ -186,7 +288,9 @@ class Signals(Case):
             if done is None:
                 break
             with self.subTest(number=number, n=n):
-                self.assertEqual((-number, "") if number == signal.SIGHUP else (0, done[1]), done[:2])
+                self.assertEqual(
+                    (-number, "") if number == signal.SIGHUP else (0, done[1]), done[:2]
+                )
                 self.assertTrue(done[2].endswith(b"\r") or not done[2])
                 told, receiver, found = self.heard((0, done[1] or "0 samples", done[2]))
                 self.assertEqual(0, receiver.faults.total() - receiver.faults.incomplete_results)

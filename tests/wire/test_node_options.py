@@ -24,14 +24,24 @@ REFUSED = {
     "--alarm-off": ["-1", "1e7"],
     "--source": ["/nonexistent", "/", "", "value:/etc/hostname"],
 }
-LINKS = {"can:": "can:IFACE or slcan:PATH expected, found 'can:'", "lin:0": "can:IFACE or slcan:PATH expected",
-         "slcan:/nonexistent": "slcan:/nonexistent: No such file or directory", "slcan:/dev/null": "slcan:/dev/null: ",
-         "can:a_name_that_is_too_long": "no interface has such a long name"}
+LINKS = {
+    "can:": "can:IFACE or slcan:PATH expected, found 'can:'",
+    "lin:0": "can:IFACE or slcan:PATH expected",
+    "slcan:/nonexistent": "slcan:/nonexistent: No such file or directory",
+    "slcan:/dev/null": "slcan:/dev/null: ",
+    "can:a_name_that_is_too_long": "no interface has such a long name",
+}
 
 
 def node(*options):
-    return subprocess.run([NODE, *options], text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=600,
-                          check=False)
+    return subprocess.run(
+        [NODE, *options],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=600,
+        check=False,
+    )
 
 
 class BadOptions(unittest.TestCase):
@@ -66,7 +76,14 @@ class BadOptions(unittest.TestCase):
         for out, why in LINKS.items():
             self.refused(why, *GOOD, "--out", out)
         self.refused("a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
-        self.refused("channel 1 does not fit into 11-bit identifiers", *GOOD, "--base", "7F0", "--channel", "1")
+        self.refused(
+            "channel 1 does not fit into 11-bit identifiers",
+            *GOOD,
+            "--base",
+            "7F0",
+            "--channel",
+            "1",
+        )
 
     def test_a_pin_that_is_none(self):
         for option in ("--edges", "--alarm"):

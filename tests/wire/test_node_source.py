@@ -12,8 +12,13 @@ WHOLE = re.compile(rb"[ \t]*[+-]?[0-9]+[ \t\r]*")
 
 def node(text):
     """What its last line says: {name: count}. Standard input is a pipe, fed at once."""
-    done = subprocess.run([NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty"], input=text,
-                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=True)
+    done = subprocess.run(
+        [NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty"],
+        input=text,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        check=True,
+    )
     words = done.stderr.decode().splitlines()[-1].removeprefix("davar-node: ").split(", ")
     return {word.split(" ", 1)[1]: int(word.split(" ", 1)[0]) for word in words}
 
@@ -22,7 +27,9 @@ class Source(unittest.TestCase):
     def check(self, lines, samples, header=b""):
         told = node(header + b"".join(line + b"\n" for line in lines))
         wanted = (samples, len(lines) - samples)
-        self.assertEqual(wanted, (told["samples"], told.get("source faults", 0)), (header, lines[:20]))
+        self.assertEqual(
+            wanted, (told["samples"], told.get("source faults", 0)), (header, lines[:20])
+        )
         return told
 
     def test_every_tenth_line_is_no_number(self):
@@ -31,11 +38,53 @@ class Source(unittest.TestCase):
         self.assertEqual((100, 100), (told["gaps"], told["missing samples"]))
 
     def test_what_is_no_whole_number_of_32_bits_is_a_fault(self):
-        bad = [b"", b" ", b"\r", b"nan", b"x", b"#", b"# 5", b"7 8", b"1\x00 34", b"\x00", b"1.0", b"1e3", b"0x10", b"--1", b"+", b"5x",
-               b"2147483648", b"-2147483649", b"9" * 30, b"0" * 63 + b"1", b"1" * 5000, b"1" * 4095, b"1" * 4096, b"1" * 4097,
-               b" " * 9000, b",5", b"5 6,7", b"5\x005,6", b"\xef\xbb\xbf5"]
-        good = [b"5", b"-5", b"+5", b" 5", b"5 ", b"5\r", b"\t5\t", b"2147483647", b"-2147483648", b"0005", b"5,6,x", b"5,", b" 5 ,6",
-                b"5," + b"6," * 2000]
+        bad = [
+            b"",
+            b" ",
+            b"\r",
+            b"nan",
+            b"x",
+            b"#",
+            b"# 5",
+            b"7 8",
+            b"1\x00 34",
+            b"\x00",
+            b"1.0",
+            b"1e3",
+            b"0x10",
+            b"--1",
+            b"+",
+            b"5x",
+            b"2147483648",
+            b"-2147483649",
+            b"9" * 30,
+            b"0" * 63 + b"1",
+            b"1" * 5000,
+            b"1" * 4095,
+            b"1" * 4096,
+            b"1" * 4097,
+            b" " * 9000,
+            b",5",
+            b"5 6,7",
+            b"5\x005,6",
+            b"\xef\xbb\xbf5",
+        ]
+        good = [
+            b"5",
+            b"-5",
+            b"+5",
+            b" 5",
+            b"5 ",
+            b"5\r",
+            b"\t5\t",
+            b"2147483647",
+            b"-2147483648",
+            b"0005",
+            b"5,6,x",
+            b"5,",
+            b" 5 ,6",
+            b"5," + b"6," * 2000,
+        ]
         for line in bad:
             told = self.check([b"1", line, b"2"], 2)
             self.assertEqual((1, 1), (told["gaps"], told["missing samples"]), line[:20])
@@ -44,7 +93,13 @@ class Source(unittest.TestCase):
 
     def test_a_header_is_passed_over_once_and_only_at_the_beginning(self):
         lines = [b"1", b"2"]
-        for header in (b"", b"# note: 1\n\n# note: 2\n", b"gyro_z_counts\n", b"# note\ntime_s,gyro_z\r\n", b"\r\n"):
+        for header in (
+            b"",
+            b"# note: 1\n\n# note: 2\n",
+            b"gyro_z_counts\n",
+            b"# note\ntime_s,gyro_z\r\n",
+            b"\r\n",
+        ):
             self.check(lines, 2, header)
         self.check([b"again", *lines], 2, b"gyro_z_counts\n")
         self.check([b"", *lines], 2, b"gyro_z_counts\n")
@@ -57,13 +112,27 @@ class Source(unittest.TestCase):
         for _ in range(20):
             lines = [b"0"]
             for _ in range(300):
-                length = source.choice((1, 1, 2, 3, 5, 12, 70, 5000)) if source.random() < 0.3 else source.randrange(1, 9)
-                lines.append(bytes(source.choice(b"0123456789012345678901234567890123456789 -+,.x\x00\r\xff#") for _ in range(length)))
+                length = (
+                    source.choice((1, 1, 2, 3, 5, 12, 70, 5000))
+                    if source.random() < 0.3
+                    else source.randrange(1, 9)
+                )
+                lines.append(
+                    bytes(
+                        source.choice(b"0123456789012345678901234567890123456789 -+,.x\x00\r\xff#")
+                        for _ in range(length)
+                    )
+                )
             samples = 0
             for line in lines:
                 first = line.split(b",")[0]
-                whole = WHOLE.fullmatch(first) and b"\x00" not in line and len(line) < 4096 and len(first.rstrip()) <= 24
-                samples += bool(whole and -2 ** 31 <= int(first) < 2 ** 31)
+                whole = (
+                    WHOLE.fullmatch(first)
+                    and b"\x00" not in line
+                    and len(line) < 4096
+                    and len(first.rstrip()) <= 24
+                )
+                samples += bool(whole and -(2**31) <= int(first) < 2**31)
             self.check(lines, samples)
 
 

@@ -14,7 +14,8 @@ from senders import PROBE, ROOT, disturbed, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab import errors  # noqa: E402
-from davarlab.wire import frames as wire, raw_record, source  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import raw_record, source
 
 NODE, SIM = os.environ.get("DAVAR_NODE", "davar-node"), os.environ.get("DAVAR_SIM", "davar-sim")
 UNIT, RATE_HZ, SEND_RAW = 0.05, 100.0, 32  # of wire_probe
@@ -22,9 +23,17 @@ UNIT, RATE_HZ, SEND_RAW = 0.05, 100.0, 32  # of wire_probe
 
 def encoded(samples, channel=0, what="raw"):
     """The library's frames of samples (index, value)."""
-    done = subprocess.run([PROBE, what, str(channel)], input="".join(f"{index} {value!r}\n" for index, value in samples), text=True,
-                          stdout=subprocess.PIPE, check=True)
-    return [(int(word[1], 16), bytes.fromhex(word[2])) for word in map(str.split, done.stdout.splitlines())]
+    done = subprocess.run(
+        [PROBE, what, str(channel)],
+        input="".join(f"{index} {value!r}\n" for index, value in samples),
+        text=True,
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    return [
+        (int(word[1], 16), bytes.fromhex(word[2]))
+        for word in map(str.split, done.stdout.splitlines())
+    ]
 
 
 def counts(source, number, first=0, width=16, gaps=0.02):
@@ -42,7 +51,9 @@ def stream(samples, session=7, stride=100, channel=0, what="raw", first=0):
     also those that were lost."""
     raw, sent, gone = encoded(samples, channel, what), [], 0
     number = len(samples) // stride + 1
-    for n, burst in enumerate(run(5, number, session, stride, content=3 | SEND_RAW, first=first, channel=channel).results):
+    for n, burst in enumerate(
+        run(5, number, session, stride, content=3 | SEND_RAW, first=first, channel=channel).results
+    ):
         while raw and gone < min(stride * (n + 1), len(samples) - 1) or raw and n == number:
             gone += held_by(raw[0])
             sent.append(raw.pop(0))
@@ -70,7 +81,12 @@ def received(sent):
 
 def programs_samples(command, text):
     """What a program sends over a pty of its own, given text on standard input: as received()."""
-    sender = subprocess.Popen([*command, "--raw", "--out", "slcan:pty"], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    sender = subprocess.Popen(
+        [*command, "--raw", "--out", "slcan:pty"],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     feeder = threading.Thread(target=lambda: (sender.stdin.write(text), sender.stdin.close()))
     feeder.start()
     said = sender.stderr.readline()
@@ -95,7 +111,14 @@ class Raw(unittest.TestCase):
             self.assertAlmostEqual(UNIT * count, found[index], delta=1e-9 * abs(count) + 1e-12)
 
     def test_every_sample_arrives_with_its_index(self):
-        for seed, width, gaps, first in ((1, 16, 0, 0), (2, 16, 0.05, 0), (3, 24, 0.02, 0), (4, 32, 0, 0), (5, 16, 0.01, 261000), (6, 17, 0.3, 999900)):
+        for seed, width, gaps, first in (
+            (1, 16, 0, 0),
+            (2, 16, 0.05, 0),
+            (3, 24, 0.02, 0),
+            (4, 32, 0, 0),
+            (5, 16, 0.01, 261000),
+            (6, 17, 0.3, 999900),
+        ):
             samples = counts(seeded("raw", seed), 3000, first, width, gaps)
             found, faults = received(stream(samples, first=first))
             self.assert_samples(samples, found[0, 1])
@@ -114,7 +137,9 @@ class Raw(unittest.TestCase):
     def test_a_silence_longer_than_the_index_holds(self):
         samples = counts(seeded("silence"), 300000, gaps=0)
         sent = stream(samples, stride=5000)
-        found, faults = received([frame for n, frame in enumerate(sent) if not len(sent) // 8 < n < 7 * len(sent) // 8])
+        found, faults = received(
+            [frame for n, frame in enumerate(sent) if not len(sent) // 8 < n < 7 * len(sent) // 8]
+        )
         truth = dict(samples)
         self.assertGreater(max(found[0, 1]), 290000)
         for index, value in found[0, 1].items():
@@ -129,9 +154,15 @@ class Raw(unittest.TestCase):
                 continue
             frame[3] ^= 0x5A
             frame[0] = wire.crc(sent[place][0], bytes(frame))
-            found, faults = received([*sent[:place], (sent[place][0], bytes(frame)), *sent[place + 1:]])
+            found, faults = received(
+                [*sent[:place], (sent[place][0], bytes(frame)), *sent[place + 1 :]]
+            )
             truth = dict(samples)
-            wrong = [index for index, value in found[0, 1].items() if abs(truth.get(index, 1e9) * UNIT - value) > 1e-6]
+            wrong = [
+                index
+                for index, value in found[0, 1].items()
+                if abs(truth.get(index, 1e9) * UNIT - value) > 1e-6
+            ]
             self.assertLessEqual(len(wrong), 2, (place, wrong))
             self.assertGreaterEqual(len(found[0, 1]), len(samples) - 4, (place, faults))
 
@@ -157,7 +188,9 @@ class Raw(unittest.TestCase):
             came = disturbed(one, source, 0.02)
             found, faults = received(came)
             truth = dict(samples)
-            together = [(index, value) for _, part in sorted(found.items()) for index, value in part.items()]
+            together = [
+                (index, value) for _, part in sorted(found.items()) for index, value in part.items()
+            ]
             for index, value in together:
                 self.assertAlmostEqual(UNIT * truth[index], value, delta=1e-6, msg=(seed, index))
             self.assertEqual(len({index for index, _ in together}), len(together))
@@ -172,23 +205,27 @@ class Raw(unittest.TestCase):
             found, faults = received(cut[:end] + stream(after, session=8))
             self.assertEqual(faults.restarts, 1)
             self.assert_samples(after, found[0, 2])
-            self.assertEqual(list(found[0, 1]), [index for index, _ in before][:len(found[0, 1])])
+            self.assertEqual(list(found[0, 1]), [index for index, _ in before][: len(found[0, 1])])
             self.assertGreaterEqual(faults.doubtful_samples + len(found[0, 1]), 0)
 
     def test_who_joins_late_gets_the_samples_from_the_setup_on(self):
         samples = counts(seeded("late"), 400000, gaps=0)
         sent = stream(samples, stride=2000)
-        found, _ = received(sent[len(sent) * 3 // 4:])
+        found, _ = received(sent[len(sent) * 3 // 4 :])
         self.assertEqual(list(found[0, 1]), list(range(min(found[0, 1]), 400000)))
         self.assertLess(min(found[0, 1]), 330000)
-        self.assert_samples(samples[min(found[0, 1]):], found[0, 1])
+        self.assert_samples(samples[min(found[0, 1]) :], found[0, 1])
 
     def test_channels_and_restarts_have_recordings_of_their_own(self):
         with tempfile.TemporaryDirectory() as folder:
             path, said = Path(folder) / "raw.csv", []
             recorder = raw_record.RawRecorder(path, said.append)
             source = seeded("files")
-            parts = {(0, 1): counts(source, 900, gaps=0.01), (1, 1): counts(source, 500), (0, 2): counts(source, 700)}
+            parts = {
+                (0, 1): counts(source, 900, gaps=0.01),
+                (1, 1): counts(source, 500),
+                (0, 2): counts(source, 700),
+            }
             receiver = wire.Receiver()
             for (channel, stretch), samples in parts.items():
                 for frame in stream(samples, session=stretch, channel=channel):
@@ -199,36 +236,84 @@ class Raw(unittest.TestCase):
             self.assertEqual(2, len(said), said)
             for (channel, stretch), name in zip(parts, ("raw.csv", "raw-2.csv", "raw-3.csv")):
                 with open(Path(folder) / name, encoding="ascii") as file:
-                    self.assertEqual([f"# channel: {channel}\n", "# unit_per_count_dps: 0.05\n"], [file.readline(), file.readline()])
+                    self.assertEqual(
+                        [f"# channel: {channel}\n", "# unit_per_count_dps: 0.05\n"],
+                        [file.readline(), file.readline()],
+                    )
                     rows = list(csv.DictReader(file))
-                wanted = [(f"{index / RATE_HZ:.12g}", f"{UNIT * count:.9g}") for index, count in parts[channel, stretch]]
-                self.assertEqual(wanted, [(row["time_s"], row["gyro_" + "xy"[channel] + "_dps"]) for row in rows])
+                wanted = [
+                    (f"{index / RATE_HZ:.12g}", f"{UNIT * count:.9g}")
+                    for index, count in parts[channel, stretch]
+                ]
+                self.assertEqual(
+                    wanted, [(row["time_s"], row["gyro_" + "xy"[channel] + "_dps"]) for row in rows]
+                )
 
     def test_the_gateway_and_the_simulator_send_what_they_read(self):
         source = seeded("programs")
-        lines = [str(source.randrange(-33000, 33000)) if source.random() > 0.01 else "nan" for _ in range(500)]  # as many as the gateway's queue holds
+        lines = [
+            str(source.randrange(-33000, 33000)) if source.random() > 0.01 else "nan"
+            for _ in range(500)
+        ]  # as many as the gateway's queue holds
         wanted = [(n, int(line)) for n, line in enumerate(lines) if line != "nan"]
-        found, faults = programs_samples([NODE, "--source", "-", "--rate", "100", "--lsb", str(UNIT), "--window-max", "200", "--window-min", "100",
-                                         "--segment", "30", "--stride", "50"], "\n".join(lines) + "\n")
+        found, faults = programs_samples(
+            [
+                NODE,
+                "--source",
+                "-",
+                "--rate",
+                "100",
+                "--lsb",
+                str(UNIT),
+                "--window-max",
+                "200",
+                "--window-min",
+                "100",
+                "--segment",
+                "30",
+                "--stride",
+                "50",
+            ],
+            "\n".join(lines) + "\n",
+        )
         self.assert_samples(wanted, found[0, 1])
         self.assertEqual(faults.total(), 0, faults)
         rows = "".join(f"{n / 100:.2f},{count * UNIT!r},{-count * UNIT!r}\n" for n, count in wanted)
         for arith in ((), ("--arith", "float")):
-            command = [SIM, "-", "--column", "gyro_x_dps,gyro_y_dps", *(() if arith else ("--lsb", str(UNIT))), *arith, "--window-max", "200", "--stride", "50", "--progress", "never"]
+            command = [
+                SIM,
+                "-",
+                "--column",
+                "gyro_x_dps,gyro_y_dps",
+                *(() if arith else ("--lsb", str(UNIT))),
+                *arith,
+                "--window-max",
+                "200",
+                "--stride",
+                "50",
+                "--progress",
+                "never",
+            ]
             found, faults = programs_samples(command, "time_s,gyro_x_dps,gyro_y_dps\n" + rows)
             for channel, sign in ((0, 1), (1, -1)):
                 self.assertEqual([index for index, _ in wanted], list(found[channel, 1]))
                 for index, count in wanted:
-                    self.assertAlmostEqual(found[channel, 1][index], sign * UNIT * count, delta=1e-4 if arith else 1e-9)
+                    self.assertAlmostEqual(
+                        found[channel, 1][index], sign * UNIT * count, delta=1e-4 if arith else 1e-9
+                    )
             self.assertEqual(faults.total(), 0, faults)
 
     def test_raw_without_a_link_is_refused(self):
-        done = subprocess.run([SIM, ROOT / "data/demo_disturbance.csv.gz", "--raw"], capture_output=True, text=True)
+        done = subprocess.run(
+            [SIM, ROOT / "data/demo_disturbance.csv.gz", "--raw"], capture_output=True, text=True
+        )
         self.assertEqual((done.returncode, done.stdout), (2, ""))
         self.assertIn("--raw: frames go to --out can:IFACE or slcan:PATH only", done.stderr)
 
     def test_a_folder_that_is_not_there_is_refused(self):
-        with self.assertRaisesRegex(errors.BadInput, "--raw: /nonexistent/raw.csv: No such file or directory"):
+        with self.assertRaisesRegex(
+            errors.BadInput, "--raw: /nonexistent/raw.csv: No such file or directory"
+        ):
             raw_record.RawRecorder("/nonexistent/raw.csv", print)
 
 

@@ -33,12 +33,14 @@ def state(n, stride=100):
 def passes(pattern):
     """Does a frame with these bits flipped pass the Crc? It is linear, so one frame stands for all. Bit 63 is the first of
     the data on the wire; the identifier stands above."""
-    identifier, data = pattern >> 64, (pattern % 2 ** 64).to_bytes(8, "big")
+    identifier, data = pattern >> 64, (pattern % 2**64).to_bytes(8, "big")
     return data[0] == wire.crc(identifier, data) ^ wire.crc(0, bytes(8))
 
 
 # Bursts of up to eight bits that touch Crc, and what is behind it.
-ASTRIDE = sorted({pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2 ** 56})
+ASTRIDE = sorted(
+    {pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2**56}
+)
 
 
 class Stream:
@@ -78,7 +80,12 @@ class Faults(unittest.TestCase):
             if kind == 0:
                 before = stream.n
                 damaged = stream.corrupted(source)
-                intact = sealed(ARW, stream.n, struct.pack("<HI", stream.n & 0xFFFF, stream.n & 0xFFFFFFFF), stream.n)
+                intact = sealed(
+                    ARW,
+                    stream.n,
+                    struct.pack("<HI", stream.n & 0xFFFF, stream.n & 0xFFFFFFFF),
+                    stream.n,
+                )
                 if damaged == intact:  # the same bit twice: no fault
                     stream.n = before
                     stream.good()
@@ -120,7 +127,9 @@ class Faults(unittest.TestCase):
     def test_no_one_or_two_bit_error_and_no_burst_of_eight_bits_passes_the_crc(self):
         bits = range(64 + 11)
         self.assertEqual([], [a for a in bits if passes(1 << a)])
-        self.assertEqual([], [(a, b) for a in bits for b in bits if a < b and passes(1 << a | 1 << b)])
+        self.assertEqual(
+            [], [(a, b) for a in bits for b in bits if a < b and passes(1 << a | 1 << b)]
+        )
         behind_crc = [pattern << at for at in range(49) for pattern in range(1, 256)]
         self.assertEqual([], [hex(one) for one in behind_crc if passes(one)])
 
@@ -129,7 +138,9 @@ class Faults(unittest.TestCase):
         of_counter = [one for one in found if one >> 48 & 0x0F]
         three = list(itertools.combinations(range(64), 3))
         passed = sum(passes(1 << a | 1 << b | 1 << c) for a, b, c in three)
-        self.assertIn(f"{len(found)} of the {len(ASTRIDE)} bursts across Crc and byte 1 pass", WIRE_MD)
+        self.assertIn(
+            f"{len(found)} of the {len(ASTRIDE)} bursts across Crc and byte 1 pass", WIRE_MD
+        )
         self.assertEqual((5, 3), (len(found), len(of_counter)))
         self.assertIn(f"{passed} of {len(three)} errors of three bits", WIRE_MD)
 
@@ -149,7 +160,9 @@ class Faults(unittest.TestCase):
             receiver = wire.Receiver()
             for n in range(20):
                 receiver.push(STATE, state(n))
-                frame = int.from_bytes(sealed(ARW, n, struct.pack("<Hf", 7, n), n), "big") ^ (pattern if n == 10 else 0)
+                frame = int.from_bytes(sealed(ARW, n, struct.pack("<Hf", 7, n), n), "big") ^ (
+                    pattern if n == 10 else 0
+                )
                 receiver.push(ARW, frame.to_bytes(8, "big"))
             self.assertGreater(receiver.faults.total(), 0, hex(pattern))
 
@@ -159,7 +172,10 @@ class Faults(unittest.TestCase):
         receiver.push(STATE, state(0))
         receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
         receiver.finish()
-        self.assertEqual((1, 1, 2), (receiver.faults.orphaned, receiver.faults.incomplete_results, receiver.faults.total()))
+        self.assertEqual(
+            (1, 1, 2),
+            (receiver.faults.orphaned, receiver.faults.incomplete_results, receiver.faults.total()),
+        )
 
     def test_of_frames_of_random_bytes_one_in_256_passes_the_crc(self):
         source, passed = random.Random(3), 0
@@ -174,7 +190,9 @@ class Faults(unittest.TestCase):
             receiver.push(SETUP, sealed(SETUP, 0, bytes([1, 0]) + struct.pack("<I", 100)))
             for n in range(20):
                 receiver.push(STATE, state(n))
-                receiver.push(SETUP, sealed(SETUP, n + 1, bytes([1, 0]) + struct.pack("<I", 100), n))
+                receiver.push(
+                    SETUP, sealed(SETUP, n + 1, bytes([1, 0]) + struct.pack("<I", 100), n)
+                )
             receiver.push(STATE, state(19 + lost + 1))
             self.assertEqual((0, lost), (receiver.faults.missing, receiver.faults.missing_results))
 

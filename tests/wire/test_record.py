@@ -10,12 +10,18 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/lab"))
 
 from davarlab import errors  # noqa: E402
-from davarlab.wire import frames as wire, record  # noqa: E402
+from davarlab.wire import frames as wire  # noqa: E402
+from davarlab.wire import record
 
 
 def result(n, channel=0, taus=3):
-    return wire.Result(channel, n % 16, n, {"arw_deg_per_sqrt_h": 0.1 + n, "kurtosis": float("nan")},
-                       {index: 1e-3 * (index + n) for index in range(taus)})
+    return wire.Result(
+        channel,
+        n % 16,
+        n,
+        {"arw_deg_per_sqrt_h": 0.1 + n, "kurtosis": float("nan")},
+        {index: 1e-3 * (index + n) for index in range(taus)},
+    )
 
 
 def known(*clusters):
@@ -46,8 +52,13 @@ class Record(unittest.TestCase):
             recorder.add(result(n), channel)
             self.assertEqual(n + 1, len(self.rows()))
         last = self.rows()[-1]
-        self.assertEqual(("99", "0.99", "99.1", "", "0.101"), tuple(last[name] for name in (
-            "epoch", "time_s", "arw_deg_per_sqrt_h", "kurtosis", "adev_16")))
+        self.assertEqual(
+            ("99", "0.99", "99.1", "", "0.101"),
+            tuple(
+                last[name]
+                for name in ("epoch", "time_s", "arw_deg_per_sqrt_h", "kurtosis", "adev_16")
+            ),
+        )
         self.assertEqual(["adev_1", "adev_2", "adev_16"], [*last][-3:])
 
     def test_rows_wait_for_the_names_of_their_columns(self):
@@ -57,7 +68,9 @@ class Record(unittest.TestCase):
         self.assertEqual([], self.rows())
         channel.setup["rate_hz"], channel.clusters = 100.0, {0: 1, 1: 2, 2: 4}
         recorder.add(result(9), channel)
-        self.assertEqual([f"{0.01 * n:.9g}" for n in range(10)], [row["time_s"] for row in self.rows()])
+        self.assertEqual(
+            [f"{0.01 * n:.9g}" for n in range(10)], [row["time_s"] for row in self.rows()]
+        )
 
     def test_they_do_not_wait_for_ever(self):
         recorder = self.recorder()
@@ -82,7 +95,9 @@ class Record(unittest.TestCase):
         self.assertEqual(["5"], [row["epoch"] for row in self.rows()])
 
     def test_a_file_that_cannot_be_written_is_named(self):
-        with self.assertRaisesRegex(errors.BadInput, "^--record: /nowhere/x.csv: No such file or directory$"):
+        with self.assertRaisesRegex(
+            errors.BadInput, "^--record: /nowhere/x.csv: No such file or directory$"
+        ):
             record.Recorder("/nowhere/x.csv")
 
 

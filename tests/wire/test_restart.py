@@ -10,7 +10,6 @@ import sys
 import unittest
 
 import cantools
-
 from senders import END, FD, ROOT, STATE, Run, disturbed, frames, run, seeded
 
 sys.path.insert(0, str(ROOT / "tools/lab"))
@@ -53,10 +52,14 @@ def is_true(result, said):
     shown = {NAMES[column]: value for column, value in result.values.items()}
     for name, value in shown.items():
         words = of.get(name, set())
-        if str(plain.get(value, value)) not in words | {"nan" if one == "absent" else "inf" for one in words & {"absent", "beyond"}}:
+        if str(plain.get(value, value)) not in words | {
+            "nan" if one == "absent" else "inf" for one in words & {"absent", "beyond"}
+        }:
             return False
-    return all(str(value) in of.get(f"AdevDps{index}", set()) | of.get(f"Adev{index}Dps", set())
-               for index, value in result.adev.items())
+    return all(
+        str(value) in of.get(f"AdevDps{index}", set()) | of.get(f"Adev{index}Dps", set())
+        for index, value in result.adev.items()
+    )
 
 
 def receive(stream):
@@ -75,7 +78,9 @@ class Restart(unittest.TestCase):
         said, at = [truth(one) for one in runs], 0
         for stretch in sorted({result.stretch for result in found}):
             of = [result for result in found if result.stretch == stretch]
-            fits = [n for n in range(at, len(runs)) if all(is_true(result, said[n]) for result in of)]
+            fits = [
+                n for n in range(at, len(runs)) if all(is_true(result, said[n]) for result in of)
+            ]
             self.assertTrue(fits, (told, stretch, of[:3]))
             at = fits[0]
 
@@ -83,7 +88,9 @@ class Restart(unittest.TestCase):
         one = run(1, 60, session=7)
         receiver, found = receive(frames(one) * 2)
         self.check([one, one], found)
-        self.assertEqual((120, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.total()))
+        self.assertEqual(
+            (120, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.total())
+        )
 
     def test_a_sender_that_tells_no_session_is_known_by_its_epoch(self):
         for first, second in ((60, 60), (3, 60), (1, 2), (17, 40)):
@@ -97,25 +104,34 @@ class Restart(unittest.TestCase):
         runs = [run(1, 20, session=7), run(2, 20, session=8, first=2000)]
         receiver, found = receive(frames(runs[0]) + frames(runs[1]))
         self.check(runs, found)
-        self.assertEqual((40, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.incomplete_results))
+        self.assertEqual(
+            (40, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.incomplete_results)
+        )
 
     def test_a_state_that_is_swapped_with_the_next(self):
         for content in (3, 8):
             one = run(3, 40, session=1, content=content)
             sent = frames(one)
-            places = [at for at, (identifier, _) in enumerate(sent) if identifier & 15 in (STATE, FD)]
+            places = [
+                at for at, (identifier, _) in enumerate(sent) if identifier & 15 in (STATE, FD)
+            ]
             for n in range(5, 30):
                 stream = list(sent)
                 stream[places[n]], stream[places[n + 1]] = stream[places[n + 1]], stream[places[n]]
                 receiver, found = receive(stream)
                 self.check([one], found)
-                self.assertEqual((40, 0, 1), (len(found), receiver.faults.restarts, receiver.faults.swapped))
+                self.assertEqual(
+                    (40, 0, 1), (len(found), receiver.faults.restarts, receiver.faults.swapped)
+                )
 
     def test_a_restart_at_every_frame(self):
         """Nothing is lost but what was not sent: each whole result comes, whole."""
         for sessions in ((7, 9), (0, 0)):
             for content in CONTENTS:
-                runs = [run(4, 3 if content else 18, sessions[0], content=content), run(5, 3, sessions[1], content=content)]
+                runs = [
+                    run(4, 3 if content else 18, sessions[0], content=content),
+                    run(5, 3, sessions[1], content=content),
+                ]
                 for cut in range(len(frames(runs[0])) + 1):
                     receiver, found = receive(frames(runs[0])[:cut] + frames(runs[1]))
                     with self.subTest(sessions=sessions, content=content, cut=cut):
@@ -136,14 +152,29 @@ class Restart(unittest.TestCase):
     def test_random_streams(self):
         for seed in range(STREAMS):
             source = seeded(seed)
-            content, runs, stream, rate = source.choice(CONTENTS), [], [], source.choice((0, 0.02, 0.1))
+            content, runs, stream, rate = (
+                source.choice(CONTENTS),
+                [],
+                [],
+                source.choice((0, 0.02, 0.1)),
+            )
             for session in source.sample(range(1, 256), source.randrange(1, 5)):
-                one = run(source.randrange(10 ** 6), source.randrange(4, 90), session, source.choice((1, 10, 100)), content,
-                          source.choice((0, 0, 5000)))
+                one = run(
+                    source.randrange(10**6),
+                    source.randrange(4, 90),
+                    session,
+                    source.choice((1, 10, 100)),
+                    content,
+                    source.choice((0, 0, 5000)),
+                )
                 begin = sum(map(len, one.results[:3]))  # session and stride have been told
-                end = source.choice((len(frames(one)), source.randrange(begin, len(frames(one)) + 1)))
+                end = source.choice(
+                    (len(frames(one)), source.randrange(begin, len(frames(one)) + 1))
+                )
                 runs.append(one)
-                stream += frames(one)[:begin] + disturbed(Run([frames(one)[begin:end]]), source, rate)
+                stream += frames(one)[:begin] + disturbed(
+                    Run([frames(one)[begin:end]]), source, rate
+                )
             receiver, found = receive(stream)
             with self.subTest(seed=seed):
                 self.check(runs, found, seed)
@@ -153,7 +184,7 @@ class Restart(unittest.TestCase):
         """Up to 15 frames of an identifier in a row: exactly, results too."""
         for seed in range(STREAMS):
             source = seeded("losses", seed)
-            one = run(source.randrange(10 ** 6), 60, session=5, content=source.choice(CONTENTS))
+            one = run(source.randrange(10**6), 60, session=5, content=source.choice(CONTENTS))
             begin, end = sum(map(len, one.results[:2])), sum(map(len, one.results[:-2]))
             out, lost, states = frames(one)[:begin], 0, 0
             for frame in frames(one)[begin:end]:
@@ -172,21 +203,35 @@ class Restart(unittest.TestCase):
         one = run(6, 60, session=5)
         for lost in (16, 32):
             for inside in range(1, len(one.results[20]) - 1):
-                stream = [frame for result in one.results[:20] for frame in result] + one.results[20][:inside]
-                stream += one.results[20 + lost][inside:] + [frame for result in one.results[21 + lost:] for frame in result]
+                stream = [frame for result in one.results[:20] for frame in result] + one.results[
+                    20
+                ][:inside]
+                stream += one.results[20 + lost][inside:] + [
+                    frame for result in one.results[21 + lost :] for frame in result
+                ]
                 receiver, found = receive(stream)
                 self.check([one], found)
                 cut = inside <= [identifier & 15 for identifier, _ in one.results[20]].index(END)
-                self.assertEqual((cut, 60 - lost - cut), (receiver.faults.incomplete_results, len(found)))
+                self.assertEqual(
+                    (cut, 60 - lost - cut), (receiver.faults.incomplete_results, len(found))
+                )
 
     def test_two_channels_are_restarted_apart(self):
         one, two, other = run(1, 30, 7), run(2, 10, 8), run(3, 30, 9, channel=2)
         first = frames(one) + frames(two)
-        mixed = [frame for pair in zip(first, frames(other) + [None] * len(first)) for frame in pair if frame]
+        mixed = [
+            frame
+            for pair in zip(first, frames(other) + [None] * len(first))
+            for frame in pair
+            if frame
+        ]
         receiver, found = receive(mixed)
         self.check([one, two], [result for result in found if result.channel == 0])
         self.assertEqual({1}, {result.stretch for result in found if result.channel == 2})
-        self.assertEqual((1, 2, 1), (receiver.faults.restarts, receiver.channels[0].stretch, receiver.channels[2].stretch))
+        self.assertEqual(
+            (1, 2, 1),
+            (receiver.faults.restarts, receiver.channels[0].stretch, receiver.channels[2].stretch),
+        )
 
 
 class Damage(unittest.TestCase):
@@ -195,13 +240,27 @@ class Damage(unittest.TestCase):
             return bytes([wire.crc(identifier, b"\0" + payload)]) + payload
 
         for identifier, index, values in (
-                (0x5D0, 0, (-9.7e-32, -1.0, 9.7e-32, 2e30, float("inf"))), (0x5D3, 0, (-9.7e-32, float("-inf"))),
-                (0x5D4, 9, (float("inf"), -2.0)), (0x5D4, 10, (float("-inf"),)), (0x5D6, 0, (0.0, -1.0, float("nan"), 1e-31)),
-                (0x5D6, 1, (0.0,)), (0x5D6, 33, (0.0,)), (0x5D7, 0, (float("inf"),)), (0x5D7, 32, (-1.0,)), (0x5D1, 0, (1.0,))):
+            (0x5D0, 0, (-9.7e-32, -1.0, 9.7e-32, 2e30, float("inf"))),
+            (0x5D3, 0, (-9.7e-32, float("-inf"))),
+            (0x5D4, 9, (float("inf"), -2.0)),
+            (0x5D4, 10, (float("-inf"),)),
+            (0x5D6, 0, (0.0, -1.0, float("nan"), 1e-31)),
+            (0x5D6, 1, (0.0,)),
+            (0x5D6, 33, (0.0,)),
+            (0x5D7, 0, (float("inf"),)),
+            (0x5D7, 32, (-1.0,)),
+            (0x5D1, 0, (1.0,)),
+        ):
             for value in values:
                 receiver = wire.Receiver()
-                receiver.push(identifier, sealed(identifier, bytes([0, index, 0]) + struct.pack("<f", value)))
-                self.assertEqual((1, 0), (receiver.faults.impossible, receiver.faults.good), (hex(identifier), value))
+                receiver.push(
+                    identifier, sealed(identifier, bytes([0, index, 0]) + struct.pack("<f", value))
+                )
+                self.assertEqual(
+                    (1, 0),
+                    (receiver.faults.impossible, receiver.faults.good),
+                    (hex(identifier), value),
+                )
 
     def test_what_three_to_six_bit_errors_bring_past_the_crc_is_in_range(self):
         """Python's receiver and the device's decoder refuse the same, and no number gets through that no sensor shows."""
@@ -223,13 +282,18 @@ class Damage(unittest.TestCase):
         stream = []
         for identifier, data in frames(one):
             bits = int.from_bytes(data, "little")
-            for bit in source.sample(range(64), source.randrange(3, 7)) if source.random() < 0.3 else ():
+            for bit in (
+                source.sample(range(64), source.randrange(3, 7)) if source.random() < 0.3 else ()
+            ):
                 bits ^= 1 << bit
             stream.append((identifier, bits.to_bytes(8, "little")))
         receiver, found = receive(stream)
         self.assertGreater(receiver.faults.corrupted + receiver.faults.impossible, 500)
         for result in found:
-            for value in [*result.adev.values(), *(v for k, v in result.values.items() if k.startswith("arw_deg"))]:
+            for value in [
+                *result.adev.values(),
+                *(v for k, v in result.values.items() if k.startswith("arw_deg")),
+            ]:
                 self.assertTrue(value != value or value == 0 or 1e-30 <= value <= 1e30, result)
 
 

@@ -16,7 +16,8 @@
 
 static const uint32_t taus[12] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 4294967295U};
 /* Channels from 8 on have policy glr. */
-static davar_config_t config = {.rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
+static davar_config_t config = {
+    .rate_hz = 99.3, .stride = 4000000000U, .taus = taus, .tau_count = 12};
 
 /* Any magnitude that a sensor could show, now and then absent, zero or beyond every range. */
 static double any(random_t *random)
@@ -30,33 +31,40 @@ static double any(random_t *random)
 
 static void make(random_t *random, davar_result_t *result, davar_wire_health_t *health)
 {
-    *result = (davar_result_t){.epoch = random_next(random) >> (random_next(random) % 40U),
-                               .window_samples = (uint32_t)(random_next(random) >> (32U + random_next(random) % 20U)),
-                               .unstable = (random_next(random) & 1U) != 0U,
-                               .kurtosis = any(random),
-                               .contribution = any(random),
-                               .tau_count = 12};
+    *result = (davar_result_t){
+        .epoch = random_next(random) >> (random_next(random) % 40U),
+        .window_samples = (uint32_t)(random_next(random) >> (32U + random_next(random) % 20U)),
+        .unstable = (random_next(random) & 1U) != 0U,
+        .kurtosis = any(random),
+        .contribution = any(random),
+        .tau_count = 12};
     for (size_t t = 0; t < 12U; t++) {
         const double value = any(random);
-        result->tau[t] = (davar_adev_t){.m = taus[t], .adev = value, .low = 0.9 * value, .high = value + any(random)};
+        result->tau[t] = (davar_adev_t){
+            .m = taus[t], .adev = value, .low = 0.9 * value, .high = value + any(random)};
     }
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
         const double value = any(random);
-        result->coefficient[k] =
-            (davar_coefficient_t){.value = value, .low = 0.8 * value, .high = (value + any(random)) * 1.1};
+        result->coefficient[k] = (davar_coefficient_t){
+            .value = value, .low = 0.8 * value, .high = (value + any(random)) * 1.1};
     }
     result->alarm = (random_next(random) & 1U) != 0U;
     result->young = (random_next(random) & 1U) != 0U;
-    result->cut_age_samples = (uint32_t)(random_next(random) >> (32U + (random_next(random) % 20U)));
-    result->dispersion = ((random_next(random) % 8U) == 0U) ? (double)NAN : (50.0 * random_uniform(random));
-    result->change = (davar_change_t){
-        .m = (uint32_t)(random_next(random) % 513U), .older = any(random), .newer = any(random), .gain = any(random)};
+    result->cut_age_samples =
+        (uint32_t)(random_next(random) >> (32U + (random_next(random) % 20U)));
+    result->dispersion =
+        ((random_next(random) % 8U) == 0U) ? (double)NAN : (50.0 * random_uniform(random));
+    result->change = (davar_change_t){.m = (uint32_t)(random_next(random) % 513U),
+                                      .older = any(random),
+                                      .newer = any(random),
+                                      .gain = any(random)};
     health->count[random_next(random) % DAVAR_HEALTH_COUNT] = (uint32_t)random_next(random);
 }
 
 static void make_misfit(random_t *random, davar_misfit_t *misfit)
 {
-    *misfit = (davar_misfit_t){.health = any(random), .tau_count = 12, .worst = (uint8_t)(random_next(random) % 13U)};
+    *misfit = (davar_misfit_t){
+        .health = any(random), .tau_count = 12, .worst = (uint8_t)(random_next(random) % 13U)};
     for (size_t t = 0; t < 12U; t++) {
         misfit->tau[t].deviation = ((random_next(random) & 1U) != 0U) ? any(random) : -any(random);
     }
@@ -64,18 +72,20 @@ static void make_misfit(random_t *random, davar_misfit_t *misfit)
 
 static void print_result(const davar_result_t *result, const davar_wire_health_t *health)
 {
-    (void)printf("R %llu %u %d %.17g %.17g\n", (unsigned long long)result->epoch, result->window_samples,
-                 (int)result->unstable, result->kurtosis, result->contribution);
+    (void)printf("R %llu %u %d %.17g %.17g\n", (unsigned long long)result->epoch,
+                 result->window_samples, (int)result->unstable, result->kurtosis,
+                 result->contribution);
     for (size_t t = 0; t < result->tau_count; t++) {
-        (void)printf("T %zu %.17g %.17g %.17g\n", t, result->tau[t].adev, result->tau[t].low, result->tau[t].high);
+        (void)printf("T %zu %.17g %.17g %.17g\n", t, result->tau[t].adev, result->tau[t].low,
+                     result->tau[t].high);
     }
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
         const davar_coefficient_t *one = &result->coefficient[k];
         (void)printf("C %zu %.17g %.17g %.17g\n", k, one->value, one->low, one->high);
     }
-    (void)printf("G %d %d %u %u %.17g %.17g %.17g %.17g\n", (int)result->alarm, (int)result->young, result->change.m,
-                 result->cut_age_samples, result->dispersion, result->change.older, result->change.newer,
-                 result->change.gain);
+    (void)printf("G %d %d %u %u %.17g %.17g %.17g %.17g\n", (int)result->alarm, (int)result->young,
+                 result->change.m, result->cut_age_samples, result->dispersion,
+                 result->change.older, result->change.newer, result->change.gain);
     for (size_t h = 0; h < DAVAR_HEALTH_COUNT; h++) {
         (void)printf("H %zu %u\n", h, health->count[h]);
     }
@@ -180,7 +190,8 @@ static int raw(bool floats, char **argv)
     davar_encoder_t encoder;
     davar_frame_t frame;
     char line[256];
-    (void)davar_encoder_init(&encoder, &own, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[2], NULL, 10), DAVAR_SEND_RAW);
+    (void)davar_encoder_init(&encoder, &own, DAVAR_WIRE_BASE, (uint8_t)strtoul(argv[2], NULL, 10),
+                             DAVAR_SEND_RAW);
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *value = NULL;
         const uint64_t index = strtoull(line, &value, 10);
@@ -206,18 +217,19 @@ static void print_wire(davar_decode_status_t status, const davar_wire_t *wire)
         (void)printf("E %d\n", (int)status);
         return;
     }
-    (void)printf("D %d %u %u %u %u %.9g %u %u %d %.9g %.9g %.9g", (int)wire->message, wire->channel, wire->counter,
-                 wire->result, wire->index, (double)wire->value, wire->number, wire->window_samples,
-                 (int)wire->unstable, (double)wire->relative_uncertainty, (double)wire->kurtosis,
-                 (double)wire->contribution);
+    (void)printf("D %d %u %u %u %u %.9g %u %u %d %.9g %.9g %.9g", (int)wire->message, wire->channel,
+                 wire->counter, wire->result, wire->index, (double)wire->value, wire->number,
+                 wire->window_samples, (int)wire->unstable, (double)wire->relative_uncertainty,
+                 (double)wire->kurtosis, (double)wire->contribution);
     for (size_t k = 0; k < DAVAR_COEFFICIENT_COUNT; k++) {
         (void)printf(" %.9g", (double)wire->coefficient[k]);
     }
     for (size_t t = 0; t < DAVAR_FD_TAUS; t++) {
         (void)printf(" %.9g", (double)wire->adev[t]);
     }
-    (void)printf(" %u %u %d %d %d %d %u %u %.9g", wire->worst, wire->session, wire->count[0], wire->count[1],
-                 (int)wire->alarm, (int)wire->young, wire->change_m, wire->cut_age_samples, (double)wire->dispersion);
+    (void)printf(" %u %u %d %d %d %d %u %u %.9g", wire->worst, wire->session, wire->count[0],
+                 wire->count[1], (int)wire->alarm, (int)wire->young, wire->change_m,
+                 wire->cut_age_samples, (double)wire->dispersion);
     (void)putchar('\n');
 }
 

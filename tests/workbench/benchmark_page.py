@@ -1,6 +1,6 @@
 """How the workbench feels: a real browser on 360 000 samples (one call of tools/test --only workbench makes the environment):
 
-    build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]"""
+build/venv-browser/bin/python tests/workbench/benchmark_page.py [REPEATS]"""
 
 import statistics
 import sys
@@ -11,8 +11,16 @@ from pathlib import Path
 from playwright.sync_api import expect
 from visiting import Visiting, ranked
 
-GOALS = {"first curve after the file is there, s": 3.0, "slider to curve, ms": 16.0, "value set by hand to verdict, ms": 300.0, "refit, ms": 300.0,
-         "first candidates, s": 1.0, "all candidates, s": 3.0, "a candidate added, s": 1.0, "cell to its samples, ms": 300.0}
+GOALS = {
+    "first curve after the file is there, s": 3.0,
+    "slider to curve, ms": 16.0,
+    "value set by hand to verdict, ms": 300.0,
+    "refit, ms": 300.0,
+    "first candidates, s": 1.0,
+    "all candidates, s": 3.0,
+    "a candidate added, s": 1.0,
+    "cell to its samples, ms": 300.0,
+}
 SLIDE = """async (input) => {
   const frame = () => new Promise((done) => requestAnimationFrame(() => { const c = new MessageChannel(); c.port1.onmessage = done; c.port2.postMessage(0); }));
   const spent = [];
@@ -27,7 +35,9 @@ SLIDE = """async (input) => {
 }"""
 
 
-REST_MS = 3000  # until the charts below are drawn too: what a person does next does not wait for them
+REST_MS = (
+    3000  # until the charts below are drawn too: what a person does next does not wait for them
+)
 
 
 def spent(work):
@@ -44,8 +54,12 @@ def one_visit(case):
     page.click("#close")
     expect(page.locator("#tutorial")).to_be_visible()
     Path(case.folder / "davarlab-files/tutorial_sensor.csv.davarlab.json").unlink()
-    found["first curve after the file is there, s"] = spent(lambda: (page.click("#tutorial"), page.wait_for_selector("#error-value")))
-    found["first candidates, s"] = spent(lambda: expect(page.locator(".candidate").first).to_be_visible())
+    found["first curve after the file is there, s"] = spent(
+        lambda: (page.click("#tutorial"), page.wait_for_selector("#error-value"))
+    )
+    found["first candidates, s"] = spent(
+        lambda: expect(page.locator(".candidate").first).to_be_visible()
+    )
     found["all candidates, s"] = found["first candidates, s"] + spent(lambda: ranked(page))
     page.wait_for_timeout(REST_MS)
     slider = page.locator("[data-kind=angle_random_walk] input[type=range]")
@@ -60,13 +74,25 @@ def one_visit(case):
     page.wait_for_timeout(REST_MS)
     found["value set by hand to verdict, ms"] = 1000 * spent(by_hand)
     page.wait_for_timeout(REST_MS)
-    found["refit, ms"] = 1000 * spent(lambda: (page.click("#refit"), expect(page.locator("#candidates")).not_to_contain_text("fit first")))
+    found["refit, ms"] = 1000 * spent(
+        lambda: (
+            page.click("#refit"),
+            expect(page.locator("#candidates")).not_to_contain_text("fit first"),
+        )
+    )
     ranked(page)
     page.wait_for_timeout(REST_MS)
-    found["a candidate added, s"] = spent(lambda: (page.keyboard.press("1"), expect(page.locator(".card")).to_have_count(3)))
+    found["a candidate added, s"] = spent(
+        lambda: (page.keyboard.press("1"), expect(page.locator(".card")).to_have_count(3))
+    )
     ranked(page)
     page.wait_for_timeout(REST_MS)
-    found["cell to its samples, ms"] = 1000 * spent(lambda: (page.keyboard.press("w"), expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible()))
+    found["cell to its samples, ms"] = 1000 * spent(
+        lambda: (
+            page.keyboard.press("w"),
+            expect(page.locator("#cell-spectrum .main-svg").first).to_be_visible(),
+        )
+    )
     return found
 
 

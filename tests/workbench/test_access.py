@@ -10,7 +10,9 @@ from visiting import Visiting, ranked
 class Access(Visiting):
     def assert_accessible(self, page, stage):
         found = Axe().run(page).response["violations"]
-        self.assertEqual([(one["id"], [node["target"] for node in one["nodes"]]) for one in found], [], stage)
+        self.assertEqual(
+            [(one["id"], [node["target"] for node in one["nodes"]]) for one in found], [], stage
+        )
 
     def test_axe_finds_nothing(self):
         bench = self.open()
@@ -18,7 +20,9 @@ class Access(Visiting):
             for width in (1400, 390):
                 page = self.page(bench, width=width, color_scheme=scheme)
                 if bench.ask("all")[1]["recording"] is None:
-                    expect(page.locator("#tutorial")).to_be_visible()  # until the page knows what is open it is empty
+                    expect(
+                        page.locator("#tutorial")
+                    ).to_be_visible()  # until the page knows what is open it is empty
                     self.assert_accessible(page, (scheme, width, "landing"))
                     page.click("#tutorial")
                 ranked(page)

@@ -10,7 +10,11 @@ from visiting import FIRST, Visiting, error, ranked, run
 
 def made(folder, effects="", seconds=900, seed=8):
     scenario, recording = folder / "scenario.toml", folder / "rec.csv"
-    scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + effects + f"[simulate]\nseed = {seed}\nduration_s = {seconds}\n")
+    scenario.write_text(
+        FIRST.format(rate=50.0, column="gyro_z_dps")
+        + effects
+        + f"[simulate]\nseed = {seed}\nduration_s = {seconds}\n"
+    )
     done = run("simulate", scenario, "-o", recording)
     assert done.returncode == 0, done.stderr
     return recording
@@ -34,7 +38,9 @@ class Sights(Visiting):
 
     def test_a_stretch_alone_is_a_file_of_its_own(self):
         recording = made(self.folder)
-        header, *rows = [line for line in recording.read_text().splitlines() if not line.startswith("#")]
+        header, *rows = [
+            line for line in recording.read_text().splitlines() if not line.startswith("#")
+        ]
         part = self.folder / "part.csv"
         part.write_text("\n".join([header, *rows[10000:30000]]) + "\n")
         bench = self.open(recording)
@@ -43,7 +49,9 @@ class Sights(Visiting):
 
     def test_what_is_cut_out_is_as_if_it_had_been_lost(self):
         recording = made(self.folder)
-        header, *rows = [line for line in recording.read_text().splitlines() if not line.startswith("#")]
+        header, *rows = [
+            line for line in recording.read_text().splitlines() if not line.startswith("#")
+        ]
         less = self.folder / "less.csv"
         less.write_text("\n".join([header, *rows[:10000], *rows[12500:]]) + "\n")
         bench = self.open(recording)
@@ -55,12 +63,21 @@ class Sights(Visiting):
         bench = self.open(recording)
         before = bench.ask("step")[1]["error"]
         bench.act("sight", alone=[100.0, 400.0])
-        for wrong in ({"alone": [5.0, 4.0]}, {"alone": [0.0, 5.0]}, {"alone": [0.0, 1e9]}, {"cut": [[-1.0, 5.0]]}, {"column": "temp_degC"}, {"cut": [[1.0]]},
-                      {"cut": [[0.0, 900.0]]}):
+        for wrong in (
+            {"alone": [5.0, 4.0]},
+            {"alone": [0.0, 5.0]},
+            {"alone": [0.0, 1e9]},
+            {"cut": [[-1.0, 5.0]]},
+            {"column": "temp_degC"},
+            {"cut": [[1.0]]},
+            {"cut": [[0.0, 900.0]]},
+        ):
             status, answer = bench.act("sight", **wrong)
             self.assertEqual((status, "\n" in answer["error"]), (400, False), wrong)
         everything = bench.ask("all")[1]
-        self.assertEqual([one["alone"] for one in everything["sights"] if one["here"]], [[100.0, 400.0]])
+        self.assertEqual(
+            [one["alone"] for one in everything["sights"] if one["here"]], [[100.0, 400.0]]
+        )
         elsewhere = self.open(recording)
         self.assertEqual(elsewhere.act("sight")[0], 200)
         self.assertIn("somebody else", bench.act("refit")[1]["error"])
@@ -74,14 +91,20 @@ class Sights(Visiting):
 
 class Looks(Visiting):
     def test_a_lag_brings_the_branches_together_where_it_is_true(self):
-        recording = made(self.folder, '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\nlag_s = 60.0\n', 3600)
+        recording = made(
+            self.folder,
+            '[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\nlag_s = 60.0\n',
+            3600,
+        )
         bench = self.open(recording)
 
         def scatter(lag_s):
             found = bench.ask("against", column="temp_degC", lag_s=lag_s)[1]
             x, y = found["x"], found["left"]
             mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-            slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
+            slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum(
+                (a - mean_x) ** 2 for a in x
+            )
             return sum((b - mean_y - slope * (a - mean_x)) ** 2 for a, b in zip(x, y)) / len(x)
 
         best = scatter(60.0)
@@ -98,11 +121,16 @@ class Looks(Visiting):
 
     def test_a_slider_that_is_held_shows_what_it_will_be(self):
         recording, model = made(self.folder), self.folder / "model.toml"
-        model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.01\ncorrelation_time_s = 5.0\n')
+        model.write_text(
+            FIRST.format(rate=50.0, column="gyro_z_dps")
+            + '[[effect]]\nkind = "gauss_markov"\nstd_dps = 0.01\ncorrelation_time_s = 5.0\n'
+        )
         bench = self.open(recording, "-m", model)
         moved = {"place": 2, "name": "correlation_time_s", "value": 40.0}
         held = bench.ask("preview", **moved)[1]
-        self.assertEqual(bench.act("set", place=2, parameters={moved["name"]: moved["value"]})[0], 200)
+        self.assertEqual(
+            bench.act("set", place=2, parameters={moved["name"]: moved["value"]})[0], 200
+        )
         shown = bench.ask("step")[1]["deviation"]
         for name in ("tau_s", "model"):
             self.assertEqual(len(held[name]), len(shown[name]))
@@ -113,20 +141,31 @@ class Looks(Visiting):
         recording = made(self.folder)
         for finger in (False, True):
             bench = self.open(recording)
-            page = self.page(bench, has_touch=finger, **({"width": 390, "height": 800} if finger else {}))
+            page = self.page(
+                bench, has_touch=finger, **({"width": 390, "height": 800} if finger else {})
+            )
             ranked(page)
             page.locator("#deviation").scroll_into_view_if_needed()
             number, before = (bench.ask("step")[1][name] for name in ("number", "cards"))
             plot = page.locator("#deviation")
-            x, y, decade, ranges = plot.evaluate("""(plot) => { const one = plot.data.find((trace) => trace.name === "angle random walk"), { xaxis, yaxis } = plot._fullLayout;
+            x, y, decade, ranges = (
+                plot.evaluate("""(plot) => { const one = plot.data.find((trace) => trace.name === "angle random walk"), { xaxis, yaxis } = plot._fullLayout;
                 return [xaxis._offset + xaxis.d2p(one.x[2]), yaxis._offset + yaxis.d2p(one.y[2]), yaxis._length / (yaxis.range[1] - yaxis.range[0]), [...xaxis.range]]; }""")
+            )
             box, touch = plot.bounding_box(), page.context.new_cdp_session(page)
 
             def point(what, up, across=3):
                 at = {"x": box["x"] + x + across, "y": box["y"] + y - up}
                 if finger:
-                    touch.send("Input.dispatchTouchEvent", {"type": {"down": "touchStart", "move": "touchMove", "up": "touchEnd"}[what],
-                                                            "touchPoints": [] if what == "up" else [at]})
+                    touch.send(
+                        "Input.dispatchTouchEvent",
+                        {
+                            "type": {"down": "touchStart", "move": "touchMove", "up": "touchEnd"}[
+                                what
+                            ],
+                            "touchPoints": [] if what == "up" else [at],
+                        },
+                    )
                 else:
                     page.mouse.move(**at)
                     getattr(page.mouse, what)(**at if what == "move" else {})
@@ -141,7 +180,9 @@ class Looks(Visiting):
             self.assertGreater(after["number"], number)
             size = after["cards"][0]["parameters"][0]["value"] / before[0]["parameters"][0]["value"]
             self.assertAlmostEqual(size / 10 ** (1 / 3), 1, delta=0.03, msg=finger)
-            self.assertEqual(plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges)  # nothing was zoomed
+            self.assertEqual(
+                plot.evaluate("(plot) => [...plot._fullLayout.xaxis.range]"), ranges
+            )  # nothing was zoomed
             bench.act("go", number=number)
             page.close()
             bench.stop()
@@ -149,32 +190,58 @@ class Looks(Visiting):
 
     def test_a_click_on_a_peak_adds_a_line_sharp_or_with_a_width(self):
         line = '[[effect]]\nkind = "{}"\nfrequency_hz = {}\n{}\n'
-        bench = self.open(made(self.folder, line.format("narrow_band", 5.0, "half_width_hz = 0.2\nstd_dps = 0.02")
-                                            + line.format("sinusoid", 0.7, "amplitude_dps = 0.02")))
+        bench = self.open(
+            made(
+                self.folder,
+                line.format("narrow_band", 5.0, "half_width_hz = 0.2\nstd_dps = 0.02")
+                + line.format("sinusoid", 0.7, "amplitude_dps = 0.02"),
+            )
+        )
         page = self.page(bench)
         for kind, f_hz, number in (("sinusoid", 0.7, 0), ("narrow_band", 5.0, 1)):
             ranked(page)
             plot = page.locator("#spectrum")
             plot.scroll_into_view_if_needed()
-            place = plot.evaluate("""(plot, f) => { const d = plot.data[0], i = d.x.reduce((a, x, k) => (Math.abs(x - f) < 0.1 * f && (a < 0 || d.y[k] > d.y[a]) ? k : a), -1);
+            place = plot.evaluate(
+                """(plot, f) => { const d = plot.data[0], i = d.x.reduce((a, x, k) => (Math.abs(x - f) < 0.1 * f && (a < 0 || d.y[k] > d.y[a]) ? k : a), -1);
                 const { xaxis, yaxis } = plot._fullLayout;
-                return [xaxis._offset + xaxis.d2p(d.x[i]), yaxis._offset + yaxis.d2p(d.y[i])]; }""", f_hz)
+                return [xaxis._offset + xaxis.d2p(d.x[i]), yaxis._offset + yaxis.d2p(d.y[i])]; }""",
+                f_hz,
+            )
             plot.hover(position={"x": place[0], "y": place[1]})
             page.mouse.down()
             page.mouse.up()
             page.locator("#peak button").nth(number).click()
             card = page.locator(f".card[data-kind={kind}]")
             expect(card).to_be_visible()
-            found = {p["name"]: p for one in bench.ask("step")[1]["cards"] if one["kind"] == kind for p in one["parameters"]}
-            self.assertAlmostEqual(found["frequency_hz"]["value"] / f_hz, 1, delta=0.01 if kind == "narrow_band" else 1e-4)
-        told = json.loads(run("fit", self.folder / "rec.csv", "-m", self.folder / "scenario.toml", "--json").stdout)["effects"]
+            found = {
+                p["name"]: p
+                for one in bench.ask("step")[1]["cards"]
+                if one["kind"] == kind
+                for p in one["parameters"]
+            }
+            self.assertAlmostEqual(
+                found["frequency_hz"]["value"] / f_hz,
+                1,
+                delta=0.01 if kind == "narrow_band" else 1e-4,
+            )
+        told = json.loads(
+            run(
+                "fit", self.folder / "rec.csv", "-m", self.folder / "scenario.toml", "--json"
+            ).stdout
+        )["effects"]
         told = next(one for one in told if one["kind"] == "narrow_band")["parameters"]
         for name in ("half_width_hz", "std_dps"):  # as from the truth
             self.assertAlmostEqual(found[name]["value"] / told[name]["value"], 1, delta=0.01)
         self.assert_quiet()
 
     def test_the_spectrum_over_time_shows_a_line(self):
-        bench = self.open(made(self.folder, '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.05\nfrequency_hz = 3.0\n'))
+        bench = self.open(
+            made(
+                self.folder,
+                '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.05\nfrequency_hz = 3.0\n',
+            )
+        )
         for column in ("time_s", "temp_degC"):
             found = bench.ask("spectrogram", column=column)[1]
             loudest = max(range(len(found["f_hz"])), key=lambda row: sum(found["density"][row]))
@@ -182,29 +249,57 @@ class Looks(Visiting):
             self.assertEqual(found["x"], sorted(found["x"]))
 
     def test_every_density_is_that_of_the_noise(self):
-        bench = self.open(made(self.folder))  # 0.3 deg/sqrt(h) of white noise: 0.005 deg/s/sqrt(Hz) on both sides of 0
-        step, near, over = bench.ask("step")[1]["spectrum"], bench.ask("stretch", start_s=100.0, stop_s=700.0)[1], bench.ask("spectrogram")[1]
-        for f, values in ((step["f_hz"], step["measured"]), (step["f_hz"], step["model"]), (near["f_hz"], near["density"]),
-                          (over["f_hz"], [math.sqrt(sum(x * x for x in row) / len(row)) for row in over["density"]])):
+        bench = self.open(
+            made(self.folder)
+        )  # 0.3 deg/sqrt(h) of white noise: 0.005 deg/s/sqrt(Hz) on both sides of 0
+        step, near, over = (
+            bench.ask("step")[1]["spectrum"],
+            bench.ask("stretch", start_s=100.0, stop_s=700.0)[1],
+            bench.ask("spectrogram")[1],
+        )
+        for f, values in (
+            (step["f_hz"], step["measured"]),
+            (step["f_hz"], step["model"]),
+            (near["f_hz"], near["density"]),
+            (
+                over["f_hz"],
+                [math.sqrt(sum(x * x for x in row) / len(row)) for row in over["density"]],
+            ),
+        ):
             white = [value for place, value in zip(f, values) if place > 5.0]
             self.assertGreater(len(white), 8)
-            self.assertAlmostEqual(math.sqrt(sum(x * x for x in white) / len(white)) / 0.005, 1, delta=0.05)
+            self.assertAlmostEqual(
+                math.sqrt(sum(x * x for x in white) / len(white)) / 0.005, 1, delta=0.05
+            )
 
     def test_the_axes_are_those_of_the_library(self):
         recording = made(self.folder)
         bench = self.open(recording)
-        one, = bench.ask("axes")[1]["axes"]
-        rows = [line.split(",") for line in recording.read_text().splitlines() if not line.startswith("#")]
+        (one,) = bench.ask("axes")[1]["axes"]
+        rows = [
+            line.split(",")
+            for line in recording.read_text().splitlines()
+            if not line.startswith("#")
+        ]
         x = [float(row[rows[0].index("gyro_z_dps")]) for row in rows[1:]]
         total = [0.0]
         for value in x:
             total.append(total[-1] + value)
         m = 16
-        square = [(total[i + 2 * m] - 2 * total[i + m] + total[i]) ** 2 for i in range(len(x) - 2 * m + 1)]
-        self.assertAlmostEqual(one["measured"][4], math.sqrt(sum(square) / len(square) / 2) / m, delta=1e-6)
+        square = [
+            (total[i + 2 * m] - 2 * total[i + m] + total[i]) ** 2 for i in range(len(x) - 2 * m + 1)
+        ]
+        self.assertAlmostEqual(
+            one["measured"][4], math.sqrt(sum(square) / len(square) / 2) / m, delta=1e-6
+        )
 
     def test_everything_can_be_done_with_keys(self):
-        bench = self.open(made(self.folder, '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.02\nfrequency_hz = 3.0\n'))
+        bench = self.open(
+            made(
+                self.folder,
+                '[[effect]]\nkind = "sinusoid"\namplitude_dps = 0.02\nfrequency_hz = 3.0\n',
+            )
+        )
         page = self.page(bench)
         ranked(page)
         page.keyboard.press("1")
@@ -221,8 +316,27 @@ class Looks(Visiting):
         reached = set()
         for _ in range(80):
             page.keyboard.press("Tab")
-            reached.add(page.evaluate("document.activeElement.id || document.activeElement.type || document.activeElement.className"))
-        self.assertLessEqual({"undo", "refit", "save", "axis", "range", "number", "checkbox", "alone", "cut", "against-column", "lag"}, reached)
+            reached.add(
+                page.evaluate(
+                    "document.activeElement.id || document.activeElement.type || document.activeElement.className"
+                )
+            )
+        self.assertLessEqual(
+            {
+                "undo",
+                "refit",
+                "save",
+                "axis",
+                "range",
+                "number",
+                "checkbox",
+                "alone",
+                "cut",
+                "against-column",
+                "lag",
+            },
+            reached,
+        )
         self.assert_quiet()
 
 

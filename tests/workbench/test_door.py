@@ -18,25 +18,47 @@ def log(path, names, rows=2000):
     rng = random.Random(4)
     lines = [";".join(names)]
     for i in range(rows):
-        lines.append(f"{1_700_000_000_000_000 + 5000 * i};{rng.gauss(0.01, 0.0017):.7f};{round(rng.gauss(3, 20))};{rng.gauss(0.1, 0.02):.5f};"
-                     f"{rng.gauss(0.0, 0.02):.5f};{rng.gauss(9.8, 0.02):.5f};{25 + 0.01 * math.sin(i / 300):.3f};{3.7 + i * 1e-5:.5f}")
+        lines.append(
+            f"{1_700_000_000_000_000 + 5000 * i};{rng.gauss(0.01, 0.0017):.7f};{round(rng.gauss(3, 20))};{rng.gauss(0.1, 0.02):.5f};"
+            f"{rng.gauss(0.0, 0.02):.5f};{rng.gauss(9.8, 0.02):.5f};{25 + 0.01 * math.sin(i / 300):.3f};{3.7 + i * 1e-5:.5f}"
+        )
     path.write_text("\n".join(lines) + "\n")
 
 
 def flight(path, sigmas_dps, rows=2000):
     """An ArduPilot log of several IMUs at 200 Hz, gyros in rad/s, each as noisy as it is told."""
+
     def named(kind, length, name, form, columns):
         return struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 0x80, kind, length, name, form, columns)
 
     rng = random.Random(5)
-    out = named(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns") + named(0x81, 24, b"IMU", b"QBfff", b"TimeUS,I,GyrX,GyrY,GyrZ")
+    out = named(0x80, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns") + named(
+        0x81, 24, b"IMU", b"QBfff", b"TimeUS,I,GyrX,GyrY,GyrZ"
+    )
     for i in range(rows):
         for one, sigma in enumerate(sigmas_dps):
-            out += struct.pack("<BBBQBfff", 0xA3, 0x95, 0x81, 5000 * i, one, *(rng.gauss(0, math.radians(sigma)) for _ in range(3)))
+            out += struct.pack(
+                "<BBBQBfff",
+                0xA3,
+                0x95,
+                0x81,
+                5000 * i,
+                one,
+                *(rng.gauss(0, math.radians(sigma)) for _ in range(3)),
+            )
     path.write_bytes(out)
 
 
-NAMES = ("timestamp_us", "GyroX [rad/s]", "wz_raw", "accX", "accY", "accZ", "Temp (C)", "<b>vbat</b>")
+NAMES = (
+    "timestamp_us",
+    "GyroX [rad/s]",
+    "wz_raw",
+    "accX",
+    "accY",
+    "accZ",
+    "Temp (C)",
+    "<b>vbat</b>",
+)
 
 
 class Logs(Visiting):
@@ -46,7 +68,12 @@ class Logs(Visiting):
         page = self.page(bench)
         page.set_input_files("#file", str(self.folder / "flight 7.csv"))
         expect(page.locator("tbody tr")).to_have_count(8)
-        said = {row.locator("th").inner_text(): [select.input_value() for select in row.locator("select").all()] for row in page.locator("tbody tr").all()}
+        said = {
+            row.locator("th").inner_text(): [
+                select.input_value() for select in row.locator("select").all()
+            ]
+            for row in page.locator("tbody tr").all()
+        }
         self.assertEqual(said["GyroX [rad/s]"], ["gyro", "x", "rad/s"])
         self.assertEqual(said["accZ"], ["accel", "z", "m/s^2"])
         self.assertEqual(said["<b>vbat</b>"], ["other", "", ""])
@@ -56,13 +83,18 @@ class Logs(Visiting):
         page.click("#read")
         page.wait_for_selector("#error-value")
         expect(page.locator("#recording")).to_contain_text("200 Hz")
-        self.assertEqual([option.inner_text() for option in page.locator("#axis option").all()], ["gyro_x_dps", "gyro_z_dps"])
+        self.assertEqual(
+            [option.inner_text() for option in page.locator("#axis option").all()],
+            ["gyro_x_dps", "gyro_z_dps"],
+        )
         arw = page.locator("[data-kind=angle_random_walk] input[type=number]").first
         self.assertAlmostEqual(float(arw.input_value()), 20 * 0.05 / math.sqrt(200) * 60, delta=0.2)
         before = arw.input_value()
         page.select_option("#axis", "gyro_x_dps")
         expect(arw).not_to_have_value(before)
-        self.assertAlmostEqual(float(arw.input_value()), math.degrees(0.0017) / math.sqrt(200) * 60, delta=0.03)
+        self.assertAlmostEqual(
+            float(arw.input_value()), math.degrees(0.0017) / math.sqrt(200) * 60, delta=0.03
+        )
         page.select_option("#against-column", "<b>vbat</b>")
         expect(page.locator("#against .xtitle")).to_have_text("<b>vbat</b>")
         page.reload()
@@ -78,21 +110,31 @@ class Logs(Visiting):
         for name, sigma in (("IMU:1", 0.4), ("IMU:0", 0.1)):
             page.click(f"[data-sensor='{name}']")
             page.wait_for_selector("#error-value")
-            self.assertAlmostEqual(float(arw.input_value()), sigma / math.sqrt(200) * 60, delta=0.1 * sigma * 60 / math.sqrt(200))
+            self.assertAlmostEqual(
+                float(arw.input_value()),
+                sigma / math.sqrt(200) * 60,
+                delta=0.1 * sigma * 60 / math.sqrt(200),
+            )
             self.shot(page, f"sensor {name[-1]}")
             page.click("#close")
             page.set_input_files("#file", str(self.folder / "flight.bin"))
             page.wait_for_selector("[data-sensor]")
         self.shot(page, "sensors")
-        self.assertEqual(len(list(self.folder.glob("davarlab-files/flight.bin.IMU:?.davarlab.json"))), 2)
+        self.assertEqual(
+            len(list(self.folder.glob("davarlab-files/flight.bin.IMU:?.davarlab.json"))), 2
+        )
         self.assert_quiet()
         again = self.open("davarlab-files/flight.bin", "--sensor", "IMU:1")
         seen = again.ask("all")[1]
-        self.assertEqual((len(seen["steps"]), seen["gyros"]), (1, ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"]))
+        self.assertEqual(
+            (len(seen["steps"]), seen["gyros"]), (1, ["gyro_x_dps", "gyro_y_dps", "gyro_z_dps"])
+        )
         words = shlex.split(next(line for line in seen["commands"] if " import " in line))
         self.assertEqual(words[words.index("--sensor") + 1], "IMU:1")
         (self.folder / "model.toml").write_text(FIRST.format(rate=200.0, column="gyro_y_dps"))
-        given = self.open("flight.bin", "-m", "model.toml")  # the model is looked at when the sensor is chosen
+        given = self.open(
+            "flight.bin", "-m", "model.toml"
+        )  # the model is looked at when the sensor is chosen
         self.assertEqual(given.act("sensor", name="IMU:0")[1]["column"], "gyro_y_dps")
         self.assertEqual(given.ask("all")[1]["steps"][0]["did"], "the model as given")
         refused = run("open", "--no-browser", self.folder / "flight.bin", "--sensor", "IMU:7")
@@ -100,17 +142,37 @@ class Logs(Visiting):
         self.assertIn("IMU:7", refused.stderr)
 
     def test_of_a_recording_that_was_closed_or_left_nothing_comes_late(self):
-        log(self.folder / "flight.csv", ("time_us", "gyro_x[rad/s]", "gyro_y[rad/s]", "acc_x", "acc_y", "acc_z", "temp_degC", "vbat"))
+        log(
+            self.folder / "flight.csv",
+            (
+                "time_us",
+                "gyro_x[rad/s]",
+                "gyro_y[rad/s]",
+                "acc_x",
+                "acc_y",
+                "acc_z",
+                "temp_degC",
+                "vbat",
+            ),
+        )
         page = self.page(self.open())
         late, over = [], []
         page.route(re.compile("/api/(candidates|stretch)"), lambda route: late.append(route))
         for ended in ("requestfinished", "requestfailed"):
-            page.on(ended, lambda request: re.search("/api/(candidates|stretch)", request.url) and over.append(request))
+            page.on(
+                ended,
+                lambda request: (
+                    re.search("/api/(candidates|stretch)", request.url) and over.append(request)
+                ),
+            )
 
         page.set_input_files("#file", str(self.folder / "flight.csv"))
         page.click("#read")
         page.click("#confirm")  # counts that are called rad/s are doubted
-        for asked, leave in ((2, lambda: page.select_option("#axis", index=1)), (4, lambda: page.click("#close"))):
+        for asked, leave in (
+            (2, lambda: page.select_option("#axis", index=1)),
+            (4, lambda: page.click("#close")),
+        ):
             until(page, lambda: len(late) == asked)  # they are under way, and the page waits
             leave()
         expect(page.locator("#file")).to_be_attached()
@@ -123,7 +185,10 @@ class Logs(Visiting):
     def test_no_picture_of_a_recording_that_was_left_is_asked_for(self):
         """The pictures are asked for one after the other: whichever is under way when the recording is closed, or drawn, none comes behind it."""
         rng = random.Random(3)
-        (self.folder / "flight.csv").write_text("time_s,gyro_z_dps,temp_degC\n" + "".join(f"{i / 50},{rng.gauss(0, 0.1):.5f},{20 + i / 999:.3f}\n" for i in range(2000)))
+        (self.folder / "flight.csv").write_text(
+            "time_s,gyro_z_dps,temp_degC\n"
+            + "".join(f"{i / 50},{rng.gauss(0, 0.1):.5f},{20 + i / 999:.3f}\n" for i in range(2000))
+        )
         page = self.page(self.open())
         refused = []
         page.on("response", lambda answer: answer.status >= 400 and refused.append(answer.url))
@@ -144,8 +209,13 @@ class Logs(Visiting):
     def test_what_is_no_recording_is_refused_in_one_line(self):
         bench = self.open()
         page = self.page(bench)
-        for name, data in (("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"), ("empty.csv", b""), ("short.csv", b"time_s,gyro_z_dps\n0,1\n0.02,2\n0.04,1\n"),
-                           ("words.csv", b"time_s,gyro_z_dps\n0,fast\n"), ("cut.csv.gz", gzip.compress(b"a,b\n1,2\n" * 1000)[:40])):
+        for name, data in (
+            ("photo.png", b"\x89PNG\r\n\x1a\n\0\0\0"),
+            ("empty.csv", b""),
+            ("short.csv", b"time_s,gyro_z_dps\n0,1\n0.02,2\n0.04,1\n"),
+            ("words.csv", b"time_s,gyro_z_dps\n0,fast\n"),
+            ("cut.csv.gz", gzip.compress(b"a,b\n1,2\n" * 1000)[:40]),
+        ):
             page.set_input_files("#file", {"name": name, "mimeType": "text/csv", "buffer": data})
             expect(page.locator("#error")).to_contain_text(name)
             self.assertNotIn("Traceback", page.inner_text("body"))
@@ -159,9 +229,18 @@ class Door(Visiting):
         for path in ("/api/all", "/", "/api/step"):
             self.assertEqual(bench.request(path, headers={})[0], 403, path)
             self.assertEqual(bench.request(path, headers={"X-Davar-Token": "x" * 22})[0], 403, path)
-            self.assertEqual(bench.request(path, headers={**own, "Origin": "http://evil.example"})[0], 403, path)
-            self.assertEqual(bench.request(path, headers={**own, "Host": "evil.example"})[0], 400, path)
-        self.assertEqual(bench.request("/api/open", b'{"path": "/etc/passwd"}', {"Content-Type": "application/json"})[0], 403)
+            self.assertEqual(
+                bench.request(path, headers={**own, "Origin": "http://evil.example"})[0], 403, path
+            )
+            self.assertEqual(
+                bench.request(path, headers={**own, "Host": "evil.example"})[0], 400, path
+            )
+        self.assertEqual(
+            bench.request(
+                "/api/open", b'{"path": "/etc/passwd"}', {"Content-Type": "application/json"}
+            )[0],
+            403,
+        )
         self.assertEqual(bench.request("/api/all", headers={**own, "Origin": bench.origin})[0], 200)
 
     def test_only_the_page_with_the_token_from_this_origin_hears_events(self):
@@ -169,23 +248,50 @@ class Door(Visiting):
         page = self.browser.new_page()
         self.addCleanup(page.close)
         events = f"ws{bench.origin[4:]}/events"
-        for shown, address, heard in ((bench.address, f"{events}?token={bench.token}", True), (bench.address, events, False),
-                                      (bench.address, f"{events}?token={'x' * 22}", False),
-                                      ("data:text/html,<p>elsewhere", f"{events}?token={bench.token}", False)):
+        for shown, address, heard in (
+            (bench.address, f"{events}?token={bench.token}", True),
+            (bench.address, events, False),
+            (bench.address, f"{events}?token={'x' * 22}", False),
+            ("data:text/html,<p>elsewhere", f"{events}?token={bench.token}", False),
+        ):
             page.goto(shown)
-            opened = page.evaluate("""(address) => new Promise((done) => { const s = new WebSocket(address);
-                s.onopen = () => done(true); s.onerror = () => done(false); })""", address)
+            opened = page.evaluate(
+                """(address) => new Promise((done) => { const s = new WebSocket(address);
+                s.onopen = () => done(true); s.onerror = () => done(false); })""",
+                address,
+            )
             self.assertEqual(opened, heard, (shown, address))
 
     def test_nothing_but_the_page_is_served(self):
         bench = self.open()
-        for path in ("/page/../server.py", "/page/..%2fserver.py", "/page/%2e%2e/server.py", "/page//etc/passwd", "/page/parts/../../server.py", "/page/parts", "/page/", "/page/nothing.js", "/etc/passwd"):
+        for path in (
+            "/page/../server.py",
+            "/page/..%2fserver.py",
+            "/page/%2e%2e/server.py",
+            "/page//etc/passwd",
+            "/page/parts/../../server.py",
+            "/page/parts",
+            "/page/",
+            "/page/nothing.js",
+            "/etc/passwd",
+        ):
             self.assertEqual(bench.request(path)[0], 404, path)
 
     def test_a_dropped_file_stays_in_its_folder(self):
         bench = self.open()
-        for name in ("../away.csv", "/tmp/away.csv", "a/b.csv", "..", ".hidden", "", "new\nline.csv"):
-            status, text = bench.request("/api/drop?" + "name=" + name.replace("/", "%2F").replace("\n", "%0A"), b"a,b\n1,2\n")
+        for name in (
+            "../away.csv",
+            "/tmp/away.csv",
+            "a/b.csv",
+            "..",
+            ".hidden",
+            "",
+            "new\nline.csv",
+        ):
+            status, text = bench.request(
+                "/api/drop?" + "name=" + name.replace("/", "%2F").replace("\n", "%0A"),
+                b"a,b\n1,2\n",
+            )
             self.assertEqual(status, 400, name)
             self.assertIn("not a name for a recording", json.loads(text)["error"])
         self.assertEqual([path.name for path in self.folder.rglob("*") if path.is_file()], [])
@@ -194,13 +300,21 @@ class Door(Visiting):
         first, second = self.folder / "one.csv", self.folder / "two.csv"
         for path, loud in ((first, 1), (second, 20)):
             rng = random.Random(loud)
-            path.write_text("time_s,gyro_z_dps\n" + "".join(f"{i / 50:.2f},{rng.gauss(0, 0.1 * loud):.6f}\n" for i in range(3000)))
+            path.write_text(
+                "time_s,gyro_z_dps\n"
+                + "".join(f"{i / 50:.2f},{rng.gauss(0, 0.1 * loud):.6f}\n" for i in range(3000))
+            )
         bench = self.open()
         names = []
         for path in (first, second, first):
             status, text = bench.request("/api/drop?name=rec.csv", path.read_bytes())
             self.assertEqual(status, 200, text)
-            names.append((json.loads(text)["recording"].split("/")[-1], round(json.loads(text)["steps"][0]["error"], 6)))
+            names.append(
+                (
+                    json.loads(text)["recording"].split("/")[-1],
+                    round(json.loads(text)["steps"][0]["error"], 6),
+                )
+            )
         self.assertEqual([name for name, _ in names], ["rec.csv", "rec-2.csv", "rec.csv"])
         self.assertEqual(names[0], names[2])
         first.write_bytes(second.read_bytes())
@@ -211,8 +325,16 @@ class Door(Visiting):
 
     def test_what_is_asked_wrongly_is_refused_in_one_line(self):
         bench = self.open()
-        for what, given in (("step", {}), ("go", {"number": 3}), ("set", {"place": 0, "parameters": {}}), ("read", {"columns": []}), ("refit", {}),
-                            ("open", {"path": "nowhere.csv"}), ("open", {}), ("open", {"path": "x", "more": 1})):
+        for what, given in (
+            ("step", {}),
+            ("go", {"number": 3}),
+            ("set", {"place": 0, "parameters": {}}),
+            ("read", {"columns": []}),
+            ("refit", {}),
+            ("open", {"path": "nowhere.csv"}),
+            ("open", {}),
+            ("open", {"path": "x", "more": 1}),
+        ):
             status, answer = bench.act(what, **given) if what != "step" else bench.ask(what)
             self.assertEqual((status, "\n" in answer["error"]), (400, False), (what, answer))
         self.assertEqual(bench.act("nothing")[0], 404)
@@ -222,15 +344,37 @@ class Door(Visiting):
     def test_the_command_refuses_what_is_not_there(self):
         for arguments in (("nowhere.csv",), ("-m", "model.toml"), ("--port", "70000")):
             done = run("open", "--no-browser", *arguments)
-            self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr)
+            self.assertEqual(
+                (done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1), done.stderr
+            )
 
     def test_a_session_that_is_none_is_named_and_left_alone(self):
         log(self.folder / "rec.csv", ("time_s", "gyro_z_dps", *NAMES[2:]))
         session = self.folder / "rec.csv.davarlab.json"
-        step, sight = {"number": 0, "parent": None, "did": "", "text": '[sensor]\ncolumn = "x"\n'}, '["x", [], []]'
+        step, sight = (
+            {"number": 0, "parent": None, "did": "", "text": '[sensor]\ncolumn = "x"\n'},
+            '["x", [], []]',
+        )
         foreign = dict(step, text='[sensor]\ncolumn = "x"\n[[effect]]\nkind = "mine"\n')
-        trees = ((sight, []), (sight, [foreign]), (sight, [dict(step, parent=0)]), (sight, [step]), ("7", [step]))
-        kept = [json.dumps({"version": 1, "log": None, "sha256": "", "sight": at, "trees": {at: {"steps": steps, "current": 0}}}) for at, steps in trees]
+        trees = (
+            (sight, []),
+            (sight, [foreign]),
+            (sight, [dict(step, parent=0)]),
+            (sight, [step]),
+            ("7", [step]),
+        )
+        kept = [
+            json.dumps(
+                {
+                    "version": 1,
+                    "log": None,
+                    "sha256": "",
+                    "sight": at,
+                    "trees": {at: {"steps": steps, "current": 0}},
+                }
+            )
+            for at, steps in trees
+        ]
         for text in ("{", "[]", '{"version": 7}', *kept):
             session.write_text(text)
             done = run("open", "--no-browser", self.folder / "rec.csv")

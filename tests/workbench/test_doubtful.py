@@ -11,13 +11,17 @@ class Doubtful(Visiting):
     def recording(self, header, step):
         rng = random.Random(5)
         path = self.folder / "rec.csv"
-        path.write_text(header + "\n" + "".join(f"{i * step},{rng.gauss(0, .05):.6f}\n" for i in range(3000)))
+        path.write_text(
+            header + "\n" + "".join(f"{i * step},{rng.gauss(0, 0.05):.6f}\n" for i in range(3000))
+        )
         return path
 
     def test_a_time_in_microseconds_called_seconds_is_doubted_before_anything_is_fitted(self):
         bench = self.open(self.recording("time_s,gyro_z_dps", 10000))
         page = self.page(bench)
-        expect(page.locator("#doubts")).to_contain_text("implausible sample rate 0.0001 Hz (gyros: 0.02 Hz to 40 kHz). If the time is in us, the rate is 100 Hz: use --unit time=us")
+        expect(page.locator("#doubts")).to_contain_text(
+            "implausible sample rate 0.0001 Hz (gyros: 0.02 Hz to 40 kHz). If the time is in us, the rate is 100 Hz: use --unit time=us"
+        )
         self.assertIsNone(bench.ask("all")[1]["recording"])
         self.shot(page, "doubt")
         page.click("#read")  # as it was: it is doubted again
@@ -27,7 +31,9 @@ class Doubtful(Visiting):
         page.click("#read")
         ranked(page)
         expect(page.locator("#recording")).to_contain_text("100 Hz")
-        self.assertAlmostEqual(bench.ask("step")[1]["cards"][0]["parameters"][0]["value"], 0.3, delta=0.02)
+        self.assertAlmostEqual(
+            bench.ask("step")[1]["cards"][0]["parameters"][0]["value"], 0.3, delta=0.02
+        )
         self.assert_quiet()
 
     def test_who_confirms_is_believed_and_the_commands_say_so(self):
@@ -47,7 +53,9 @@ class Doubtful(Visiting):
             with self.subTest(header):
                 page = self.page(self.open(self.recording(header, 10000)))
                 page.select_option("select[data-index='0'][data-key=quantity]", "time")
-                self.assertEqual(page.locator("select[data-index='0'][data-key=unit]").input_value(), "us")
+                self.assertEqual(
+                    page.locator("select[data-index='0'][data-key=unit]").input_value(), "us"
+                )
                 page.click("#read")
                 ranked(page)
                 expect(page.locator("#recording")).to_contain_text("100 Hz")

@@ -15,7 +15,11 @@ KALIBR = "imu0:\n  rostopic: /imu0\n  gyroscope_noise_density: 1.0e-04\n  gyrosc
 class Home(Visiting):
     def made(self, name, seed, effects=RAMP):
         scenario, recording = self.folder / f"{name}.toml", self.folder / f"{name}.csv"
-        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + effects + f"[simulate]\nseed = {seed}\nduration_s = 900\n")
+        scenario.write_text(
+            FIRST.format(rate=50.0, column="gyro_z_dps")
+            + effects
+            + f"[simulate]\nseed = {seed}\nduration_s = 900\n"
+        )
         done = run("simulate", scenario, "-o", recording)
         self.assertEqual(done.returncode, 0, done.stderr)
         return recording
@@ -32,7 +36,9 @@ class Home(Visiting):
         page.set_input_files("#held-file", two)
         expect(page.locator("#held-name")).to_have_text("two.csv")
         expect(page.locator("#held-out-error")).to_contain_text("floor")
-        told = json.loads(run("improve", one, "-m", self.saved(bench), "--held-out", two, "--json").stdout)["steps"][0]
+        told = json.loads(
+            run("improve", one, "-m", self.saved(bench), "--held-out", two, "--json").stdout
+        )["steps"][0]
         shown = bench.ask("held_out")[1]
         self.assertAlmostEqual(shown["error"] / told["error_held_out"], 1, places=9)
         self.assertIn(str(float(f"{shown['error']:.3g}")), page.inner_text("#held-out-error"))
@@ -49,7 +55,9 @@ class Home(Visiting):
         page.fill("#to", "300")
         page.click("#alone")
         until(page, lambda: len(late) == 2)
-        self.assertEqual(page.inner_text("#held-out-error"), "held out …")  # what is not wanted any more says nothing
+        self.assertEqual(
+            page.inner_text("#held-out-error"), "held out …"
+        )  # what is not wanted any more says nothing
         self.assert_quiet()
         page.close()
 
@@ -62,13 +70,21 @@ class Home(Visiting):
         expect(page.locator("#held-name")).to_have_text("two.csv")
         page.click("#let-go")
         expect(page.locator("#held-name")).to_have_text("")
-        self.complaints = [one for one in self.complaints if "400" not in one]  # the browser's own word for what was refused
+        self.complaints = [
+            one for one in self.complaints if "400" not in one
+        ]  # the browser's own word for what was refused
         self.assert_quiet()
 
     def test_a_held_out_recording_without_the_column_costs_no_picture(self):
         one, two = self.made("one", 26), self.made("two", 27)
         header, *rows = [line for line in one.read_text().splitlines() if not line.startswith("#")]
-        one.write_text("\n".join([header + ",gyro_x_dps"] + [f"{row},{row.split(',')[header.split(',').index('gyro_z_dps')]}" for row in rows]) + "\n")
+        one.write_text(
+            "\n".join(
+                [header + ",gyro_x_dps"]
+                + [f"{row},{row.split(',')[header.split(',').index('gyro_z_dps')]}" for row in rows]
+            )
+            + "\n"
+        )
         bench = self.open(one)
         bench.act("sight", column="gyro_z_dps")
         page = self.page(bench)
@@ -88,7 +104,11 @@ class Home(Visiting):
     def test_what_an_effect_is_worth_is_what_the_error_is_without_it(self):
         recording = self.made("one", 23)
         bench = self.open(recording)
-        ramp = next(one["place"] for one in bench.ask("candidates")[1]["candidates"] if one["kind"] == "rate_ramp")
+        ramp = next(
+            one["place"]
+            for one in bench.ask("candidates")[1]["candidates"]
+            if one["kind"] == "rate_ramp"
+        )
         bench.act("add", place=ramp)
         card = bench.ask("step")[1]["cards"][2]
         self.assertEqual(card["kind"], "rate_ramp")
@@ -98,7 +118,11 @@ class Home(Visiting):
 
     def test_what_is_held_stays_and_the_others_are_fitted_around_it(self):
         bench = self.open(self.made("one", 28))
-        ramp = next(one["place"] for one in bench.ask("candidates")[1]["candidates"] if one["kind"] == "rate_ramp")
+        ramp = next(
+            one["place"]
+            for one in bench.ask("candidates")[1]["candidates"]
+            if one["kind"] == "rate_ramp"
+        )
         bench.act("add", place=ramp)
         sizes = [card["parameters"][0] for card in bench.ask("step")[1]["cards"]]
         best = [size["value"] for size in sizes]
@@ -110,11 +134,15 @@ class Home(Visiting):
             page = self.page(bench)
             page.get_by_label(f"hold {by_hand['cards'][place]['name']}").check()
             page.click("#refit")
-            expect(page.locator(".steps button[aria-current=step]")).to_contain_text("fitted around")
+            expect(page.locator(".steps button[aria-current=step]")).to_contain_text(
+                "fitted around"
+            )
             around = bench.ask("step")[1]
             values = [card["parameters"][0]["value"] for card in around["cards"]]
             self.assertEqual(values[place], by_hand["cards"][place]["parameters"][0]["value"])
-            if place == 2:  # flicker takes what is left of the ramp, 250 deg/h over the record: more than its fit left open
+            if (
+                place == 2
+            ):  # flicker takes what is left of the ramp, 250 deg/h over the record: more than its fit left open
                 self.assertGreater(values[1], sizes[1]["high"])
             else:  # white noise makes room for twice the flicker
                 self.assertLess(values[0], best[0])
@@ -140,12 +168,20 @@ class Home(Visiting):
         with page.expect_download() as saved:
             page.click("#report")
         mine, theirs = saved.value.path().read_text(), self.folder / "theirs.html"
-        self.assertIn(run("compare", recording, "-m", self.saved(bench), "--report", theirs).returncode, (0, 1))
-        numbers = [re.findall(r'data-key="([^"]+)" value="([^"]+)"', text) for text in (mine, theirs.read_text())]
+        self.assertIn(
+            run("compare", recording, "-m", self.saved(bench), "--report", theirs).returncode,
+            (0, 1),
+        )
+        numbers = [
+            re.findall(r'data-key="([^"]+)" value="([^"]+)"', text)
+            for text in (mine, theirs.read_text())
+        ]
         self.assertGreater(len(numbers[0]), 10)
         self.assertEqual([key for key, _ in numbers[0]], [key for key, _ in numbers[1]])
         for (key, shown), (_, told) in zip(*numbers):
-            self.assertTrue(math.isclose(float(shown), float(told), rel_tol=1e-5), (key, shown, told))
+            self.assertTrue(
+                math.isclose(float(shown), float(told), rel_tol=1e-5), (key, shown, told)
+            )
         page.fill("#from", "100")
         page.fill("#to", "500")
         page.click("#alone")
@@ -154,20 +190,30 @@ class Home(Visiting):
 
     def test_a_kalibr_file_is_a_data_sheet(self):
         page, late = self.page(self.open(self.made("one", 25))), []
-        page.route(re.compile("/api/axes"), lambda route: route.continue_() if late else late.append(route))
+        page.route(
+            re.compile("/api/axes"), lambda route: route.continue_() if late else late.append(route)
+        )
         page.reload()
         sheet, hostile = self.folder / "imu.yaml", self.folder / "hostile.yaml"
         sheet.write_text(KALIBR)
         page.set_input_files("#kalibr", sheet)
         expect(page.locator("#sheet-rrw")).not_to_have_value("")
-        self.assertAlmostEqual(float(page.input_value("#sheet-arw")), 1e-4 * 180 / math.pi * 60, places=5)
-        self.assertAlmostEqual(float(page.input_value("#sheet-rrw")), 1e-6 * 180 / math.pi * 60 ** 3, places=4)
+        self.assertAlmostEqual(
+            float(page.input_value("#sheet-arw")), 1e-4 * 180 / math.pi * 60, places=5
+        )
+        self.assertAlmostEqual(
+            float(page.input_value("#sheet-rrw")), 1e-6 * 180 / math.pi * 60**3, places=4
+        )
         until(page, lambda: late)  # who is quick has a data sheet before the axes have come
         late[0].continue_()
         expect(page.locator("#axes .main-svg").first).to_be_visible()
         expect(page.locator("#error")).to_be_hidden(timeout=2000)
-        for text, words in (("!!python/object/apply:os.system ['touch hacked']", "not YAML"), ("a: [", "not YAML"), ("rate: 5", "neither"),
-                            ("gyroscope_noise_density: fast", "a number expected")):
+        for text, words in (
+            ("!!python/object/apply:os.system ['touch hacked']", "not YAML"),
+            ("a: [", "not YAML"),
+            ("rate: 5", "neither"),
+            ("gyroscope_noise_density: fast", "a number expected"),
+        ):
             hostile.write_text(text)
             page.set_input_files("#kalibr", hostile)
             expect(page.locator("#error")).to_contain_text(words)
@@ -175,7 +221,10 @@ class Home(Visiting):
 
     def test_a_held_out_recording_of_another_rate_is_told(self):
         one, two = self.made("one", 29), self.folder / "two.csv"
-        two.write_text("time_s,gyro_z_dps\n" + "".join(f"{i / 200},{(i * i % 997) / 1e4}\n" for i in range(3000)))
+        two.write_text(
+            "time_s,gyro_z_dps\n"
+            + "".join(f"{i / 200},{(i * i % 997) / 1e4}\n" for i in range(3000))
+        )
         page = self.page(self.open(one))
         page.set_input_files("#held-file", two)
         expect(page.locator("#held-out-error")).to_contain_text("200 Hz")

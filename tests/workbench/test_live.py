@@ -10,13 +10,25 @@ import unittest
 from playwright.sync_api import expect
 from visiting import FIRST, ROOT, Visiting, ranked, run
 
-SIMULATED = (ROOT / "tools/davar-sim", ROOT / "data/demo_disturbance.csv.gz", "--lsb", "0.001", "--stride", "100")
+SIMULATED = (
+    ROOT / "tools/davar-sim",
+    ROOT / "data/demo_disturbance.csv.gz",
+    "--lsb",
+    "0.001",
+    "--stride",
+    "100",
+)
 
 
 class Live(Visiting):
     def sender(self, *options):
         """davar-sim on a pty that waits for a reader, and the pty's name."""
-        process = subprocess.Popen([*SIMULATED, *options, "--out", "slcan:pty"], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        process = subprocess.Popen(
+            [*SIMULATED, *options, "--out", "slcan:pty"],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         self.addCleanup(process.wait)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.stderr.close)
@@ -24,8 +36,14 @@ class Live(Visiting):
         return process, "slcan:" + re.search(r"/dev/\S+", process.stderr.readline())[0].rstrip(":")
 
     def test_what_is_sent_is_shown_and_kept(self):
-        truth = {int(row["epoch"]): row for row in csv.DictReader(io.StringIO(subprocess.run(
-            SIMULATED, text=True, capture_output=True, check=True).stdout))}
+        truth = {
+            int(row["epoch"]): row
+            for row in csv.DictReader(
+                io.StringIO(
+                    subprocess.run(SIMULATED, text=True, capture_output=True, check=True).stdout
+                )
+            )
+        }
         sender, source = self.sender()
         bench = self.open()
         page = self.page(bench)
@@ -35,23 +53,39 @@ class Live(Visiting):
         last = max(truth)
         expect(page.locator("#live-epoch")).to_have_text(str(last))
         self.assertEqual(sender.wait(), 0)
-        self.assertAlmostEqual(float(page.inner_text("#live-arw").split()[1]) / float(truth[last]["arw_deg_per_sqrt_h"]), 1, delta=1e-3)
+        self.assertAlmostEqual(
+            float(page.inner_text("#live-arw").split()[1])
+            / float(truth[last]["arw_deg_per_sqrt_h"]),
+            1,
+            delta=1e-3,
+        )
         expect(page.locator("#live-surface .heatmaplayer image")).to_have_count(1)
         self.shot(page, "live")
         shown = bench.ask("live")[1]["rows"]
-        self.assertEqual([row["epoch"] for row in shown], sorted(truth)[-len(shown):])
-        self.assertEqual(page.evaluate("document.getElementById('live-chart').data[2].y"), [row["arw_deg_per_sqrt_h"] for row in shown])
+        self.assertEqual([row["epoch"] for row in shown], sorted(truth)[-len(shown) :])
+        self.assertEqual(
+            page.evaluate("document.getElementById('live-chart').data[2].y"),
+            [row["arw_deg_per_sqrt_h"] for row in shown],
+        )
         for row in shown:
             told = truth[row["epoch"]]
             for name in ("window_samples", "arw_deg_per_sqrt_h", "adev_16"):
-                self.assertAlmostEqual(row[name] / float(told[name]), 1, delta=1e-5, msg=(name, row["epoch"]))
-            self.assertAlmostEqual((row["arw_high_deg_per_sqrt_h"] - row["arw_low_deg_per_sqrt_h"])
-                                   / (float(told["arw_high_deg_per_sqrt_h"]) - float(told["arw_low_deg_per_sqrt_h"])), 1, delta=2e-3)
+                self.assertAlmostEqual(
+                    row[name] / float(told[name]), 1, delta=1e-5, msg=(name, row["epoch"])
+                )
+            self.assertAlmostEqual(
+                (row["arw_high_deg_per_sqrt_h"] - row["arw_low_deg_per_sqrt_h"])
+                / (float(told["arw_high_deg_per_sqrt_h"]) - float(told["arw_low_deg_per_sqrt_h"])),
+                1,
+                delta=2e-3,
+            )
         with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
             self.assertEqual([int(row["epoch"]) for row in csv.DictReader(file)], sorted(truth))
         model = self.folder / "model.toml"
         model.write_text(FIRST.format(rate=10.0, column="gyro_x_dps"))
-        done = run("compare", self.folder / "davarlab-files/live.csv", "-m", model)  # results, which no command takes for samples
+        done = run(
+            "compare", self.folder / "davarlab-files/live.csv", "-m", model
+        )  # results, which no command takes for samples
         self.assertEqual(done.returncode, 2)
         self.assertIn("live.csv:1: results of davar-sim or davarlab live", done.stderr)
         page.reload()
@@ -61,8 +95,17 @@ class Live(Visiting):
         self.assert_quiet()
 
     def test_a_change_of_the_noise_is_told(self):
-        told = [row for row in csv.DictReader(io.StringIO(subprocess.run(
-            (*SIMULATED, "--policy", "glr"), text=True, capture_output=True, check=True).stdout)) if row["alarm"] == "1"]
+        told = [
+            row
+            for row in csv.DictReader(
+                io.StringIO(
+                    subprocess.run(
+                        (*SIMULATED, "--policy", "glr"), text=True, capture_output=True, check=True
+                    ).stdout
+                )
+            )
+            if row["alarm"] == "1"
+        ]
         self.assertGreater(len(told), 1)
         _, source = self.sender("--policy", "glr")
         bench = self.open()
@@ -70,21 +113,33 @@ class Live(Visiting):
         page.fill("#source", source)
         page.click("#listen")
         expect(page.locator("#live-state")).to_contain_text("ended")
-        expect(page.locator("#live-changed")).to_contain_text(f"noise changed at epoch {told[-1]['epoch']}")
+        expect(page.locator("#live-changed")).to_contain_text(
+            f"noise changed at epoch {told[-1]['epoch']}"
+        )
         self.shot(page, "live-changed")
         shown = [row for row in bench.ask("live")[1]["rows"] if row["alarm"]]
         self.assertEqual([row["epoch"] for row in shown], [int(row["epoch"]) for row in told])
         for row, wanted in zip(shown, told):
-            self.assertEqual((row["change_m"], row["cut_age_samples"], row["young"]),
-                             tuple(int(wanted[name]) for name in ("change_m", "cut_age_samples", "young")))
+            self.assertEqual(
+                (row["change_m"], row["cut_age_samples"], row["young"]),
+                tuple(int(wanted[name]) for name in ("change_m", "cut_age_samples", "young")),
+            )
             for name in ("change_older", "change_newer", "change_gain"):
-                self.assertAlmostEqual(row[name] / float(wanted[name]), 1, delta=1e-5, msg=(name, row["epoch"]))
+                self.assertAlmostEqual(
+                    row[name] / float(wanted[name]), 1, delta=1e-5, msg=(name, row["epoch"])
+                )
             self.assertAlmostEqual(row["dispersion"], float(wanted["dispersion"]), delta=0.006)
-        self.assertEqual(len(page.evaluate("document.getElementById('live-chart').data[3].x")), len(told))
+        self.assertEqual(
+            len(page.evaluate("document.getElementById('live-chart').data[3].x")), len(told)
+        )
 
     def test_a_sender_that_goes_on_is_frozen_and_stopped_and_a_wrong_source_is_refused(self):
         bench = self.open()
-        for wrong, words in (("can:nosuch0", "can:nosuch0: "), ("elsewhere", "can:IFACE or slcan:PATH"), ("slcan:/etc/passwd", "slcan:/etc/passwd: ")):
+        for wrong, words in (
+            ("can:nosuch0", "can:nosuch0: "),
+            ("elsewhere", "can:IFACE or slcan:PATH"),
+            ("slcan:/etc/passwd", "slcan:/etc/passwd: "),
+        ):
             status, answer = bench.act("listen", source=wrong)
             self.assertEqual(status, 400, answer)
             self.assertIn(words, answer["error"])
@@ -105,7 +160,9 @@ class Live(Visiting):
         page.click("#tutorial")  # a recording beside it
         expect(page.locator("#error-value")).to_be_visible()
         expect(page.locator("#live")).to_be_visible()
-        self.assertEqual(bench.act("listen", source="elsewhere")[0], 400)  # what is listened to goes on
+        self.assertEqual(
+            bench.act("listen", source="elsewhere")[0], 400
+        )  # what is listened to goes on
         self.assertFalse(bench.ask("live")[1]["ended"])
         page.click("#deafen")
         expect(page.locator("#live")).to_be_hidden()
@@ -113,16 +170,40 @@ class Live(Visiting):
 
     def test_raw_samples_are_frozen_and_diagnosed_while_more_come(self):
         recording = self.folder / "sensor.csv"
-        self.assertEqual(run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording).returncode, 0)
-        process = subprocess.Popen([ROOT / "tools/davar-sim", recording, "--lsb", "0.00001", "--stride", "600", "--raw", "--pace", "1000", "--out", "slcan:pty"],
-                                   text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(
+            run("simulate", ROOT / "data/tutorial_sensor.toml", "-o", recording).returncode, 0
+        )
+        process = subprocess.Popen(
+            [
+                ROOT / "tools/davar-sim",
+                recording,
+                "--lsb",
+                "0.00001",
+                "--stride",
+                "600",
+                "--raw",
+                "--pace",
+                "1000",
+                "--out",
+                "slcan:pty",
+            ],
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         for end in (process.wait, process.stdout.close, process.stderr.close, process.kill):
             self.addCleanup(end)
         bench = self.open()
         page = self.page(bench)
         page.fill("#source", "slcan:" + re.search(r"/dev/[^\s:]+", process.stderr.readline())[0])
         page.click("#listen")
-        while int((page.text_content("#live-epoch") if page.locator("#live-epoch").count() else "0") or 0) < 100000:
+        while (
+            int(
+                (page.text_content("#live-epoch") if page.locator("#live-epoch").count() else "0")
+                or 0
+            )
+            < 100000
+        ):
             before = page.get_attribute("#live", "data-count") or ""
             expect(page.locator("#live")).not_to_have_attribute("data-count", before)
         page.click("#diagnose")
@@ -132,7 +213,10 @@ class Live(Visiting):
         self.shot(page, "frozen")
         frozen = self.folder / "davarlab-files/frozen.csv"
         with open(recording, encoding="ascii") as file:
-            truth = [float(row["gyro_z_dps"]) for row in csv.DictReader(line for line in file if not line.startswith("#"))]
+            truth = [
+                float(row["gyro_z_dps"])
+                for row in csv.DictReader(line for line in file if not line.startswith("#"))
+            ]
         with open(frozen, encoding="ascii") as file:
             rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
         self.assertGreater(len(rows), 99000)
@@ -156,7 +240,13 @@ class Live(Visiting):
             page.close()
             bench.process.send_signal(number)
             said = bench.process.communicate()[1]
-            self.assertEqual((bench.process.returncode, [line for line in said.splitlines() if "the workbench is open" not in line]), (0, []))
+            self.assertEqual(
+                (
+                    bench.process.returncode,
+                    [line for line in said.splitlines() if "the workbench is open" not in line],
+                ),
+                (0, []),
+            )
             with open(self.folder / "davarlab-files/live.csv", encoding="ascii") as file:
                 rows = list(csv.DictReader(file))
             self.assertGreater(len(rows), 0)

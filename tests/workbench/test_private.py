@@ -47,7 +47,14 @@ class Private(Visiting):
     def watched(self, page):
         """A page whose requests and popups are counted, those of what it opens too."""
         page.context.on("page", lambda opened: self.popups.append(opened))
-        page.context.on("request", lambda request: self.foreign.append(request.url) if not request.url.startswith(("data:", "blob:", *self.own)) else None)
+        page.context.on(
+            "request",
+            lambda request: (
+                self.foreign.append(request.url)
+                if not request.url.startswith(("data:", "blob:", *self.own))
+                else None
+            ),
+        )
         return page
 
     def assert_private(self):
@@ -81,12 +88,18 @@ class Private(Visiting):
 
     def recording(self, name="rec.csv", seconds=60, effects=""):
         scenario, path = self.folder / "scenario.toml", self.folder / name
-        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + effects + f"[simulate]\nseed = 4\nduration_s = {seconds}\n")
+        scenario.write_text(
+            FIRST.format(rate=50.0, column="gyro_z_dps")
+            + effects
+            + f"[simulate]\nseed = 4\nduration_s = {seconds}\n"
+        )
         self.assertEqual(run("simulate", scenario, "-o", path).returncode, 0)
         return path
 
     def test_no_control_of_the_bench_sends_anything_anywhere(self):
-        recording = self.recording(effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n')
+        recording = self.recording(
+            effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n'
+        )
         bench = self.open(recording)
 
         def arrive():
@@ -98,9 +111,26 @@ class Private(Visiting):
             expect(page.locator("#axes .main-svg").first).to_be_visible()
             return page
 
-        charts = ("deviation", "residual", "spectrum", "map", "record", "against", "spectrogram", "axes", "cell-spectrum", "falling")
-        self.click_all(arrive, [f"{chart}|BUTTON||Save as PNG" for chart in charts] + ["BUTTON|report", "BUTTON|save", "BUTTON|help-button"])
-        self.assertFalse([one for one in self.clicked if re.search("(?i)share|cloud|plotly|edit in", one)])
+        charts = (
+            "deviation",
+            "residual",
+            "spectrum",
+            "map",
+            "record",
+            "against",
+            "spectrogram",
+            "axes",
+            "cell-spectrum",
+            "falling",
+        )
+        self.click_all(
+            arrive,
+            [f"{chart}|BUTTON||Save as PNG" for chart in charts]
+            + ["BUTTON|report", "BUTTON|save", "BUTTON|help-button"],
+        )
+        self.assertFalse(
+            [one for one in self.clicked if re.search("(?i)share|cloud|plotly|edit in", one)]
+        )
 
     def test_no_control_of_the_other_screens_does(self):
         log(self.folder / "flight.csv", NAMES)
@@ -115,6 +145,7 @@ class Private(Visiting):
                 page = self.live_page(bench)
                 expect(page.locator("#landing button").first).to_be_visible()
                 return page
+
             return arrive
 
         self.click_all(at(None), ["BUTTON|tutorial", "BUTTON|listen"])
@@ -152,31 +183,58 @@ class Private(Visiting):
         page = self.live_page(bench)
         ranked(page)
         # with Plotly's own settings the button is there; it leads nowhere
-        page.evaluate("document.body.append(Object.assign(document.createElement('div'), { id: 'own' }))")
-        page.evaluate("Plotly.newPlot('own', [{ y: [1, 2] }], {}, { displayModeBar: true }).then(() => null)")
+        page.evaluate(
+            "document.body.append(Object.assign(document.createElement('div'), { id: 'own' }))"
+        )
+        page.evaluate(
+            "Plotly.newPlot('own', [{ y: [1, 2] }], {}, { displayModeBar: true }).then(() => null)"
+        )
         expect(page.locator("#own [aria-label^=Share]")).to_be_attached()
         page.evaluate("document.querySelector('#own [aria-label^=Share]').click()")
         page.wait_for_timeout(200)
-        self.assertEqual(page.locator(".plotly-cloud-dialog-title, [class*=cloud-dialog]").count(), 0)
+        self.assertEqual(
+            page.locator(".plotly-cloud-dialog-title, [class*=cloud-dialog]").count(), 0
+        )
         self.assert_private()
 
     def test_no_still_page_does(self):
         self.own = ("file:",)
-        one, two = self.recording(effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n'), self.recording("two.csv")
+        one, two = (
+            self.recording(
+                effects='[[effect]]\nkind = "temperature"\ncoefficient_dps_per_degC = 0.05\n'
+            ),
+            self.recording("two.csv"),
+        )
         model = self.folder / "model.toml"
         model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
-        pages = [self.folder / name for name in ("compare.html", "diagnose.html", "improve.html", "plot.svg", "out/fleet.html")]
+        pages = [
+            self.folder / name
+            for name in (
+                "compare.html",
+                "diagnose.html",
+                "improve.html",
+                "plot.svg",
+                "out/fleet.html",
+            )
+        ]
         for command, page in zip(("compare", "diagnose", "improve"), pages):
             self.assertIn(run(command, one, "-m", model, "--report", page).returncode, (0, 1))
         self.assertEqual(run("plot", one, "-m", model, "-o", pages[3]).returncode, 0)
-        self.assertEqual(run("fleet", one, two, "-m", model, "-o", self.folder / "out", "--chance", "0").returncode, 0)
+        self.assertEqual(
+            run(
+                "fleet", one, two, "-m", model, "-o", self.folder / "out", "--chance", "0"
+            ).returncode,
+            0,
+        )
         for path in pages:
+
             def arrive(path=path):
                 context = self.browser.new_context()
                 self.addCleanup(context.close)
                 page = self.watched(context.new_page())
                 page.goto(path.as_uri())
                 return page
+
             with self.subTest(path.name):
                 self.click_all(arrive, [] if path.suffix == ".svg" else ["SUMMARY"])
 

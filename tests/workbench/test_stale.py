@@ -22,7 +22,9 @@ def two_axes(path, rows=3000, first_missing=None):
     for i in range(rows):
         warm = 25 + 5 * math.sin(i / 400)
         if first_missing is None or i < first_missing or i % 3:
-            lines.append(f"{i / 50:.2f},{rng.gauss(0, .05) + WARM_X * (warm - 25):.6f},{rng.gauss(0, .05) + HUM_Z * math.sin(2 * math.pi * i / 50):.6f},{warm:.3f}")
+            lines.append(
+                f"{i / 50:.2f},{rng.gauss(0, 0.05) + WARM_X * (warm - 25):.6f},{rng.gauss(0, 0.05) + HUM_Z * math.sin(2 * math.pi * i / 50):.6f},{warm:.3f}"
+            )
     path.write_text("\n".join(lines) + "\n")
     return len(lines) - 1
 
@@ -78,7 +80,9 @@ class Stale(Visiting):
         until(page, lambda: late)  # the answer is under way, the old list still stands
         expect(old).to_be_visible()
         self.assertTrue(page.evaluate("document.getElementById('bench').inert"))
-        self.assertLess(float(page.evaluate("getComputedStyle(document.getElementById('bench')).opacity")), 1)
+        self.assertLess(
+            float(page.evaluate("getComputedStyle(document.getElementById('bench')).opacity")), 1
+        )
         self.shot(page, "stale")
         page.keyboard.press("1")
         page.keyboard.press("w")
@@ -89,8 +93,21 @@ class Stale(Visiting):
         page.wait_for_timeout(300)
         self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
         # what a page sent before it knew is refused, and nothing is added
-        for what, more in (("add", {"place": 0, "kind": kind}), ("refit", {}), ("go", {"number": 0}), ("line", {"f_hz": 5.0}), ("remove", {"place": 1, "kind": "bias_instability"}),
-                           ("set", {"place": 0, "kind": "angle_random_walk", "parameters": {"coefficient_deg_per_sqrt_h": 1.0}})):
+        for what, more in (
+            ("add", {"place": 0, "kind": kind}),
+            ("refit", {}),
+            ("go", {"number": 0}),
+            ("line", {"f_hz": 5.0}),
+            ("remove", {"place": 1, "kind": "bias_instability"}),
+            (
+                "set",
+                {
+                    "place": 0,
+                    "kind": "angle_random_walk",
+                    "parameters": {"coefficient_deg_per_sqrt_h": 1.0},
+                },
+            ),
+        ):
             self.assertEqual(bench.act(what, state=shown, **more)[0], 409, what)
         self.assertEqual(bench.request(f"/api/save?what=toml&state={shown}")[0], 409)
         self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
@@ -118,7 +135,9 @@ class Stale(Visiting):
         self.assertEqual(len(bench.ask("all")[1]["steps"]), 1)
         self.assertEqual(bench.act("add", place=0, kind=first)[0], 200)
         self.assertEqual(bench.act("go", number=0)[0], 200)
-        self.assertEqual(bench.ask("step")[1]["state"], state)  # who comes back is where the page was
+        self.assertEqual(
+            bench.ask("step")[1]["state"], state
+        )  # who comes back is where the page was
 
     def test_a_tab_whose_server_stops_for_a_while_goes_on_by_itself(self):
         two_axes(self.folder / "rec.csv")
@@ -166,13 +185,30 @@ class Honest(Visiting):
         there = two_axes(self.folder / "rec.csv", first_missing=1500)
         bench = self.open(self.folder / "rec.csv")
         shown = bench.ask("all")[1]
-        self.assertEqual((there, shown["samples"], shown["missing"]), (2500, 2500, 500 - (2999 % 3 == 0)))
+        self.assertEqual(
+            (there, shown["samples"], shown["missing"]), (2500, 2500, 500 - (2999 % 3 == 0))
+        )
         page = self.page(bench)
         (self.folder / "model.toml").write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
-        told = json.loads(run("compare", self.folder / "rec.csv", "-m", self.folder / "model.toml", "--json", "--report", self.folder / "r.html").stdout)
+        told = json.loads(
+            run(
+                "compare",
+                self.folder / "rec.csv",
+                "-m",
+                self.folder / "model.toml",
+                "--json",
+                "--report",
+                self.folder / "r.html",
+            ).stdout
+        )
         self.assertEqual((told["samples"], told["samples_missing"]), (2500, shown["missing"]))
-        self.assertRegex((self.folder / "r.html").read_text(), rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} more are missing\)')
-        expect(page.locator("#recording")).to_contain_text(f"2500 samples ({shown['missing']} missing in {shown['gaps']} gaps)")
+        self.assertRegex(
+            (self.folder / "r.html").read_text(),
+            rf'data-key="samples" value="2500.0">2,500</data> samples \({shown["missing"]} more are missing\)',
+        )
+        expect(page.locator("#recording")).to_contain_text(
+            f"2500 samples ({shown['missing']} missing in {shown['gaps']} gaps)"
+        )
 
     def test_a_model_that_was_given_can_be_fitted_where_the_list_would_be(self):
         two_axes(self.folder / "rec.csv")
@@ -187,8 +223,13 @@ class Honest(Visiting):
 
     def test_an_accelerometer_alone_is_not_offered_to_be_read(self):
         rng = random.Random(2)
-        (self.folder / "a.csv").write_text("time_s,accel_x_g,accel_y_g,accel_z_g,w\n" + "".join(
-            f"{i / 50:.2f},{rng.gauss(0, .01):.5f},{rng.gauss(0, .01):.5f},{rng.gauss(1, .01):.5f},{rng.gauss(0, .5):.5f}\n" for i in range(2000)))
+        (self.folder / "a.csv").write_text(
+            "time_s,accel_x_g,accel_y_g,accel_z_g,w\n"
+            + "".join(
+                f"{i / 50:.2f},{rng.gauss(0, 0.01):.5f},{rng.gauss(0, 0.01):.5f},{rng.gauss(1, 0.01):.5f},{rng.gauss(0, 0.5):.5f}\n"
+                for i in range(2000)
+            )
+        )
         page = self.page(self.open(self.folder / "a.csv"))
         expect(page.locator("#no-gyro")).to_be_visible()
         expect(page.locator("#read")).to_be_disabled()

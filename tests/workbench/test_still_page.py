@@ -35,14 +35,26 @@ class StillPage(Visiting):
         model, scenario = self.folder / "model.toml", self.folder / "scenario.toml"
         model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
         for name, effect, seed in (("clean", "", 3), ("warm", WARM, 3), ("other", WARM, 4)):
-            scenario.write_text(model.read_text() + effect + f"[simulate]\nseed = {seed}\nduration_s = 3600\n")
-            self.assertEqual(run("simulate", scenario, "-o", self.folder / f"{name}.csv").returncode, 0)
-        warm, held_out = self.folder / "warm.csv", ("--held-out", self.folder / "other.csv", "-o", self.folder / "better.toml")
-        for command, recording, options, words in (("compare", warm, (), "not adequate"), ("diagnose", self.folder / "clean.csv", (), "Nothing is missing"),
-                                                   ("diagnose", warm, (), "The model lacks temperature"),
-                                                   ("improve", warm, held_out, "The model lacks temperature")):
+            scenario.write_text(
+                model.read_text() + effect + f"[simulate]\nseed = {seed}\nduration_s = 3600\n"
+            )
+            self.assertEqual(
+                run("simulate", scenario, "-o", self.folder / f"{name}.csv").returncode, 0
+            )
+        warm, held_out = (
+            self.folder / "warm.csv",
+            ("--held-out", self.folder / "other.csv", "-o", self.folder / "better.toml"),
+        )
+        for command, recording, options, words in (
+            ("compare", warm, (), "not adequate"),
+            ("diagnose", self.folder / "clean.csv", (), "Nothing is missing"),
+            ("diagnose", warm, (), "The model lacks temperature"),
+            ("improve", warm, held_out, "The model lacks temperature"),
+        ):
             path = self.folder / f"{command}-{recording.stem}.html"
-            self.assertIn(run(command, recording, "-m", model, "--report", path, *options).returncode, (0, 1))
+            self.assertIn(
+                run(command, recording, "-m", model, "--report", path, *options).returncode, (0, 1)
+            )
             pictures = len(re.findall(r"<img\b", path.read_text()))
             verdict = Verdict(path.read_text()).text
             for width in (1280, 400):
@@ -52,12 +64,21 @@ class StillPage(Visiting):
                     page, requests = context.new_page(), []
                     page.on("pageerror", lambda error: self.complaints.append(str(error)))
                     page.on("console", lambda message: self.complaints.append(message.text))
-                    page.on("request", lambda request, seen=requests: request.url.startswith("data:") or seen.append(request.url))
+                    page.on(
+                        "request",
+                        lambda request, seen=requests: (
+                            request.url.startswith("data:") or seen.append(request.url)
+                        ),
+                    )
                     page.goto(path.as_uri())
                     self.assertEqual(requests, [path.as_uri()])
                     self.assertEqual(page.evaluate("innerWidth"), width)
-                    self.assertLessEqual(page.evaluate("document.documentElement.scrollWidth"), width)
-                    sizes = page.evaluate("[...document.images].map((one) => (one.complete ? one.naturalWidth * one.naturalHeight : 0))")
+                    self.assertLessEqual(
+                        page.evaluate("document.documentElement.scrollWidth"), width
+                    )
+                    sizes = page.evaluate(
+                        "[...document.images].map((one) => (one.complete ? one.naturalWidth * one.naturalHeight : 0))"
+                    )
                     self.assertEqual(len(sizes), pictures)
                     self.assertGreater(min(sizes), 0)
                     self.assertEqual(" ".join(page.inner_text("#verdict").split()), verdict)

@@ -29,7 +29,9 @@ class Tutorial(Visiting):
         expect(page.locator("#verdict")).to_have_class("statistical")
         after = error(page)
         self.assertLess(between, before)
-        self.assertLess(after, 1.25 * float(page.inner_text(".figure").split("floor")[1].strip(" )")))
+        self.assertLess(
+            after, 1.25 * float(page.inner_text(".figure").split("floor")[1].strip(" )"))
+        )
         ranked(page)
         expect(page.locator("#nothing")).to_be_visible()
         self.shot(page, "after")
@@ -42,7 +44,10 @@ class Tutorial(Visiting):
         with page.expect_download() as saved:
             page.click("#save")
         model = tomllib.loads(saved.value.path().read_text())
-        self.assertEqual([one["kind"] for one in model["effect"]], ["angle_random_walk", "bias_instability", "sinusoid", "temperature"])
+        self.assertEqual(
+            [one["kind"] for one in model["effect"]],
+            ["angle_random_walk", "bias_instability", "sinusoid", "temperature"],
+        )
         self.assertAlmostEqual(model["effect"][2]["frequency_hz"], 0.35, delta=0.001)
         self.assertAlmostEqual(model["effect"][3]["coefficient_dps_per_degC"], 0.012, delta=0.0012)
 
@@ -62,34 +67,59 @@ class Tutorial(Visiting):
     def test_the_page_says_what_the_terminal_says(self):
         recording, model = self.folder / "rec.csv", self.folder / "first.toml"
         scenario = self.folder / "scenario.toml"
-        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 40.0\n'
-                            "[simulate]\nseed = 5\nduration_s = 1800\n")
+        scenario.write_text(
+            FIRST.format(rate=50.0, column="gyro_z_dps")
+            + '[[effect]]\nkind = "rate_ramp"\ncoefficient_deg_per_h2 = 40.0\n'
+            "[simulate]\nseed = 5\nduration_s = 1800\n"
+        )
         self.assertEqual(run("simulate", scenario, "-o", recording).returncode, 0)
         model.write_text(FIRST.format(rate=50.0, column="gyro_z_dps"))
         bench = self.open(recording)
         step = bench.ask("step")[1]
         fitted = json.loads(run("fit", recording, "-m", model, "--json").stdout)
-        self.assertEqual([[(p["name"], p["value"], p["low"], p["high"]) for p in card["parameters"]] for card in step["cards"]],
-                         [[(name, e["value"], e["low"], e["high"]) for name, e in one["parameters"].items()] for one in fitted["effects"]])
-        self.assertEqual({key: step[key] for key in ("adequacy", "largest_deviation", "shown_to_tau_s")},
-                         {key: fitted[key] for key in ("adequacy", "largest_deviation", "shown_to_tau_s")})
+        self.assertEqual(
+            [
+                [(p["name"], p["value"], p["low"], p["high"]) for p in card["parameters"]]
+                for card in step["cards"]
+            ],
+            [
+                [(name, e["value"], e["low"], e["high"]) for name, e in one["parameters"].items()]
+                for one in fitted["effects"]
+            ],
+        )
+        self.assertEqual(
+            {key: step[key] for key in ("adequacy", "largest_deviation", "shown_to_tau_s")},
+            {key: fitted[key] for key in ("adequacy", "largest_deviation", "shown_to_tau_s")},
+        )
         told = json.loads(run("diagnose", recording, "-m", model, "--json").stdout)["candidates"]
         shown = bench.ask("candidates")[1]["candidates"]
-        self.assertEqual([(one["kind"], one["gain"]) for one in shown[:3]], [(one["kind"], one["gain"]) for one in told[:3]])
+        self.assertEqual(
+            [(one["kind"], one["gain"]) for one in shown[:3]],
+            [(one["kind"], one["gain"]) for one in told[:3]],
+        )
         self.assertEqual(bench.ask("ghost", place=0)[1]["error"], told[0]["error_after"])
 
         shown = step["state"]
         # nothing can be compared with a model without noise; what was refused leaves no step behind
         steps = len(bench.ask("all")[1]["steps"])
         self.assertEqual(bench.act("remove", place=1)[0], 200)
-        self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": 0.0})[0], 400)
-        self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": 0.5}, state=shown)[0], 409)
+        self.assertEqual(
+            bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": 0.0})[0], 400
+        )
+        self.assertEqual(
+            bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": 0.5}, state=shown)[
+                0
+            ],
+            409,
+        )
         self.assertEqual(bench.act("go", number=0)[0], 200)
         self.assertEqual(len(bench.ask("all")[1]["steps"]), steps + 1)
 
         # values by hand are judged as `compare` judges them
         given = tomllib.loads(step["text"])["effect"][0]["coefficient_deg_per_sqrt_h"] * 1.2
-        self.assertEqual(bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": given})[0], 200)
+        self.assertEqual(
+            bench.act("set", place=0, parameters={"coefficient_deg_per_sqrt_h": given})[0], 200
+        )
         step = bench.ask("step")[1]
         model.write_text(step["text"])
         compared = json.loads(run("compare", recording, "-m", model, "--json").stdout)
@@ -99,7 +129,10 @@ class Tutorial(Visiting):
     def test_two_tabs_show_one_state_and_a_slider_is_followed(self):
         recording = self.folder / "rec.csv"
         scenario = self.folder / "scenario.toml"
-        scenario.write_text(FIRST.format(rate=50.0, column="gyro_z_dps") + "[simulate]\nseed = 6\nduration_s = 900\n")
+        scenario.write_text(
+            FIRST.format(rate=50.0, column="gyro_z_dps")
+            + "[simulate]\nseed = 6\nduration_s = 900\n"
+        )
         self.assertEqual(run("simulate", scenario, "-o", recording).returncode, 0)
         bench = self.open(recording)
         one, two = self.page(bench), self.page(bench)

@@ -16,9 +16,13 @@ from playwright.sync_api import expect, sync_playwright
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = ROOT / "tools/davarlab"
 SHOTS = ROOT / "build/workbench"  # screenshots, to be looked at
-HANG_MS = int(os.environ.get("DAVAR_HANG_MS", 600_000))  # a page that takes longer hangs; a busy machine is no fault
-FIRST = '[sensor]\nrate_hz = {rate}\ncolumn = "{column}"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n' \
-        '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 5.0\n'
+HANG_MS = int(
+    os.environ.get("DAVAR_HANG_MS", 600_000)
+)  # a page that takes longer hangs; a busy machine is no fault
+FIRST = (
+    '[sensor]\nrate_hz = {rate}\ncolumn = "{column}"\n[[effect]]\nkind = "angle_random_walk"\ncoefficient_deg_per_sqrt_h = 0.3\n'
+    '[[effect]]\nkind = "bias_instability"\ncoefficient_deg_per_h = 5.0\n'
+)
 
 expect.set_options(timeout=HANG_MS)
 
@@ -26,20 +30,38 @@ expect.set_options(timeout=HANG_MS)
 def run(*arguments):
     """A command of davarlab as a user types it."""
     return subprocess.run([COMMAND, *map(str, arguments)], text=True, capture_output=True)
-OF_A_STEP = ("add", "line", "set", "refit", "remove", "restore", "go")  # actions on what a page shows
+
+
+OF_A_STEP = (
+    "add",
+    "line",
+    "set",
+    "refit",
+    "remove",
+    "restore",
+    "go",
+)  # actions on what a page shows
 
 
 class Workbench:
     """The command, running in `folder`."""
 
     def __init__(self, folder, *arguments):
-        self.process = subprocess.Popen([COMMAND, "open", "--no-browser", *map(str, arguments)], cwd=folder, text=True, stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE)
+        self.process = subprocess.Popen(
+            [COMMAND, "open", "--no-browser", *map(str, arguments)],
+            cwd=folder,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         self.address = self.process.stdout.readline().strip()
         if not self.address:
             raise AssertionError(self.process.stderr.read())
         place = urllib.parse.urlsplit(self.address)
-        self.origin, self.token = f"http://{place.netloc}", urllib.parse.parse_qs(place.query)["token"][0]
+        self.origin, self.token = (
+            f"http://{place.netloc}",
+            urllib.parse.parse_qs(place.query)["token"][0],
+        )
 
     def stop(self, number=signal.SIGINT):
         if self.process.poll() is None:
@@ -51,7 +73,9 @@ class Workbench:
 
     def request(self, path, data=None, headers=None):
         """(status, text) of a request as any program on this machine could send it."""
-        asked = urllib.request.Request(self.origin + path, data, {"X-Davar-Token": self.token} if headers is None else headers)
+        asked = urllib.request.Request(
+            self.origin + path, data, {"X-Davar-Token": self.token} if headers is None else headers
+        )
         try:
             with urllib.request.urlopen(asked, timeout=HANG_MS / 1000) as answer:
                 return answer.status, answer.read().decode()
@@ -70,10 +94,18 @@ class Workbench:
         if status != 200:
             return {"state": "none", **given}
         if type(given.get("place")) is int:
-            listed = {"add": lambda: self.ask("candidates")[1]["candidates"], "restore": lambda: step["off"]}
+            listed = {
+                "add": lambda: self.ask("candidates")[1]["candidates"],
+                "restore": lambda: step["off"],
+            }
             listed["ghost"] = listed["add"]
             there = listed.get(what, lambda: step["cards"])()
-            given = {"kind": there[given["place"]]["kind"] if 0 <= given["place"] < len(there) else "none", **given}
+            given = {
+                "kind": there[given["place"]]["kind"]
+                if 0 <= given["place"] < len(there)
+                else "none",
+                **given,
+            }
         return {"state": step["state"], **given}
 
     def act(self, what, **given):
@@ -88,7 +120,9 @@ class Visiting(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.playwright = sync_playwright().start()
-        cls.browser = cls.playwright.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        cls.browser = cls.playwright.chromium.launch(
+            executable_path="/usr/bin/chromium", args=["--no-sandbox"]
+        )
         SHOTS.mkdir(parents=True, exist_ok=True)
 
     @classmethod
@@ -108,13 +142,24 @@ class Visiting(unittest.TestCase):
         return bench
 
     def page(self, bench, width=1400, height=1000, **settings):
-        context = self.browser.new_context(viewport={"width": width, "height": height}, accept_downloads=True, **settings)
+        context = self.browser.new_context(
+            viewport={"width": width, "height": height}, accept_downloads=True, **settings
+        )
         self.addCleanup(context.close)
         page = context.new_page()
         page.set_default_timeout(HANG_MS)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("console", lambda message: message.type == "error" and self.complaints.append(message.text))
-        page.on("request", lambda request: request.url.startswith((bench.origin, "data:", "blob:")) or self.foreign.append(request.url))
+        page.on(
+            "console",
+            lambda message: message.type == "error" and self.complaints.append(message.text),
+        )
+        page.on(
+            "request",
+            lambda request: (
+                request.url.startswith((bench.origin, "data:", "blob:"))
+                or self.foreign.append(request.url)
+            ),
+        )
         page.goto(bench.address)
         return page
 
@@ -127,7 +172,9 @@ class Visiting(unittest.TestCase):
 
 def ranked(page, kind=None):
     """Waits until the candidates are there; the button of one of them."""
-    expect(page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first).to_be_visible()
+    expect(
+        page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first
+    ).to_be_visible()
     return page.locator(f"button.candidate{f'[data-kind={kind}]' if kind else ''}").first
 
 

@@ -5,8 +5,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window, uint32_t stride,
-                      const uint32_t *taus, uint8_t tau_count, double *adev, size_t rows);
+int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window,
+                      uint32_t stride, const uint32_t *taus, uint8_t tau_count, double *adev,
+                      size_t rows);
 double davar_lab_edf(int noise, uint32_t m, uint32_t window);
 
 static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t row, size_t rows)
@@ -21,7 +22,8 @@ static size_t take_full(davar_t *davar, uint32_t window, double *adev, size_t ro
     return row + 1;
 }
 
-static size_t run(davar_t *davar, const float *rates, size_t count, uint32_t window, double *adev, size_t rows)
+static size_t run(davar_t *davar, const float *rates, size_t count, uint32_t window, double *adev,
+                  size_t rows)
 {
     size_t row = 0;
     for (size_t done = 0; done < count;) {
@@ -33,8 +35,9 @@ static size_t run(davar_t *davar, const float *rates, size_t count, uint32_t win
 
 /* Allan deviations (unit of the rates) of the full windows that end at samples k stride - 1, row by row. Returns the
  * rows written, or -(1 + status) when the library refuses, -100 when memory is short. */
-int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window, uint32_t stride,
-                      const uint32_t *taus, uint8_t tau_count, double *adev, size_t rows)
+int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window,
+                      uint32_t stride, const uint32_t *taus, uint8_t tau_count, double *adev,
+                      size_t rows)
 {
     davar_config_t config = davar_default_config;
     config.rate_hz = 1.0;
@@ -54,7 +57,8 @@ int davar_lab_windows(const float *rates, size_t count, double full_scale, uint3
     }
     davar_t davar;
     const davar_status_t status = davar_init_f32(&davar, &config, memory, bytes);
-    const int done = status == DAVAR_OK ? (int)run(&davar, rates, count, window, adev, rows) : -1 - (int)status;
+    const int done =
+        status == DAVAR_OK ? (int)run(&davar, rates, count, window, adev, rows) : -1 - (int)status;
     free(memory);
     return done;
 }

@@ -12,11 +12,14 @@
 
 static const char usage[] =
     "usage: davar-plan --taus M,M,... [--name NAME] > plan.c\n\n"
-    "Writes a davar_plan_t for davar_fit_white_ready: a program that links it has no need of davar_plan_init.\n\n"
+    "Writes a davar_plan_t for davar_fit_white_ready: a program that links it has no need of "
+    "davar_plan_init.\n\n"
     "  --taus M,M,...   cluster sizes in samples, ascending: all that the configuration has\n"
-    "  --name NAME      of the plan (default davar_ready_plan); declare it as extern davar_plan_t NAME;\n"
+    "  --name NAME      of the plan (default davar_ready_plan); declare it as extern davar_plan_t "
+    "NAME;\n"
     "  --help\n\n"
-    "Exit status: 0 done, 2 a bad option (one line on standard error, nothing on standard output).\n";
+    "Exit status: 0 done, 2 a bad option (one line on standard error, nothing on standard "
+    "output).\n";
 
 static int refuse(const char *option, const char *what, const char *text)
 {
@@ -89,11 +92,14 @@ static void write_rows(const davar_plan_t *plan)
 
 static void write_plan(const davar_plan_t *plan, const char *name)
 {
-    (void)printf("/* davar - a plan that tools/davar-plan has written. */\n#include \"davar/fit.h\"\n#include "
+    (void)printf("/* davar - a plan that tools/davar-plan has written. */\n#include "
+                 "\"davar/fit.h\"\n#include "
                  "\"davar/version.h\"\n\n");
-    (void)printf("_Static_assert((DAVAR_VERSION == %d) && (DAVAR_TAUS_MAX >= %d), \"run tools/davar-plan again\");\n\n",
+    (void)printf("_Static_assert((DAVAR_VERSION == %d) && (DAVAR_TAUS_MAX >= %d), \"run "
+                 "tools/davar-plan again\");\n\n",
                  DAVAR_VERSION, plan->count);
-    (void)printf("extern davar_plan_t %s;\n\ndavar_plan_t %s = {\n    .count = %d,\n", name, name, plan->count);
+    (void)printf("extern davar_plan_t %s;\n\ndavar_plan_t %s = {\n    .count = %d,\n", name, name,
+                 plan->count);
     write_floats("m", plan->m, plan->count);
     write_floats("weight", plan->weight, plan->count);
     write_floats("freedom", plan->freedom, plan->count);
@@ -122,7 +128,9 @@ int main(int count, char *words[])
         if (strcmp(words[i], "--taus") == 0) {
             tau_count = read_taus(value, taus);
             if (tau_count == 0U) {
-                return refuse(words[i], "1 to 32 ascending whole numbers with commas between, 1 to 8388608", value);
+                return refuse(words[i],
+                              "1 to 32 ascending whole numbers with commas between, 1 to 8388608",
+                              value);
             }
         } else if (strcmp(words[i], "--name") == 0) {
             name = value;

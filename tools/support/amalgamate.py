@@ -15,17 +15,25 @@ LIB = Path(__file__).resolve().parents[2] / "lib"
 FIELDS = LIB / "include/davar/config_fields.inc"  # a list, expanded wherever it is included
 TYPES = ("q15", "q31")
 INCLUDE = re.compile(r'^#include "(.+)"\n', re.MULTILINE)
-APART = re.compile(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL)  # comments and strings
+APART = re.compile(
+    r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.DOTALL
+)  # comments and strings
 MANIFEST = (LIB / "CMakeLists.txt").read_text()
 
 
 def listed(call):
     """The paths that the calls of the manifest list which begin so."""
-    return [LIB / name for names in re.findall(rf"^{call}\b([^)]*)\)", MANIFEST, re.MULTILINE) for name in names.split()]
+    return [
+        LIB / name
+        for names in re.findall(rf"^{call}\b([^)]*)\)", MANIFEST, re.MULTILINE)
+        for name in names.split()
+    ]
 
 
 SOURCES = listed(r"davar_room\(\s*\w+")
-STARTS = {number: [path for path in SOURCES if path.stem.endswith(number)] for number in TYPES}  # pipeline/q15.c, detector/glr_q15.c
+STARTS = {
+    number: [path for path in SOURCES if path.stem.endswith(number)] for number in TYPES
+}  # pipeline/q15.c, detector/glr_q15.c
 PER_TYPE = {*(LIB / "src").rglob("*.inc"), *STARTS["q15"], *STARTS["q31"]}
 
 
@@ -57,19 +65,34 @@ def names(text):
     """What a file defines at file level: (types, functions, constants and macros; tags)."""
     level = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", "", inner(text), flags=re.MULTILINE)
     found = set(re.findall(r"^#define (\w+)", text, re.MULTILINE))
-    found.update(re.findall(r"\b(\w+)\([^;{}]*\)\s*\{", level), re.findall(r"\btypedef\b[^;]*?(\w+);", level),
-                 re.findall(r"\bstatic const [\w ]+?(\w+)(?:\[\w*\])* =", level))
+    found.update(
+        re.findall(r"\b(\w+)\([^;{}]*\)\s*\{", level),
+        re.findall(r"\btypedef\b[^;]*?(\w+);", level),
+        re.findall(r"\bstatic const [\w ]+?(\w+)(?:\[\w*\])* =", level),
+    )
     for body in re.findall(r"\benum(?: \w+)? \{(.*?)\}", APART.sub(" ", text), re.DOTALL):
         found.update(re.findall(r"\b([A-Z]\w+)\b(?=\s*[,=}]|\s*$)", body))
-    public = {name for name in found if name.startswith(("davar_", "DAVAR_SRC_", "__")) or name == "NUMBER"}
-    return (found - public) | ({"NUMBER"} & found), set(re.findall(r"\b(?:struct|enum|union) (\w+) \{", level))
+    public = {
+        name
+        for name in found
+        if name.startswith(("davar_", "DAVAR_SRC_", "__")) or name == "NUMBER"
+    }
+    return (found - public) | ({"NUMBER"} & found), set(
+        re.findall(r"\b(?:struct|enum|union) (\w+) \{", level)
+    )
 
 
 def typed(text, found, tags, number):
     """The text with the number type behind each of those names; members of structs keep theirs."""
-    pattern = re.compile(rf"{APART.pattern}|(?<![.>])\b(?:{'|'.join(sorted(found))})\b"
-                         rf"|(?<=struct )(?:{'|'.join(sorted(tags)) or '$^'})\b", re.DOTALL)
-    return pattern.sub(lambda match: match.group() if match.group()[0] in "/\"'" else f"{match.group()}_{number}", text)
+    pattern = re.compile(
+        rf"{APART.pattern}|(?<![.>])\b(?:{'|'.join(sorted(found))})\b"
+        rf"|(?<=struct )(?:{'|'.join(sorted(tags)) or '$^'})\b",
+        re.DOTALL,
+    )
+    return pattern.sub(
+        lambda match: match.group() if match.group()[0] in "/\"'" else f"{match.group()}_{number}",
+        text,
+    )
 
 
 def flat(path, seen, change=lambda path, text: text):
@@ -81,34 +104,42 @@ def flat(path, seen, change=lambda path, text: text):
     text = path.read_text()
     guard = re.search(r"^#ifndef (\w+)\n#define \1\n", text, re.MULTILINE)
     if guard:
-        text = text[:guard.start()] + text[guard.end():text.rindex("#endif")]
+        text = text[: guard.start()] + text[guard.end() : text.rindex("#endif")]
     text = f"/* ---- {path.relative_to(LIB).as_posix()} ---- */\n\n{change(path, text).strip()}\n\n"
     return INCLUDE.sub(lambda match: flat(find(match.group(1)), seen, change), text)
 
 
 def header(seen):
     text = "".join(flat(path, seen) for path in sorted((LIB / "include/davar").glob("*.h")))
-    return ("/* davar - all public headers in one, made by tools/support/amalgamate.py. MIT licence. */\n#ifndef DAVAR_ONE_H\n"
-            f"#define DAVAR_ONE_H\n\n{text}#endif\n")
+    return (
+        "/* davar - all public headers in one, made by tools/support/amalgamate.py. MIT licence. */\n#ifndef DAVAR_ONE_H\n"
+        f"#define DAVAR_ONE_H\n\n{text}#endif\n"
+    )
 
 
 def typed_once(start, number, seen):
     """What one source compiles with its number type, whose name is put behind each name. `seen` takes the files that both share."""
     own = PER_TYPE & all_needed(start)
     found, tags = (set().union(*each) for each in zip(*(names(path.read_text()) for path in own)))
-    text = flat(start, seen, lambda path, text: typed(text, found, tags, number) if path in own else text)
+    text = flat(
+        start, seen, lambda path, text: typed(text, found, tags, number) if path in own else text
+    )
     seen -= own
     return text
 
 
 def source(seen):
     """davar.c: the pipelines one after the other, then the rest."""
-    text = "".join(typed_once(start, number, seen) for number, starts in STARTS.items() for start in starts)
+    text = "".join(
+        typed_once(start, number, seen) for number, starts in STARTS.items() for start in starts
+    )
     seen |= PER_TYPE
     text += "".join(flat(path, seen) for path in SOURCES)
-    return ('/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n#include "davar.h"\n\n'
-            "#ifdef __GNUC__ /* not every type uses all that a header offers */\n"
-            f'#pragma GCC diagnostic ignored "-Wunused-function"\n#endif\n\n{text}')
+    return (
+        '/* davar - the library in one file, made by tools/support/amalgamate.py. MIT licence. */\n#include "davar.h"\n\n'
+        "#ifdef __GNUC__ /* not every type uses all that a header offers */\n"
+        f'#pragma GCC diagnostic ignored "-Wunused-function"\n#endif\n\n{text}'
+    )
 
 
 def main():

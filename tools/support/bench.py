@@ -28,7 +28,9 @@ CLUSTERS = [1, 2, 4, 8, 16, 32, 64, 128]
 
 def library_figures():
     """The C program prints one `key value` line per figure."""
-    output = subprocess.run([PROGRAMS / "tests/bench/davar-bench"], check=True, text=True, stdout=subprocess.PIPE).stdout
+    output = subprocess.run(
+        [PROGRAMS / "tests/bench/davar-bench"], check=True, text=True, stdout=subprocess.PIPE
+    ).stdout
     return {key: float(value) for key, value in (line.split() for line in output.splitlines())}
 
 
@@ -41,7 +43,9 @@ def recording():
         partial = path.with_suffix(".partial")
         with partial.open("w") as file:
             file.write("time_s,gyro_z_dps\n")
-            file.writelines(f"{i / 100:.2f},{round(noise.gauss(37, 20)) * LSB_DPS:.2f}\n" for i in range(ROWS))
+            file.writelines(
+                f"{i / 100:.2f},{round(noise.gauss(37, 20)) * LSB_DPS:.2f}\n" for i in range(ROWS)
+            )
         partial.rename(path)
     return path
 
@@ -49,7 +53,16 @@ def recording():
 def simulator_samples_per_s(runs=3):
     """CSV in, CSV out every 100th, fixed arithmetic; the median of a few runs."""
     path, spent = recording(), []
-    command = [PROGRAMS / "host_sim/davar-sim", path, "--lsb", str(LSB_DPS), "--stride", "100", "--progress", "never"]
+    command = [
+        PROGRAMS / "host_sim/davar-sim",
+        path,
+        "--lsb",
+        str(LSB_DPS),
+        "--stride",
+        "100",
+        "--progress",
+        "never",
+    ]
     for _ in range(runs):
         with (WORK / "out.csv").open("w") as out:
             start = time.perf_counter()
@@ -68,7 +81,7 @@ def allantools_ns_per_sample():
     data = [noise.gauss(0.37, 0.2) for _ in range(WINDOW + WINDOWS)]
     spent = []
     for i in range(WINDOWS):
-        window = data[i:i + WINDOW]
+        window = data[i : i + WINDOW]
         start = time.perf_counter()
         allantools.oadev(window, rate=1.0, data_type="freq", taus=CLUSTERS)
         spent.append(time.perf_counter() - start)
@@ -77,10 +90,23 @@ def allantools_ns_per_sample():
 
 def python_figures():
     """Of bench_python.py, in this same Python. None where AllanTools is not installed."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "python"), "DAVAR_LIBRARY": str(PROGRAMS / "python/libdavar_python.so"), "OPENBLAS_NUM_THREADS": "1"}
-    done = subprocess.run([sys.executable, "-B", ROOT / "tools/support/bench_python.py"], env=environment, text=True, capture_output=True)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(ROOT / "python"),
+        "DAVAR_LIBRARY": str(PROGRAMS / "python/libdavar_python.so"),
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    done = subprocess.run(
+        [sys.executable, "-B", ROOT / "tools/support/bench_python.py"],
+        env=environment,
+        text=True,
+        capture_output=True,
+    )
     if done.returncode:
-        print(f"davar-bench: the Python package could not be measured: {(done.stderr.splitlines() or ['no reason'])[-1]}", file=sys.stderr)
+        print(
+            f"davar-bench: the Python package could not be measured: {(done.stderr.splitlines() or ['no reason'])[-1]}",
+            file=sys.stderr,
+        )
         return None
     return json.loads(done.stdout)
 
@@ -89,25 +115,39 @@ def show_python(figures):
     print(f"\nThe Python package{'':<35}{'davar':>12}{'AllanTools':>14}{'ratio':>10}")
     for name, found in figures.items():
         ours, theirs, ratio = found.values()
-        print(f"{name:<33}{next(iter(found)).removeprefix('davar_'):<20}{ours:>12,.0f}{theirs:>14,.0f}{ratio:>10,.0f}")
+        print(
+            f"{name:<33}{next(iter(found)).removeprefix('davar_'):<20}{ours:>12,.0f}{theirs:>14,.0f}{ratio:>10,.0f}"
+        )
 
 
 def show(figures):
     fixed = figures["fixed_every_sample_8_taus_ns_per_sample"]
-    rows = [("davar, fixed", fixed), ("davar, float", figures["float_every_sample_8_taus_ns_per_sample"]),
-            ("brute force in C, cumulative sum", figures["brute_force_ns_per_sample"]),
-            ("AllanTools oadev, called per window", figures["allantools_per_window_ns_per_sample"])]
+    rows = [
+        ("davar, fixed", fixed),
+        ("davar, float", figures["float_every_sample_8_taus_ns_per_sample"]),
+        ("brute force in C, cumulative sum", figures["brute_force_ns_per_sample"]),
+        ("AllanTools oadev, called per window", figures["allantools_per_window_ns_per_sample"]),
+    ]
     print(f"Allan deviation at every sample, {len(CLUSTERS)} octave taus, window {WINDOW}")
     print(f"{'':<38}{'ns per sample':>14}{'times davar':>14}")
     for name, value in rows:
-        print(f"{name:<38}" + (f"{value:>14,.1f}{value / fixed:>14,.1f}" if value else f"{'not installed':>14}"))
-    print(f"{'davar, blocks of 64, newest only':<38}{figures['block64_8_taus_ns_per_sample']:>14,.1f}")
+        print(
+            f"{name:<38}"
+            + (f"{value:>14,.1f}{value / fixed:>14,.1f}" if value else f"{'not installed':>14}")
+        )
+    print(
+        f"{'davar, blocks of 64, newest only':<38}{figures['block64_8_taus_ns_per_sample']:>14,.1f}"
+    )
     print("\nThe whole chain: kurtosis, contribution, window law, deviations, fit, intervals")
-    print(f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}")
+    print(
+        f"{'a result at every sample':<38}{figures['full_chain_every_sample_ns_per_sample']:>14,.1f}"
+    )
     print(f"{'a result every 60 samples':<38}{figures['grid_8_taus_ns_per_sample']:>14,.1f}")
     print(f"\nCost of window 65536 over window 64   {figures['flatness_65536_over_64']:>14.2f}")
     print(f"... 65536 over 256, a result every 4  {figures['grid_flatness_65536_over_256']:>14.2f}")
-    print(f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} million samples per second")
+    print(
+        f"davar-sim, CSV to CSV                 {figures['sim_samples_per_s'] / 1e6:>14.2f} million samples per second"
+    )
 
 
 def show_all(figures, python, targets):

@@ -34,19 +34,37 @@ def record(x):
     """The Allan deviation of a whole record at octave taus."""
     taus_s = davar.adev(x, RATE_HZ).taus_s
     ours = seconds(lambda i: davar.adev(x, RATE_HZ), REPEATS)
-    theirs = seconds(lambda i: allantools.oadev(x, rate=RATE_HZ, data_type="freq", taus=taus_s), REPEATS)
+    theirs = seconds(
+        lambda i: allantools.oadev(x, rate=RATE_HZ, data_type="freq", taus=taus_s), REPEATS
+    )
     return {"davar_ms": 1e3 * ours, "allantools_ms": 1e3 * theirs, "ratio": theirs / ours}
 
 
 def windows(x, window, stride):
     """An epoch every `stride` samples: deviations and coefficients with their intervals, against AllanTools' deviations of each window."""
-    options = {"policy": "fixed", "mode": "trailing", "window_max": window, "window_min": window, "segment": 0, "stride": stride}
-    part = x[:window + EPOCHS] if stride == 1 else x
+    options = {
+        "policy": "fixed",
+        "mode": "trailing",
+        "window_max": window,
+        "window_min": window,
+        "segment": 0,
+        "stride": stride,
+    }
+    part = x[: window + EPOCHS] if stride == 1 else x
     epochs = davar.dynamic(part, RATE_HZ, **options)
     ours = seconds(lambda i: davar.dynamic(part, RATE_HZ, **options), 3) / len(epochs.epoch)
     ends = epochs.epoch[np.linspace(0, len(epochs.epoch) - 1, CALLS).astype(int)] + 1
-    theirs = seconds(lambda i: allantools.oadev(part[ends[i] - window:ends[i]], rate=RATE_HZ, data_type="freq", taus=epochs.taus_s), CALLS)
-    return {"davar_ns_per_epoch": 1e9 * ours, "allantools_ns_per_epoch": 1e9 * theirs, "ratio": theirs / ours}
+    theirs = seconds(
+        lambda i: allantools.oadev(
+            part[ends[i] - window : ends[i]], rate=RATE_HZ, data_type="freq", taus=epochs.taus_s
+        ),
+        CALLS,
+    )
+    return {
+        "davar_ns_per_epoch": 1e9 * ours,
+        "allantools_ns_per_epoch": 1e9 * theirs,
+        "ratio": theirs / ours,
+    }
 
 
 def main():

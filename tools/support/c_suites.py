@@ -23,8 +23,16 @@ LEFT_OUT = {"debug": "long", "sanitize": "long", "coverage": "long", "m32": "lon
 TURN = defaultdict(threading.Lock)  # one build at a time in each folder
 
 # Target of tests/fuzz: (runs, longest input). A number of runs rather than of seconds: the inputs tried must not depend on the machine.
-FUZZ = {"stream": (600, 400), "tracked": (1500, 160), "calls": (20_000, 400), "state": (4000, 64), "codec": (400_000, 128), "source": (4000, 9000),
-        "recording": (40_000, 300), "options": (200_000, 300)}
+FUZZ = {
+    "stream": (600, 400),
+    "tracked": (1500, 160),
+    "calls": (20_000, 400),
+    "state": (4000, 64),
+    "codec": (400_000, 128),
+    "source": (4000, 9000),
+    "recording": (40_000, 300),
+    "options": (200_000, 300),
+}
 
 
 def use_ccache(variables):
@@ -34,7 +42,9 @@ def use_ccache(variables):
     variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
     variables.setdefault("CCACHE_DIR", str(BUILD / "cache/ccache"))
     variables.setdefault("CCACHE_MAXSIZE", "1G")
-    if not ROOT.is_relative_to(tempfile.gettempdir()):  # temporary copies differ in the names of their folders only
+    if not ROOT.is_relative_to(
+        tempfile.gettempdir()
+    ):  # temporary copies differ in the names of their folders only
         variables.setdefault("CCACHE_BASEDIR", os.path.realpath(tempfile.gettempdir()))
 
 
@@ -47,7 +57,11 @@ def must_run(what, log, command):
 @once
 def configure(preset):
     unity = os.environ.get("DAVAR_UNITY_DIR", "")
-    must_run(f"configure {preset}", f"configure-{preset}.log", ["cmake", "--preset", preset, f"-DDAVAR_UNITY_DIR={unity}"])
+    must_run(
+        f"configure {preset}",
+        f"configure-{preset}.log",
+        ["cmake", "--preset", preset, f"-DDAVAR_UNITY_DIR={unity}"],
+    )
 
 
 @once
@@ -55,8 +69,11 @@ def build(preset, target="all"):
     """Configures and builds a target of a preset (both are quick when nothing changed)."""
     with TURN[preset]:
         configure(preset)
-        must_run(f"build {preset}", f"build-{preset}.log",
-                 ["cmake", "--build", "--preset", preset, "--parallel", JOBS, "--target", target])
+        must_run(
+            f"build {preset}",
+            f"build-{preset}.log",
+            ["cmake", "--build", "--preset", preset, "--parallel", JOBS, "--target", target],
+        )
 
 
 def program(name, preset):
@@ -69,7 +86,11 @@ def unity_tally(name, output, status):
     """Counts the cases of one Unity program; a program that prints no summary is one case."""
     summary = re.search(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", output, re.MULTILINE)
     if not summary:
-        return Tally(passed=1) if status == "run" else Tally(failed=1, lines=[f"FAILED {name}:\n{output}"])
+        return (
+            Tally(passed=1)
+            if status == "run"
+            else Tally(failed=1, lines=[f"FAILED {name}:\n{output}"])
+        )
     tests, failures, ignored = map(int, summary.groups())
     lines = [f"skipped: {name}: {case}" for case in re.findall(r":(test\w*:IGNORE.*)", output)]
     if status != "run" or failures:
@@ -82,10 +103,22 @@ def cache_keys(preset, chosen):
     """{test: key of its program}, for tests that read nothing: their results depend on their own bytes and the C library's."""
     if "DAVAR_TEST_SEED" in os.environ:
         return {}
-    listed = subprocess.run(["ctest", "--preset", preset, "--show-only=json-v1", *chosen], cwd=ROOT, text=True, stdout=subprocess.PIPE, check=True).stdout
-    tests = json.loads(listed[listed.index("{"):])["tests"]
-    return {test["name"]: result_cache.content_key(os.confstr("CS_GNU_LIBC_VERSION"), Path(test["command"][0])) for test in tests
-            if len(test["command"]) == 1 and "ENVIRONMENT" not in (one["name"] for one in test["properties"])}
+    listed = subprocess.run(
+        ["ctest", "--preset", preset, "--show-only=json-v1", *chosen],
+        cwd=ROOT,
+        text=True,
+        stdout=subprocess.PIPE,
+        check=True,
+    ).stdout
+    tests = json.loads(listed[listed.index("{") :])["tests"]
+    return {
+        test["name"]: result_cache.content_key(
+            os.confstr("CS_GNU_LIBC_VERSION"), Path(test["command"][0])
+        )
+        for test in tests
+        if len(test["command"]) == 1
+        and "ENVIRONMENT" not in (one["name"] for one in test["properties"])
+    }
 
 
 def ctest(preset, variables=None):
@@ -99,8 +132,24 @@ def ctest(preset, variables=None):
     chosen += ["--exclude-regex", f"^({'|'.join(cached)})$"] if cached else []
     report = LOGS / f"ctest-{preset}.xml"
     report.unlink(missing_ok=True)
-    status, output = run(["ctest", "--preset", preset, "--parallel", JOBS, "--output-junit", str(report), "--test-output-size-passed", "1000000",
-                          "--test-output-size-failed", "1000000", *chosen], f"ctest-{preset}.log", {**os.environ, **(variables or {})})
+    status, output = run(
+        [
+            "ctest",
+            "--preset",
+            preset,
+            "--parallel",
+            JOBS,
+            "--output-junit",
+            str(report),
+            "--test-output-size-passed",
+            "1000000",
+            "--test-output-size-failed",
+            "1000000",
+            *chosen,
+        ],
+        f"ctest-{preset}.log",
+        {**os.environ, **(variables or {})},
+    )
     if not report.exists():
         if status or not cached:
             raise Broken(output)
@@ -129,8 +178,25 @@ def coverage():
         old.unlink()
     tally = ctest("coverage")
     report = LOGS / "coverage.json"
-    must_run("gcovr", "gcovr.log", ["gcovr", "--root", ".", "--filter", "lib/", "--filter", "port/wire/", "--exclude-unreachable-branches",
-                                    "--exclude-directories", ".*test_assert.*", "--json", str(report), "build/coverage"])
+    must_run(
+        "gcovr",
+        "gcovr.log",
+        [
+            "gcovr",
+            "--root",
+            ".",
+            "--filter",
+            "lib/",
+            "--filter",
+            "port/wire/",
+            "--exclude-unreachable-branches",
+            "--exclude-directories",
+            ".*test_assert.*",
+            "--json",
+            str(report),
+            "build/coverage",
+        ],
+    )
     return checked(tally, *coverage_report.missing(report, ROOT / "tests/coverage_exceptions.txt"))
 
 
@@ -140,27 +206,64 @@ def mcdc():
     shutil.rmtree(profiles, ignore_errors=True)
     tally = ctest("mcdc", {"LLVM_PROFILE_FILE": str(profiles / "%p.profraw")})
     profile = BUILD / "mcdc/profile"
-    programs = [path for path in sorted((BUILD / "mcdc/tests").glob("test_*"))
-                if path.is_file() and os.access(path, os.X_OK) and path.name != "test_assert"]
-    tool("llvm-profdata-19", "merge", "-o", str(profile), *map(str, sorted(profiles.iterdir())), log="mcdc-merge.log").must()
-    report = subprocess.run(["llvm-cov-19", "export", "-instr-profile", str(profile), *(f"-object={path}" for path in programs)],
-                            cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    programs = [
+        path
+        for path in sorted((BUILD / "mcdc/tests").glob("test_*"))
+        if path.is_file() and os.access(path, os.X_OK) and path.name != "test_assert"
+    ]
+    tool(
+        "llvm-profdata-19",
+        "merge",
+        "-o",
+        str(profile),
+        *map(str, sorted(profiles.iterdir())),
+        log="mcdc-merge.log",
+    ).must()
+    report = subprocess.run(
+        [
+            "llvm-cov-19",
+            "export",
+            "-instr-profile",
+            str(profile),
+            *(f"-object={path}" for path in programs),
+        ],
+        cwd=ROOT,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
     if report.returncode:
         raise Broken("llvm-cov-19 export failed")
-    return checked(tally, *mcdc_report.missing(report.stdout, ROOT, ROOT / "tests/mcdc_exceptions.txt"))
+    return checked(
+        tally, *mcdc_report.missing(report.stdout, ROOT, ROOT / "tests/mcdc_exceptions.txt")
+    )
 
 
 def fuzz(name):
     """Runs one target on its corpus, then a fixed number of times from a seed. A failure leaves its input in build/log."""
     runs, longest = FUZZ[name]
     target, corpus = program(f"tests/fuzz/fuzz_{name}", "fuzz"), BUILD / f"fuzz/corpus/{name}"
-    must_run("unpacking the corpus", f"fuzz-{name}-corpus.log", [sys.executable, "-B", "tests/fuzz/corpus.py", "unpack", name])
+    must_run(
+        "unpacking the corpus",
+        f"fuzz-{name}-corpus.log",
+        [sys.executable, "-B", "tests/fuzz/corpus.py", "unpack", name],
+    )
     found = BUILD / f"fuzz/found-{name}"  # libFuzzer adds new inputs to its first folder
     shutil.rmtree(found, ignore_errors=True)
     found.mkdir()
     crash = LOGS / f"fuzz-{name}-"
-    status, output = run([target, "-seed=1", f"-runs={runs}", f"-max_len={longest}", f"-artifact_prefix={crash}", str(found), str(corpus)],
-                         f"fuzz-{name}.log")
+    status, output = run(
+        [
+            target,
+            "-seed=1",
+            f"-runs={runs}",
+            f"-max_len={longest}",
+            f"-artifact_prefix={crash}",
+            str(found),
+            str(corpus),
+        ],
+        f"fuzz-{name}.log",
+    )
     done = re.search(r"^Done (\d+) runs", output, re.MULTILINE)
     return Tally(passed=1) if status == 0 and done else Tally(failed=1, lines=[output[-4000:]])
 
@@ -168,8 +271,12 @@ def fuzz(name):
 def sources(*suffixes):
     """Files with these suffixes in all folders with C code, relative to the root."""
     folders = ("lib", "port", "host_sim", "gateway", "examples", "python", "tests")
-    return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*")
-                  if path.suffix in suffixes)
+    return sorted(
+        str(path.relative_to(ROOT))
+        for folder in folders
+        for path in (ROOT / folder).rglob("*")
+        if path.suffix in suffixes
+    )
 
 
 def mutants(python):
@@ -177,15 +284,26 @@ def mutants(python):
     result is cached until a source, a build file or the compiler changes. python() returns the Python to run this with."""
     command = ["tests/mutation/mutants.py", "--sample", "60", "--longest", "5", "--unlisted"]
     cache = result_cache.ResultCache(BUILD / "cache/mutants")
-    compiler = subprocess.run(["cc", "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
-    key = result_cache.content_key(*command, compiler, *(ROOT / name for name in sources(".c", ".h", ".txt", ".cmake")), *sorted(ROOT.glob("cmake/*")),
-                                   *sorted(ROOT.glob("tests/mutation/*.py")), ROOT / "CMakeLists.txt", ROOT / "tools/support/requirements-mutants.txt")
+    compiler = subprocess.run(
+        ["cc", "--version"], text=True, stdout=subprocess.PIPE, check=True
+    ).stdout
+    key = result_cache.content_key(
+        *command,
+        compiler,
+        *(ROOT / name for name in sources(".c", ".h", ".txt", ".cmake")),
+        *sorted(ROOT.glob("cmake/*")),
+        *sorted(ROOT.glob("tests/mutation/*.py")),
+        ROOT / "CMakeLists.txt",
+        ROOT / "tools/support/requirements-mutants.txt",
+    )
     if cases := cache.cases(key):
         tally = Tally(cases)
         tally.cached = cases
         return tally
     status, output = run([python(), "-B", *command], "mutants.log")
-    done = re.search(r"^(\d+) mutants asked, (\d+) neither killed nor listed, (\d+) listed", output, re.MULTILINE)
+    done = re.search(
+        r"^(\d+) mutants asked, (\d+) neither killed nor listed, (\d+) listed", output, re.MULTILINE
+    )
     if not done:
         raise Broken(output)
     tried, alive, stale = map(int, done.groups())

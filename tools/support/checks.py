@@ -13,14 +13,43 @@ from functools import partial
 import targets
 from c_suites import FUZZ, coverage, ctest, fuzz, mcdc, mutants, use_ccache
 from linters import clang_format, clang_tidy, cppcheck, shell
-from python_suites import (board, commands, guest, hypothesis, lab, mutants_python, package, packages, python_module, simulator, suite,
-                           wire, workbench)
-from runner import LOGS, ROOT, JobTimes, named, run_parts
+from python_suites import (
+    board,
+    commands,
+    guest,
+    hypothesis,
+    lab,
+    mutants_python,
+    package,
+    packages,
+    python_module,
+    simulator,
+    suite,
+    wire,
+    workbench,
+)
+from runner import LOGS, ROOT, JobTimes, run_parts
 
-BASE = ("gcc", "libc6-dev", "make", "cmake", "zlib1g-dev", "python3", "ccache", "pkg-config", "libgpiod-dev")
+BASE = (
+    "gcc",
+    "libc6-dev",
+    "make",
+    "cmake",
+    "zlib1g-dev",
+    "python3",
+    "ccache",
+    "pkg-config",
+    "libgpiod-dev",
+)
 VENV = ("python3-venv",)
-BOARDS = tuple(subprocess.run(["bash", "-c", '. "$0"; echo "${target_packages[@]}"', ROOT / "tools/support/setup.sh"],
-                              text=True, stdout=subprocess.PIPE, check=True).stdout.split())
+BOARDS = tuple(
+    subprocess.run(
+        ["bash", "-c", '. "$0"; echo "${target_packages[@]}"', ROOT / "tools/support/setup.sh"],
+        text=True,
+        stdout=subprocess.PIPE,
+        check=True,
+    ).stdout.split()
+)
 ONE_BOARD = ("gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm")
 FUZZER = ("clang-14", "libclang-rt-14-dev")
 
@@ -55,63 +84,222 @@ class Part:
 
 
 PARTS = {
-    "debug": Part("unit, property and published tests, assertions on", [partial(ctest, "debug")], quick=True),
+    "debug": Part(
+        "unit, property and published tests, assertions on", [partial(ctest, "debug")], quick=True
+    ),
     "release": Part("the same and the long ones, as shipped", [partial(ctest, "release")]),
-    "sanitize": Part("the same under address and undefined-behaviour sanitizers", [partial(ctest, "sanitize")]),
-    "m32": Part("the same as a 32-bit program", [partial(ctest, "m32")],
-                packages=("gcc-12-multilib",)),  # gcc-multilib conflicts with the cross compilers for Linux
-    "coverage": Part("the same; every line and branch of lib/ must have run", [coverage], packages=("gcovr",)),
-    "mcdc": Part("the same, quick ones; every condition of lib/ must have decided an outcome alone (MC/DC)", [mcdc],
-                 packages=("clang-19", "llvm-19", "libclang-rt-19-dev")),
-    "proofs": Part("statements of tests/proofs, proved by Eva of Frama-C for all inputs", suite("proofs"), packages=("frama-c-base",)),
-    "cli": Part("davar-sim through its command line",
-                [*suite("cli", setting=partial(simulator, "release")),
-                 partial(python_module, "cli", "tests/tracking", "test_recordings.py", partial(simulator, "release"))],
-                quick=("test_bad_option.py", "test_bad_recording.py", "test_device.py", "test_model_table.py", "test_output.py", "test_published.py",
-                       "test_recording.py", "test_settings.py")),
-    "cli-sanitize": Part("the same, under the sanitizers", suite("cli-sanitize", "cli", partial(simulator, "sanitize"))),
-    "tools": Part("the commands in tools/ and the bundled recording", suite("tools"),
-                  quick=("test_bench.py", "test_checks.py", "test_davar_sim.py", "test_demo_data.py", "test_readme_example.py")),
-    "commands": Part("every command of the pages and of --help, as typed, in a fresh clone", suite("commands", setting=commands),
-                     packages=("git", "dpkg-dev", *VENV, *FUZZER, "frama-c-base", *BOARDS)),
-    "wire": Part("frames against davar.dbc, read by cantools; the receiver against a million faults", suite("wire", setting=wire), packages=VENV,
-                 quick=("test_codec.py", "test_dbc.py", "test_documentation.py", "test_live.py", "test_node_options.py", "test_raw.py", "test_record.py")),
-    "kernel": Part("CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
-                   suite("kernel", setting=guest) + suite("kernel", "kernel_board", board),
-                   packages=("linux-source-6.1", "patch", "xz-utils", "bc", "bison", "flex", "can-utils", "gpiod", "iproute2", *VENV, *BOARDS)),
-    "lab": Part("tools/davarlab on recordings with known truth", suite("lab", setting=lab), packages=VENV,
-                # many cases in a short time, then the whole way from a recording to an adequate model
-                quick=("test_bad_input.py", "test_brute_force.py", "test_gaps.py", "test_live_options.py", "test_logs.py", "test_parameters.py",
-                       "test_saying.py", "test_steps.py", "test_tutorial.py")),
-    "hypothesis": Part("what davarlab reads, damaged and made up, against other readers", suite("hypothesis", setting=hypothesis), packages=VENV),
-    "workbench": Part("tools/davarlab open in a real browser", suite("workbench", setting=workbench), packages=(*VENV, "chromium"),
-                      quick=("test_tutorial.py:test_a_first_visit",)),
-    "package": Part("the Python package as pip installs it, outside of the checkout", suite("package", setting=package), packages=VENV),
-    "targets": Part("the suites of lib/ and its cost on ten emulated boards",
-                    suite("targets", "target", partial(simulator, "release"), {"test_suites.py": len(targets.MACHINES) + 1, "test_mcu.py": 3}),
-                    packages=BOARDS, quick=("test_suites.py:test_cortex_m4f",), quick_packages=ONE_BOARD),
-    "fuzz": Part("libFuzzer targets of tests/fuzz, a bounded number of runs each", [partial(fuzz, name) for name in FUZZ], packages=FUZZER),
-    "mutants": Part("small faults in lib/, sixty of them, each found by a fast suite", [partial(mutants, mutants_python)], packages=VENV),
-    "consumer": Part("find_package and add_subdirectory from outside", suite("consumer"), packages=("clang-14", *BOARDS)),
-    "examples": Part("the examples that run on this machine", suite("examples"), packages=ONE_BOARD[:2]),
-    "packages": Part("every package of tools/release with the tool of its ecosystem", suite("packages", setting=packages),
-                     packages=("dpkg-dev", "lintian", "arduino-builder", "g++", *VENV, *BOARDS)),
-    "style": Part("the house rules: includes, no heap, function length, one version", suite("style"), quick=True),
+    "sanitize": Part(
+        "the same under address and undefined-behaviour sanitizers", [partial(ctest, "sanitize")]
+    ),
+    "m32": Part(
+        "the same as a 32-bit program", [partial(ctest, "m32")], packages=("gcc-12-multilib",)
+    ),  # gcc-multilib conflicts with the cross compilers for Linux
+    "coverage": Part(
+        "the same; every line and branch of lib/ must have run", [coverage], packages=("gcovr",)
+    ),
+    "mcdc": Part(
+        "the same, quick ones; every condition of lib/ must have decided an outcome alone (MC/DC)",
+        [mcdc],
+        packages=("clang-19", "llvm-19", "libclang-rt-19-dev"),
+    ),
+    "proofs": Part(
+        "statements of tests/proofs, proved by Eva of Frama-C for all inputs",
+        suite("proofs"),
+        packages=("frama-c-base",),
+    ),
+    "cli": Part(
+        "davar-sim through its command line",
+        [
+            *suite("cli", setting=partial(simulator, "release")),
+            partial(
+                python_module,
+                "cli",
+                "tests/tracking",
+                "test_recordings.py",
+                partial(simulator, "release"),
+            ),
+        ],
+        quick=(
+            "test_bad_option.py",
+            "test_bad_recording.py",
+            "test_device.py",
+            "test_model_table.py",
+            "test_output.py",
+            "test_published.py",
+            "test_recording.py",
+            "test_settings.py",
+        ),
+    ),
+    "cli-sanitize": Part(
+        "the same, under the sanitizers",
+        suite("cli-sanitize", "cli", partial(simulator, "sanitize")),
+    ),
+    "tools": Part(
+        "the commands in tools/ and the bundled recording",
+        suite("tools"),
+        quick=(
+            "test_bench.py",
+            "test_checks.py",
+            "test_davar_sim.py",
+            "test_demo_data.py",
+            "test_readme_example.py",
+        ),
+    ),
+    "commands": Part(
+        "every command of the pages and of --help, as typed, in a fresh clone",
+        suite("commands", setting=commands),
+        packages=("git", "dpkg-dev", *VENV, *FUZZER, "frama-c-base", *BOARDS),
+    ),
+    "wire": Part(
+        "frames against davar.dbc, read by cantools; the receiver against a million faults",
+        suite("wire", setting=wire),
+        packages=VENV,
+        quick=(
+            "test_codec.py",
+            "test_dbc.py",
+            "test_documentation.py",
+            "test_live.py",
+            "test_node_options.py",
+            "test_raw.py",
+            "test_record.py",
+        ),
+    ),
+    "kernel": Part(
+        "CAN, serial lines and gpio on a User-Mode Linux kernel (built once, minutes), faults included",
+        suite("kernel", setting=guest) + suite("kernel", "kernel_board", board),
+        packages=(
+            "linux-source-6.1",
+            "patch",
+            "xz-utils",
+            "bc",
+            "bison",
+            "flex",
+            "can-utils",
+            "gpiod",
+            "iproute2",
+            *VENV,
+            *BOARDS,
+        ),
+    ),
+    "lab": Part(
+        "tools/davarlab on recordings with known truth",
+        suite("lab", setting=lab),
+        packages=VENV,
+        # many cases in a short time, then the whole way from a recording to an adequate model
+        quick=(
+            "test_bad_input.py",
+            "test_brute_force.py",
+            "test_gaps.py",
+            "test_live_options.py",
+            "test_logs.py",
+            "test_parameters.py",
+            "test_saying.py",
+            "test_steps.py",
+            "test_tutorial.py",
+        ),
+    ),
+    "hypothesis": Part(
+        "what davarlab reads, damaged and made up, against other readers",
+        suite("hypothesis", setting=hypothesis),
+        packages=VENV,
+    ),
+    "workbench": Part(
+        "tools/davarlab open in a real browser",
+        suite("workbench", setting=workbench),
+        packages=(*VENV, "chromium"),
+        quick=("test_tutorial.py:test_a_first_visit",),
+    ),
+    "package": Part(
+        "the Python package as pip installs it, outside of the checkout",
+        suite("package", setting=package),
+        packages=VENV,
+    ),
+    "targets": Part(
+        "the suites of lib/ and its cost on ten emulated boards",
+        suite(
+            "targets",
+            "target",
+            partial(simulator, "release"),
+            {"test_suites.py": len(targets.MACHINES) + 1, "test_mcu.py": 3},
+        ),
+        packages=BOARDS,
+        quick=("test_suites.py:test_cortex_m4f",),
+        quick_packages=ONE_BOARD,
+    ),
+    "fuzz": Part(
+        "libFuzzer targets of tests/fuzz, a bounded number of runs each",
+        [partial(fuzz, name) for name in FUZZ],
+        packages=FUZZER,
+    ),
+    "mutants": Part(
+        "small faults in lib/, sixty of them, each found by a fast suite",
+        [partial(mutants, mutants_python)],
+        packages=VENV,
+    ),
+    "consumer": Part(
+        "find_package and add_subdirectory from outside",
+        suite("consumer"),
+        packages=("clang-14", *BOARDS),
+    ),
+    "examples": Part(
+        "the examples that run on this machine", suite("examples"), packages=ONE_BOARD[:2]
+    ),
+    "packages": Part(
+        "every package of tools/release with the tool of its ecosystem",
+        suite("packages", setting=packages),
+        packages=("dpkg-dev", "lintian", "arduino-builder", "g++", *VENV, *BOARDS),
+    ),
+    "style": Part(
+        "the house rules: includes, no heap, function length, one version",
+        suite("style"),
+        quick=True,
+    ),
     "format": Part("clang-format", [clang_format], quick=True, packages=("clang-format",)),
-    "tidy": Part("clang-tidy", [partial(clang_tidy, share, 8) for share in range(8)], packages=("clang-tidy",)),
+    "tidy": Part(
+        "clang-tidy",
+        [partial(clang_tidy, share, 8) for share in range(8)],
+        packages=("clang-tidy",),
+    ),
     "cppcheck": Part("cppcheck", [cppcheck], quick=True, packages=("cppcheck",)),
     "shell": Part("shellcheck", [shell], quick=True, packages=("shellcheck",)),
 }
 # Seconds of the long jobs on a quiet core, for a tree without measured times: the longest start first, and the short ones fill
 # what is left at the end.
-TYPICAL = {"commands": 250, "coverage": 150, "sanitize": 130, "release": 120, "m32": 60, "mcdc": 100, "debug": 60, "mutants": 100,
-           "proofs tests/proofs test_proofs.py": 110, "consumer tests/consumer test_install.py": 110, "consumer tests/consumer test_options.py": 90,
-           "consumer tests/consumer test_amalgamate.py": 80, "lab tests/lab test_lab.py": 150, "lab tests/lab test_awkward_input.py": 110,
-           "kernel tests/kernel test_ten_hours.py": 130, "kernel tests/kernel test_can.py": 130, "kernel tests/kernel test_readme.py": 90,
-           "kernel tests/kernel test_live.py": 90, "kernel tests/kernel test_gpio.py": 60, "kernel tests/kernel test_serial.py": 60,
-           "targets tests/target test_cost.py": 95, "targets tests/target test_porting.py": 60, "lab tests/lab test_elsewhere.py": 80,
-           # and any other job of a part
-           "targets": 55, "kernel": 50, "lab": 50, "workbench": 50, "hypothesis": 40, "packages": 40, "package": 40, "fuzz": 30, "tidy": 20}
+TYPICAL = {
+    "commands": 250,
+    "coverage": 150,
+    "sanitize": 130,
+    "release": 120,
+    "m32": 60,
+    "mcdc": 100,
+    "debug": 60,
+    "mutants": 100,
+    "proofs tests/proofs test_proofs.py": 110,
+    "consumer tests/consumer test_install.py": 110,
+    "consumer tests/consumer test_options.py": 90,
+    "consumer tests/consumer test_amalgamate.py": 80,
+    "lab tests/lab test_lab.py": 150,
+    "lab tests/lab test_awkward_input.py": 110,
+    "kernel tests/kernel test_ten_hours.py": 130,
+    "kernel tests/kernel test_can.py": 130,
+    "kernel tests/kernel test_readme.py": 90,
+    "kernel tests/kernel test_live.py": 90,
+    "kernel tests/kernel test_gpio.py": 60,
+    "kernel tests/kernel test_serial.py": 60,
+    "targets tests/target test_cost.py": 95,
+    "targets tests/target test_porting.py": 60,
+    "lab tests/lab test_elsewhere.py": 80,
+    # and any other job of a part
+    "targets": 55,
+    "kernel": 50,
+    "lab": 50,
+    "workbench": 50,
+    "hypothesis": 40,
+    "packages": 40,
+    "package": 40,
+    "fuzz": 30,
+    "tidy": 20,
+}
 
 
 def chosen(options):
@@ -121,7 +309,9 @@ def chosen(options):
     if unknown := [name for name in names if name not in PARTS]:
         raise SystemExit(f"tools/test: unknown part: {', '.join(unknown)} (see --list)")
     parts = {name: jobs for name in names if (jobs := PARTS[name].jobs_in(quick))}
-    needed = dict.fromkeys([*BASE, *(package for name in parts for package in PARTS[name].packages_in(quick))])
+    needed = dict.fromkeys(
+        [*BASE, *(package for name in parts for package in PARTS[name].packages_in(quick))]
+    )
     return parts, list(needed)
 
 
@@ -134,7 +324,13 @@ def main():
     options = parser.parse_args()
     parts, needed = chosen(options)
     if options.list or options.packages:
-        print("\n".join(needed if options.packages else [f"{name:<13} {part.gear():<7} {part.what}" for name, part in PARTS.items()]))
+        print(
+            "\n".join(
+                needed
+                if options.packages
+                else [f"{name:<13} {part.gear():<7} {part.what}" for name, part in PARTS.items()]
+            )
+        )
         return 0
     real = ROOT.parent / "shared/data/real"
     if real.is_dir():

@@ -39,4 +39,7 @@ def missing(report, exceptions_path):
                 found.append(f"{entry['file']}:{line['line_number']}: {why}: {text}")
     if not lines:
         found.append("the report names no line of lib/")
-    return f"lib/: {lines} lines, {branches} branches, {len(found)} lines with something missing", found
+    return (
+        f"lib/: {lines} lines, {branches} branches, {len(found)} lines with something missing",
+        found,
+    )

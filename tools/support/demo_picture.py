@@ -17,7 +17,7 @@ def column_of(rows, name):
 def extremes(time, rate, stretches):
     """The smallest and the largest sample of each stretch of a recording, in the order of time."""
     length = len(rate) // stretches
-    rows = rate[:stretches * length].reshape(stretches, length)
+    rows = rate[: stretches * length].reshape(stretches, length)
     starts = np.arange(stretches) * length
     kept = np.sort(np.concatenate([starts + rows.argmin(axis=1), starts + rows.argmax(axis=1)]))
     return time[kept], rate[kept]
@@ -29,7 +29,16 @@ def draw_rate(axes, points, column):
     if len(rate) > 50_000:
         axes.plot(*extremes(time, rate, 5000), color="0.25", linewidth=0.5, rasterized=True)
     else:
-        axes.plot(time, rate, ".", color="0.25", markersize=2, alpha=0.5, markeredgewidth=0, rasterized=True)
+        axes.plot(
+            time,
+            rate,
+            ".",
+            color="0.25",
+            markersize=2,
+            alpha=0.5,
+            markeredgewidth=0,
+            rasterized=True,
+        )
     axes.set_ylabel(f"{column.rsplit('_', 1)[0]}\n[deg/s]" if column.endswith("_dps") else column)
 
 
@@ -38,8 +47,17 @@ def draw_window(axes, time, rows):
     axes.plot(time, window, color="tab:blue", linewidth=1)
     unstable = column_of(rows, "unstable") > 0
     unstable[1:] |= unstable[:-1]  # an epoch lasts until the next one
-    axes.fill_between(time, 0, 1, where=unstable, color="tab:red", alpha=0.2,
-                      transform=axes.get_xaxis_transform(), linewidth=0.3, label="unstable")
+    axes.fill_between(
+        time,
+        0,
+        1,
+        where=unstable,
+        color="tab:red",
+        alpha=0.2,
+        transform=axes.get_xaxis_transform(),
+        linewidth=0.3,
+        label="unstable",
+    )
     axes.set_ylim(0, 1.1 * np.nanmax(window))
     axes.set_ylabel("window\n[samples]")
     axes.legend(loc="lower right", frameon=True)
@@ -48,7 +66,15 @@ def draw_window(axes, time, rows):
 def draw_truth(axes, stop, truth):
     if truth:
         starts, values = zip(*truth)
-        axes.step([*starts, stop], [*values, values[-1]], where="post", color="black", linestyle="--", linewidth=1, label="truth (simulated)")
+        axes.step(
+            [*starts, stop],
+            [*values, values[-1]],
+            where="post",
+            color="black",
+            linestyle="--",
+            linewidth=1,
+            label="truth (simulated)",
+        )
 
 
 def top_of(high, truth):
@@ -57,9 +83,16 @@ def top_of(high, truth):
 
 
 def draw_arw(axes, time, rows, truth):
-    low, high = column_of(rows, "arw_low_deg_per_sqrt_h"), column_of(rows, "arw_high_deg_per_sqrt_h")
-    axes.fill_between(time, low, high, color="tab:blue", alpha=0.3, linewidth=0, label="95 % interval")
-    axes.plot(time, column_of(rows, "arw_deg_per_sqrt_h"), color="tab:blue", linewidth=1, label="ARW")
+    low, high = (
+        column_of(rows, "arw_low_deg_per_sqrt_h"),
+        column_of(rows, "arw_high_deg_per_sqrt_h"),
+    )
+    axes.fill_between(
+        time, low, high, color="tab:blue", alpha=0.3, linewidth=0, label="95 % interval"
+    )
+    axes.plot(
+        time, column_of(rows, "arw_deg_per_sqrt_h"), color="tab:blue", linewidth=1, label="ARW"
+    )
     draw_truth(axes, time[-1], truth)
     axes.set_ylim(0, top_of(high, truth))
     axes.set_ylabel("ARW\n[deg/$\\sqrt{h}$]")
@@ -70,9 +103,17 @@ def draw_laws(axes, laws, truth):
     """Trailing windows: each value of what was there by then. laws: the results of the paper's law and of the likelihood ratio."""
     paper, glr = laws
     for rows, name, colour in ((paper, "paper's law", "tab:gray"), (glr, "glr", "tab:orange")):
-        axes.plot(column_of(rows, "time_s"), column_of(rows, "arw_deg_per_sqrt_h"), color=colour, linewidth=1, label=name)
+        axes.plot(
+            column_of(rows, "time_s"),
+            column_of(rows, "arw_deg_per_sqrt_h"),
+            color=colour,
+            linewidth=1,
+            label=name,
+        )
     alarms = column_of(glr, "time_s")[column_of(glr, "alarm") > 0]
-    axes.plot(alarms, np.zeros(len(alarms)), "^", color="tab:red", clip_on=False, label="alarm of glr")
+    axes.plot(
+        alarms, np.zeros(len(alarms)), "^", color="tab:red", clip_on=False, label="alarm of glr"
+    )
     draw_truth(axes, column_of(glr, "time_s")[-1], truth)
     axes.set_ylim(0, top_of(column_of(glr, "arw_deg_per_sqrt_h"), truth))
     axes.set_ylabel("ARW, trailing\n[deg/$\\sqrt{h}$]")
@@ -90,8 +131,12 @@ def draw_surface(figure, axes, colour_axes, time, rows, period_s):
     surface[surface <= 0] = np.nan
     taus = np.array(sizes) * period_s
     clock = np.append(time, time[-1] + (time[-1] - time[-2] if len(time) > 1 else 1))
-    colours = LogNorm(*np.nanpercentile(surface, [0.1, 99.9])) if np.isfinite(surface).any() else None
-    mesh = axes.pcolormesh(clock, edges(taus), surface, norm=colours, cmap="viridis", rasterized=True)
+    colours = (
+        LogNorm(*np.nanpercentile(surface, [0.1, 99.9])) if np.isfinite(surface).any() else None
+    )
+    mesh = axes.pcolormesh(
+        clock, edges(taus), surface, norm=colours, cmap="viridis", rasterized=True
+    )
     axes.set_yscale("log")
     axes.set_yticks(taus, [f"{tau:.3g}" for tau in taus])
     axes.minorticks_off()
@@ -107,8 +152,14 @@ def draw(path, name, notes, points, column, rows, truth, laws):
     epochs = column_of(rows, "epoch")
     period_s = np.median(np.diff(time) / np.diff(epochs)) if len(rows) > 1 else 1.0
     heights = [1, 0.7, 1.3, *([1.3] if len(laws) == 2 and all(laws) else []), 1.3]
-    figure, axes = plt.subplots(len(heights), 2, figsize=(10, 1.9 * sum(heights)), sharex="col", constrained_layout=True,
-                                gridspec_kw={"width_ratios": [1, 0.02], "height_ratios": heights})
+    figure, axes = plt.subplots(
+        len(heights),
+        2,
+        figsize=(10, 1.9 * sum(heights)),
+        sharex="col",
+        constrained_layout=True,
+        gridspec_kw={"width_ratios": [1, 0.02], "height_ratios": heights},
+    )
     for spare in axes[:-1, 1]:
         spare.set_axis_off()
     left = axes[:, 0]
@@ -121,5 +172,7 @@ def draw(path, name, notes, points, column, rows, truth, laws):
     left[-1].set_xlabel("time [s]")
     left[0].set_xlim(time[0], time[-1])
     simulated = "SIMULATED" in notes.get("description", "")
-    left[0].set_title(f"{name}{' (simulated)' if simulated else ''}: dynamic Allan variance by davar")
+    left[0].set_title(
+        f"{name}{' (simulated)' if simulated else ''}: dynamic Allan variance by davar"
+    )
     figure.savefig(path, dpi=95)

@@ -52,7 +52,9 @@ def read_results(path):
 def digest_line(row):
     arw = "          -                  "
     if row["arw_deg_per_sqrt_h"]:
-        value, low, high = (number(row[f"arw_{part}deg_per_sqrt_h"]) for part in ("", "low_", "high_"))
+        value, low, high = (
+            number(row[f"arw_{part}deg_per_sqrt_h"]) for part in ("", "low_", "high_")
+        )
         arw = f"{value:10.4g}  {low:8.4g} .. {high:<8.4g}"
     mark = "unstable" if row["unstable"] == "1" else ""
     return f"{number(row['time_s']):10.1f} {row['window_samples']:>7} {number(row['kurtosis']):9.2f} {arw} {mark}".rstrip()
@@ -63,7 +65,7 @@ def print_digest(rows, notes, recording):
     print(f"{what}\n{len(rows)} results, {min(LINES, len(rows))} of them here:\n")
     print("    time s  window  kurtosis  ARW deg/sqrt(h)   95 % interval")
     step = max(1, len(rows) // LINES)
-    for row in rows[step // 2::step]:
+    for row in rows[step // 2 :: step]:
         print(digest_line(row))
     unstable = sum(row["unstable"] == "1" for row in rows)
     print(f"\nunstable: {100 * unstable / len(rows):.0f} % of the epochs")
@@ -78,13 +80,26 @@ def read_truth(notes):
 def read_rate(path, channel):
     """Time and rate of a recording, and the name of its column."""
     with open_text(path) as file:
-        header = next(line for line in file if not line.startswith("#")).strip().lstrip("\ufeff").split(",")
+        header = (
+            next(line for line in file if not line.startswith("#"))
+            .strip()
+            .lstrip("\ufeff")
+            .split(",")
+        )
         names = [name.strip() for name in header]
-        column = names.index(channel) if channel in names else next(
-            (i for i, name in enumerate(names) if name.startswith("gyro_")), len(names) - 1)
+        column = (
+            names.index(channel)
+            if channel in names
+            else next(
+                (i for i, name in enumerate(names) if name.startswith("gyro_")), len(names) - 1
+            )
+        )
         clock = names.index("time_s") if "time_s" in names else None
         fields = (line.split(",") for line in file if line.strip())
-        points = [(float(row[clock]) if clock is not None else i, float(row[column])) for i, row in enumerate(fields)]
+        points = [
+            (float(row[clock]) if clock is not None else i, float(row[column]))
+            for i, row in enumerate(fields)
+        ]
     return points, names[column]
 
 
@@ -98,8 +113,18 @@ def main():
         sys.exit(f"demo: {recording}: too short for a result")
     print_digest(rows, notes, recording)
     import demo_picture  # heavy; not needed for the stride
+
     points, column = read_rate(recording, rows[0].get("channel", ""))
-    demo_picture.draw(picture, Path(recording).name, notes, points, column, rows, read_truth(notes), [read_results(law) for law in laws])
+    demo_picture.draw(
+        picture,
+        Path(recording).name,
+        notes,
+        points,
+        column,
+        rows,
+        read_truth(notes),
+        [read_results(law) for law in laws],
+    )
     print(f"stream:  {results}\npicture: {picture}")
 
 

@@ -21,7 +21,9 @@ def tidy_entries():
     build("debug")
     if not shutil.which("clang-tidy"):
         raise Broken("clang-tidy is not installed")
-    version = subprocess.run(["clang-tidy", "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
+    version = subprocess.run(
+        ["clang-tidy", "--version"], text=True, stdout=subprocess.PIPE, check=True
+    ).stdout
     commands = json.loads((BUILD / "debug/compile_commands.json").read_text())
     return version, {os.path.relpath(entry["file"], ROOT): entry for entry in commands}
 
@@ -35,24 +37,63 @@ def clang_tidy(share, shares):
 
         def check():
             result.passed = 0
-            result.add(tool("clang-tidy", "--quiet", "-p", "build/debug", source, log=f"tidy-{source.replace('/', '-')}.log"))
+            result.add(
+                tool(
+                    "clang-tidy",
+                    "--quiet",
+                    "-p",
+                    "build/debug",
+                    source,
+                    log=f"tidy-{source.replace('/', '-')}.log",
+                )
+            )
             return not result.failed
 
-        settings = sorted(path for folder in Path(ROOT, source).parents if folder.is_relative_to(ROOT)
-                          for path in folder.glob(".clang-tidy"))
-        cache.check(result_cache.content_key(version, entry["command"], *settings, *result_cache.compiled_from(entry)), check)
+        settings = sorted(
+            path
+            for folder in Path(ROOT, source).parents
+            if folder.is_relative_to(ROOT)
+            for path in folder.glob(".clang-tidy")
+        )
+        cache.check(
+            result_cache.content_key(
+                version, entry["command"], *settings, *result_cache.compiled_from(entry)
+            ),
+            check,
+        )
         tally.add(result)
     tally.cached = cache.hits
     return tally
 
 
 def cppcheck():
-    return tool("cppcheck", "--quiet", "--error-exitcode=1", "--std=c11", "--inline-suppr", f"-j{JOBS}",
-                "--enable=warning,style,performance,portability", "--suppressions-list=cmake/cppcheck.txt",
-                "-Ilib/include", "-Iport/include", "-Iport/node", "-Iport/wire", "-Ihost_sim", "lib/src", "port", "host_sim", "gateway", "python")
+    return tool(
+        "cppcheck",
+        "--quiet",
+        "--error-exitcode=1",
+        "--std=c11",
+        "--inline-suppr",
+        f"-j{JOBS}",
+        "--enable=warning,style,performance,portability",
+        "--suppressions-list=cmake/cppcheck.txt",
+        "-Ilib/include",
+        "-Iport/include",
+        "-Iport/node",
+        "-Iport/wire",
+        "-Ihost_sim",
+        "lib/src",
+        "port",
+        "host_sim",
+        "gateway",
+        "python",
+    )
 
 
 def shell():
-    scripts = [str(path.relative_to(ROOT)) for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
-               if path.is_file() and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))]
+    scripts = [
+        str(path.relative_to(ROOT))
+        for path in [*(ROOT / "tools").rglob("*"), ROOT / ".ci/run"]
+        if path.is_file()
+        and (path.suffix == ".sh" or path.read_bytes().startswith(b"#!/usr/bin/env bash"))
+    ]
     return tool("shellcheck", "--external-sources", "--source-path=SCRIPTDIR", *sorted(scripts))

@@ -23,9 +23,9 @@ def decisions(report, root):
 def text_of(key, root):
     """The decision as it stands in the source, in one line."""
     name, first, column, last, end = key
-    lines = (root / name).read_text().splitlines()[first - 1:last]
-    lines[-1] = lines[-1][:end - 1]
-    lines[0] = lines[0][column - 1:]
+    lines = (root / name).read_text().splitlines()[first - 1 : last]
+    lines[-1] = lines[-1][: end - 1]
+    lines[0] = lines[0][column - 1 :]
     return " ".join(" ".join(lines).split())
 
 
@@ -35,7 +35,9 @@ def read_exceptions(path):
     for line in path.read_text().splitlines():
         if line and not line.startswith("#"):
             fields = [field.strip() for field in line.split(" | ")]
-            assert len(fields) == 4 and fields[3], f"{path}: file | decision | conditions | reason: {line}"
+            assert len(fields) == 4 and fields[3], (
+                f"{path}: file | decision | conditions | reason: {line}"
+            )
             exceptions.update((fields[0], fields[1], number) for number in fields[2].split())
     return exceptions
 
@@ -45,12 +47,24 @@ def missing(report, root, exceptions_path):
     found, uncovered, count = decisions(report, root), Counter(), 0
     for key, conditions in found.items():
         count += len(conditions)
-        uncovered.update((key[0], text_of(key, root), f"C{i}") for i, covered in enumerate(conditions, 1) if not covered)
+        uncovered.update(
+            (key[0], text_of(key, root), f"C{i}")
+            for i, covered in enumerate(conditions, 1)
+            if not covered
+        )
     excepted = read_exceptions(exceptions_path)
-    wrong = [f"{name}: {number} never turned: {text}" for name, text, number in sorted((uncovered - excepted).elements())]
-    wrong += [f"{name}: {number} is covered, take out its exception: {text}"
-              for name, text, number in sorted((excepted - uncovered).elements())]
+    wrong = [
+        f"{name}: {number} never turned: {text}"
+        for name, text, number in sorted((uncovered - excepted).elements())
+    ]
+    wrong += [
+        f"{name}: {number} is covered, take out its exception: {text}"
+        for name, text, number in sorted((excepted - uncovered).elements())
+    ]
     if not found:
         wrong.append("the report names no decision of lib/")
     covered = count - uncovered.total()
-    return f"lib/: MC/DC of {covered} of {count} conditions, {len(found)} decisions; {excepted.total()} named exceptions", wrong
+    return (
+        f"lib/: MC/DC of {covered} of {count} conditions, {len(found)} decisions; {excepted.total()} named exceptions",
+        wrong,
+    )

@@ -12,7 +12,9 @@ from pathlib import Path
 from c_suites import program
 from runner import BUILD, ROOT, Broken, Tally, once, run, tool
 
-HANG_S = "1800"  # seconds of real time after which a guest counts as hung, however busy the machine is
+HANG_S = (
+    "1800"  # seconds of real time after which a guest counts as hung, however busy the machine is
+)
 
 
 def plain():
@@ -23,8 +25,11 @@ def suite(part, folder=None, setting=plain, shared=None):
     """The unittest modules of tests/<folder>, a job each, or as many jobs as `shared` {module: jobs} gives. setting() builds what
     they need and returns (the command line of a Python, variables for its environment)."""
     folder, shared = f"tests/{folder or part}", shared or {}
-    return [partial(python_module, part, folder, path.name, setting, share) for path in sorted((ROOT / folder).glob("test_*.py"))
-            for share in shares(shared.get(path.name, 1))]
+    return [
+        partial(python_module, part, folder, path.name, setting, share)
+        for path in sorted((ROOT / folder).glob("test_*.py"))
+        for share in shares(shared.get(path.name, 1))
+    ]
 
 
 def shares(count):
@@ -35,17 +40,30 @@ def python_module(part, folder, name, setting, share="1/1", cases=None):
     """Runs a unittest module, or one share of it, or the cases whose name contains `cases`."""
     command, variables = setting()
     log = f"{part}-{Path(name).stem}{'' if share == '1/1' else '-' + share.split('/')[0]}.log"
-    words = ["-m", "unittest", "discover", "-v", "-s", folder, "-p", name] if share == "1/1" else ["tools/support/share.py", share, folder, name]
+    words = (
+        ["-m", "unittest", "discover", "-v", "-s", folder, "-p", name]
+        if share == "1/1"
+        else ["tools/support/share.py", share, folder, name]
+    )
     words += ["-k", cases] if cases else []
     status, output = run([*command, "-B", *words], log, {**os.environ, **variables})
     ran = re.search(r"^Ran (\d+) test", output, re.MULTILINE)
     if not ran:
         raise Broken(output)
-    counts = {key: int(value) for key, value in re.findall(r"(failures|errors|skipped)=(\d+)", output)}
+    counts = {
+        key: int(value) for key, value in re.findall(r"(failures|errors|skipped)=(\d+)", output)
+    }
     failed, skipped = counts.get("failures", 0) + counts.get("errors", 0), counts.get("skipped", 0)
     failed = max(failed, 1) if status or int(ran.group(1)) + skipped == 0 else failed
-    lines = [f"skipped: {line}" for line in output.splitlines() if re.search(r" \.\.\. skipped ", line)]
-    tally = Tally(max(int(ran.group(1)) - failed - skipped, 0), failed, skipped, lines + ([output] if failed else []))
+    lines = [
+        f"skipped: {line}" for line in output.splitlines() if re.search(r" \.\.\. skipped ", line)
+    ]
+    tally = Tally(
+        max(int(ran.group(1)) - failed - skipped, 0),
+        failed,
+        skipped,
+        lines + ([output] if failed else []),
+    )
     tally.cached = sum(map(int, re.findall(r"^cached: (\d+)$", output, re.MULTILINE)))
     return tally
 
@@ -60,71 +78,119 @@ def set_up(words, log):
 
 
 def simulator(preset):
-    return [sys.executable], {"DAVAR_SIM": program("host_sim/davar-sim", preset),
-                              "DAVAR_SETTINGS_PROBE": program("tests/settings_probe", preset)}
+    return [sys.executable], {
+        "DAVAR_SIM": program("host_sim/davar-sim", preset),
+        "DAVAR_SETTINGS_PROBE": program("tests/settings_probe", preset),
+    }
 
 
 def wire_python():
     """The Python of build/venv-wire."""
-    return set_up("python_environment venv-wire tools/support/requirements-wire.txt", "wire-python.log")
+    return set_up(
+        "python_environment venv-wire tools/support/requirements-wire.txt", "wire-python.log"
+    )
 
 
 def lab():
     """The lab's own Python, for modules that import the lab. Also builds what the commands in tools/ build on their first use,
     because all modules would otherwise find it missing at the same time."""
-    python = set_up("build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt", "tools.log")
-    return [python], {"DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"), "OPENBLAS_NUM_THREADS": "1",
-                      "PYTHONPATH": str(ROOT / "tools/lab")}
+    python = set_up(
+        "build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt",
+        "tools.log",
+    )
+    return [python], {
+        "DAVAR_LAB_LIBRARY": str(BUILD / "tools/tools/lab/libdavar_lab.so"),
+        "OPENBLAS_NUM_THREADS": "1",
+        "PYTHONPATH": str(ROOT / "tools/lab"),
+    }
 
 
 def hypothesis():
     """The lab's Python with Hypothesis beside it."""
-    extra = set_up("python_environment venv-hypothesis tools/support/requirements-hypothesis.txt", "hypothesis-python.log")
+    extra = set_up(
+        "python_environment venv-hypothesis tools/support/requirements-hypothesis.txt",
+        "hypothesis-python.log",
+    )
     command, variables = lab()
-    return command, {**variables, "PYTHONPATH": str(next(Path(extra).parents[1].glob("lib/python3*/site-packages")))}
+    return command, {
+        **variables,
+        "PYTHONPATH": str(next(Path(extra).parents[1].glob("lib/python3*/site-packages"))),
+    }
 
 
 def workbench():
     """Playwright, which drives Debian's chromium."""
     lab()
-    return [set_up("python_environment venv-browser tools/support/requirements-browser.txt", "browser-python.log")], {}
+    return [
+        set_up(
+            "python_environment venv-browser tools/support/requirements-browser.txt",
+            "browser-python.log",
+        )
+    ], {}
 
 
 def wire():
-    return [wire_python()], {"DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
-                             "DAVAR_NODE": program("gateway/davar-node", "release"), **simulator("release")[1]}
+    return [wire_python()], {
+        "DAVAR_WIRE_PROBE": program("tests/wire_probe", "release"),
+        "DAVAR_NODE": program("gateway/davar-node", "release"),
+        **simulator("release")[1],
+    }
 
 
 @once
 def package():
     """Builds the sdist and the wheel of the Python package, and installs the wheel into a Python outside of the checkout, together with
     AllanTools and Hypothesis."""
-    maker = set_up("build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt", "package-python.log")
+    maker = set_up(
+        "build tools davar-sim && python_environment venv-package tools/support/requirements-package.txt",
+        "package-python.log",
+    )
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
     dist, python = Path(folder.name, "dist"), f"{folder.name}/python/bin/python"
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check"]
-    for log, command in {"make": [maker, "-m", "build", "--outdir", str(dist), "."], "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
-                         "beside": [*pip, "--no-deps", "-r", "tools/requirements-bench.txt", "-r", "tools/support/requirements-hypothesis.txt"]}.items():
+    for log, command in {
+        "make": [maker, "-m", "build", "--outdir", str(dist), "."],
+        "venv": [sys.executable, "-m", "venv", f"{folder.name}/python"],
+        "beside": [
+            *pip,
+            "--no-deps",
+            "-r",
+            "tools/requirements-bench.txt",
+            "-r",
+            "tools/support/requirements-hypothesis.txt",
+        ],
+    }.items():
         tool(*command, log=f"package-{log}.log").must()
     Path(folder.name, "home").mkdir()
     tool(*pip, *map(str, dist.glob("*.whl")), log="package-install.log").must()
-    return [python], {"DAVAR_DIST": str(dist), "DAVAR_MYPY": maker, "DAVAR_SIM": str(BUILD / "tools/host_sim/davar-sim"), "DAVAR_LAB_PYTHON": lab()[0][0],
-                      "HOME": str(Path(folder.name, "home"))}
+    return [python], {
+        "DAVAR_DIST": str(dist),
+        "DAVAR_MYPY": maker,
+        "DAVAR_SIM": str(BUILD / "tools/host_sim/davar-sim"),
+        "DAVAR_LAB_PYTHON": lab()[0][0],
+        "HOME": str(Path(folder.name, "home")),
+    }
 
 
 @once
 def commands():
     """Makes what the commands of the pages make on their first use. The clone that they run in shares it."""
-    set_up("python_environment venv tools/requirements.txt && python_environment venv-bench tools/requirements-bench.txt && "
-           "python_environment venv-packages tools/support/requirements-packages.txt", "commands.log")
+    set_up(
+        "python_environment venv tools/requirements.txt && python_environment venv-bench tools/requirements-bench.txt && "
+        "python_environment venv-packages tools/support/requirements-packages.txt",
+        "commands.log",
+    )
     return lab()
 
 
 @once
 def packages():
     """Makes a draft of a release, and a Python with the packaging tools of each ecosystem."""
-    python = set_up("python_environment venv-packages tools/support/requirements-packages.txt", "packages-python.log")
+    python = set_up(
+        "python_environment venv-packages tools/support/requirements-packages.txt",
+        "packages-python.log",
+    )
     folder = BUILD / "release-test"
     shutil.rmtree(folder, ignore_errors=True)
     status, output = run(["tools/release", "--draft", "--out", str(folder)], "release.log")
@@ -148,8 +214,16 @@ def guest():
     command, variables = wire()
     variables["PATH"] = f"{Path(command[0]).parent}:{os.environ['PATH']}"
     variables["DAVAR_SEEN"] = os.environ.get("DAVAR_SEEN", "")
-    return ["tools/support/uml/run", "-T", "-t", HANG_S, linux(), "env",
-            *(f"{name}={value}" for name, value in variables.items()), *command], {}
+    return [
+        "tools/support/uml/run",
+        "-T",
+        "-t",
+        HANG_S,
+        linux(),
+        "env",
+        *(f"{name}={value}" for name, value in variables.items()),
+        *command,
+    ], {}
 
 
 def board():
@@ -158,4 +232,7 @@ def board():
 
 
 def mutants_python():
-    return set_up("python_environment venv-mutants tools/support/requirements-mutants.txt", "mutants-python.log")
+    return set_up(
+        "python_environment venv-mutants tools/support/requirements-mutants.txt",
+        "mutants-python.log",
+    )

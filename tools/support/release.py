@@ -39,27 +39,50 @@ class Refused(Exception):
 def version():
     """MAJOR.MINOR.PATCH, from the one header in which it is written."""
     header = (ROOT / "lib/include/davar/version.h").read_text(encoding="utf-8")
-    return ".".join(re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1] for part in ("MAJOR", "MINOR", "PATCH"))
+    return ".".join(
+        re.search(rf"#define DAVAR_VERSION_{part} (\d+)", header)[1]
+        for part in ("MAJOR", "MINOR", "PATCH")
+    )
 
 
 def project():
     """Address, maintainer and licence of every package, from the project table of pyproject.toml, by their names in the manifests."""
     table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     author = table["authors"][0]
-    return {"HOMEPAGE": table["urls"]["Homepage"], "LICENSE": table["license"], "AUTHOR": author["name"],
-            "MAINTAINER": f"{author['name']} <{author['email']}>"}
+    return {
+        "HOMEPAGE": table["urls"]["Homepage"],
+        "LICENSE": table["license"],
+        "AUTHOR": author["name"],
+        "MAINTAINER": f"{author['name']} <{author['email']}>",
+    }
 
 
 def check_changes(changes, number, draft):
     """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for a draft, [Unreleased] is enough."""
-    wanted = [rf"\[{re.escape(number)}\] - \d{{4}}-\d\d-\d\d"] + ([r"\[Unreleased\]"] if draft else [])
+    wanted = [rf"\[{re.escape(number)}\] - \d{{4}}-\d\d-\d\d"] + (
+        [r"\[Unreleased\]"] if draft else []
+    )
     if not any(re.search(rf"^## {title}$", changes, re.MULTILINE) for title in wanted):
-        raise Refused(f"CHANGELOG.md: no section '## [{number}] - YYYY-MM-DD'" + (" and no '## [Unreleased]'" if draft else " (with --draft, '## [Unreleased]' is enough)"))
+        raise Refused(
+            f"CHANGELOG.md: no section '## [{number}] - YYYY-MM-DD'"
+            + (
+                " and no '## [Unreleased]'"
+                if draft
+                else " (with --draft, '## [Unreleased]' is enough)"
+            )
+        )
 
 
 def git(*words):
     """What git says. Raises OSError without git, CalledProcessError outside of a repository."""
-    return subprocess.run(["git", *words], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+    return subprocess.run(
+        ["git", *words],
+        cwd=ROOT,
+        check=True,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    ).stdout
 
 
 def tree():
@@ -70,7 +93,11 @@ def tree():
         names = git("ls-files", "-z", "--cached", "--others", "--exclude-standard").split("\0")
     except (OSError, subprocess.CalledProcessError):  # an unpacked archive
         below = (path.relative_to(ROOT) for path in ROOT.rglob("*"))
-        names = [str(path) for path in below if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts]
+        names = [
+            str(path)
+            for path in below
+            if path.parts[0] not in ("build", ".git") and "__pycache__" not in path.parts
+        ]
     return sorted(name for name in names if (ROOT / name).is_file())
 
 
@@ -79,7 +106,9 @@ def moment():
     said = os.environ.get("SOURCE_DATE_EPOCH")
     if said:
         if not (said.isascii() and said.isdigit() and int(said) >= FIRST_DAY):
-            raise Refused(f"SOURCE_DATE_EPOCH: seconds from {FIRST_DAY} on expected, found {said!r}")
+            raise Refused(
+                f"SOURCE_DATE_EPOCH: seconds from {FIRST_DAY} on expected, found {said!r}"
+            )
         return int(said)
     try:
         return max(int(git("log", "-1", "--format=%ct")), FIRST_DAY)
@@ -103,7 +132,9 @@ def copy(source, target):
 
 def file_list():
     """The lines of a .pdsc that name every source."""
-    names = sorted(path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c"))
+    names = sorted(
+        path.relative_to(ROOT / "lib").as_posix() for path in (ROOT / "lib/src").rglob("*.c")
+    )
     return "\n".join(f'        <file category="source" name="{name}"/>' for name in names)
 
 
@@ -111,8 +142,10 @@ def lay_out(name, folder, values):
     """Writes the layout of package `name` into `folder`, which must not exist."""
     for target, source in LAYOUTS[name].items():
         for name_here in tree():
-            if (name_here == source or name_here.startswith(source + "/")) and not name_here.endswith(".md"):  # the pages stay in the tree
-                copy(ROOT / name_here, folder / (target + name_here[len(source):]))
+            if (
+                name_here == source or name_here.startswith(source + "/")
+            ) and not name_here.endswith(".md"):  # the pages stay in the tree
+                copy(ROOT / name_here, folder / (target + name_here[len(source) :]))
     if LAYOUTS[name]:
         copy(ROOT / "packaging/common/README.md", folder / "README.md")
         copy(ROOT / "LICENSE", folder / "LICENSE")
@@ -121,7 +154,9 @@ def lay_out(name, folder, values):
             target = folder / path.relative_to(ROOT / "packaging" / name)
             if path.suffix == ".in":
                 target.parent.mkdir(parents=True, exist_ok=True)
-                target.with_suffix("").write_text(fill(path.read_text(encoding="utf-8"), values), encoding="utf-8")
+                target.with_suffix("").write_text(
+                    fill(path.read_text(encoding="utf-8"), values), encoding="utf-8"
+                )
             else:
                 copy(path, target)
     if name == "arduino":  # its finder of libraries looks in src alone, not below
@@ -130,7 +165,9 @@ def lay_out(name, folder, values):
 
 def members(folder):
     """(name, path) of every file below a folder, in one order on every machine."""
-    return sorted((path.relative_to(folder).as_posix(), path) for path in folder.rglob("*") if path.is_file())
+    return sorted(
+        (path.relative_to(folder).as_posix(), path) for path in folder.rglob("*") if path.is_file()
+    )
 
 
 def write_tar(target, files, seconds):
@@ -139,7 +176,11 @@ def write_tar(target, files, seconds):
     with tarfile.open(fileobj=raw, mode="w", format=tarfile.PAX_FORMAT) as archive:
         for name, path in files:
             entry = tarfile.TarInfo(name)
-            entry.size, entry.mtime, entry.mode = path.stat().st_size, seconds, 0o755 if os.access(path, os.X_OK) else 0o644
+            entry.size, entry.mtime, entry.mode = (
+                path.stat().st_size,
+                seconds,
+                0o755 if os.access(path, os.X_OK) else 0o644,
+            )
             with path.open("rb") as content:
                 archive.addfile(entry, content)
     with target.open("wb") as file, gzip.GzipFile("", "wb", mtime=seconds, fileobj=file) as packed:
@@ -155,8 +196,14 @@ def write_zip(target, files, seconds):
 
 
 def run(*command, folder=ROOT, **variables):
-    done = subprocess.run([str(word) for word in command], cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          env={**os.environ, **variables})
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env={**os.environ, **variables},
+    )
     if done.returncode:
         raise Refused(f"{' '.join(map(str, command))}:\n{done.stdout}")
 
@@ -164,7 +211,17 @@ def run(*command, folder=ROOT, **variables):
 def make_debian(out, work, seconds):
     """libdavar-dev and davar-tools."""
     when = {"SOURCE_DATE_EPOCH": str(seconds)}
-    run("cmake", "-S", ROOT, "-B", work, "-DCMAKE_INSTALL_PREFIX=/usr", "-DCMAKE_BUILD_TYPE=Release", "-DDAVAR_BUILD_TESTS=OFF", **when)
+    run(
+        "cmake",
+        "-S",
+        ROOT,
+        "-B",
+        work,
+        "-DCMAKE_INSTALL_PREFIX=/usr",
+        "-DCMAKE_BUILD_TYPE=Release",
+        "-DDAVAR_BUILD_TESTS=OFF",
+        **when,
+    )
     run("cmake", "--build", work, "--parallel", os.cpu_count() or 1)
     run("cpack", "-G", "DEB", folder=work, **when)
     for path in work.glob("*.deb"):
@@ -176,7 +233,12 @@ def make(out, number, debian):
     seconds, layout = moment(), out / "layout"
     source = out / f"davar-{number}.tar.gz"
     write_tar(source, [(f"davar-{number}/{name}", ROOT / name) for name in tree()], seconds)
-    values = {**project(), "VERSION": number, "DATE": time.strftime("%Y-%m-%d", time.gmtime(seconds)), "FILES": file_list()}
+    values = {
+        **project(),
+        "VERSION": number,
+        "DATE": time.strftime("%Y-%m-%d", time.gmtime(seconds)),
+        "FILES": file_list(),
+    }
     for name in LAYOUTS:
         if (ROOT / "packaging" / name).is_dir():
             lay_out(name, layout / name, values)
@@ -188,13 +250,19 @@ def make(out, number, debian):
             write_zip(out / f"davar.davar.{number}.pack", files, seconds)
         elif name in ("arduino", "vcpkg"):
             inside = {"arduino": "davar/", "vcpkg": ""}[name]
-            write_zip(out / f"davar-{name}-{number}.zip", [(inside + member, path) for member, path in files], seconds)
+            write_zip(
+                out / f"davar-{name}-{number}.zip",
+                [(inside + member, path) for member, path in files],
+                seconds,
+            )
         else:
             write_tar(out / f"davar-{name}-{number}.tar.gz", files, seconds)
     amalgamate = ROOT / "tools/support/amalgamate.py"
     if amalgamate.is_file():
         run(sys.executable, amalgamate, layout / "amalgamation")
-        write_zip(out / f"davar-amalgamation-{number}.zip", members(layout / "amalgamation"), seconds)
+        write_zip(
+            out / f"davar-amalgamation-{number}.zip", members(layout / "amalgamation"), seconds
+        )
     else:
         print("left out: the amalgamation (tools/support/amalgamate.py is not there)")
     if debian:
@@ -207,11 +275,25 @@ def make(out, number, debian):
 
 
 def main():
-    parser = argparse.ArgumentParser(prog="tools/release", description="Makes every package of davar, with the version number of "
-                                     "davar/version.h, and SHA256SUMS. Exit status 2: the tree is not ready for a release.")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="new folder for them (default: build/release-VERSION, replaced)")
-    parser.add_argument("--draft", action="store_true", help="accept a CHANGELOG.md that has only an Unreleased section")
-    parser.add_argument("--no-deb", action="store_true", help="without the Debian packages, which must be compiled")
+    parser = argparse.ArgumentParser(
+        prog="tools/release",
+        description="Makes every package of davar, with the version number of "
+        "davar/version.h, and SHA256SUMS. Exit status 2: the tree is not ready for a release.",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        help="new folder for them (default: build/release-VERSION, replaced)",
+    )
+    parser.add_argument(
+        "--draft",
+        action="store_true",
+        help="accept a CHANGELOG.md that has only an Unreleased section",
+    )
+    parser.add_argument(
+        "--no-deb", action="store_true", help="without the Debian packages, which must be compiled"
+    )
     options = parser.parse_args()
     number = version()
     out = options.out or ROOT / f"build/release-{number}"

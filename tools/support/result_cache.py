@@ -49,6 +49,11 @@ def compiled_from(entry):
     """Every file that one entry of compile_commands.json reads: the source and its headers, those of the system too."""
     words = shlex.split(entry["command"])
     at = words.index("-o")
-    command = [*words[:at], *words[at + 2:], "-M", "-MT", "x"]
-    rule = subprocess.run(command, cwd=entry["directory"], text=True, stdout=subprocess.PIPE, check=True).stdout
-    return [Path(entry["directory"], name) for name in rule.replace("\\\n", " ").split(":", 1)[1].split()]
+    command = [*words[:at], *words[at + 2 :], "-M", "-MT", "x"]
+    rule = subprocess.run(
+        command, cwd=entry["directory"], text=True, stdout=subprocess.PIPE, check=True
+    ).stdout
+    return [
+        Path(entry["directory"], name)
+        for name in rule.replace("\\\n", " ").split(":", 1)[1].split()
+    ]

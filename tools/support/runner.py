@@ -15,7 +15,9 @@ ROOT = Path(__file__).resolve().parents[2]
 BUILD = ROOT / "build"
 LOGS = BUILD / "log"
 JOBS = str(os.cpu_count() or 2)
-SLOTS = threading.Semaphore(int(JOBS) + 2)  # two more than cores: some jobs wait for a browser or the clock of a device
+SLOTS = threading.Semaphore(
+    int(JOBS) + 2
+)  # two more than cores: some jobs wait for a browser or the clock of a device
 STOPPED = threading.Event()  # set by Ctrl-C: no further job starts
 
 
@@ -49,8 +51,15 @@ class Broken(Exception):
 
 def run(command, log, env=None):
     """Runs a command with its output in build/log; returns (exit status, output)."""
-    done = subprocess.run(command, cwd=ROOT, env=env, text=True, errors="replace",
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        env=env,
+        text=True,
+        errors="replace",
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     (LOGS / log).write_text(done.stdout)
     return done.returncode, done.stdout
 
@@ -94,12 +103,16 @@ class JobTimes:
     def __init__(self, path, typical):
         self.path, self.typical = Path(path), typical
         try:
-            self.measured = {str(name): float(value) for name, value in json.loads(self.path.read_text()).items()}
+            self.measured = {
+                str(name): float(value) for name, value in json.loads(self.path.read_text()).items()
+            }
         except (OSError, ValueError, AttributeError, TypeError):  # no such file, or a damaged one
             self.measured = {}
 
     def expected(self, name):
-        return self.measured.get(name, self.typical.get(name, self.typical.get(name.split()[0], 0.0)))
+        return self.measured.get(
+            name, self.typical.get(name, self.typical.get(name.split()[0], 0.0))
+        )
 
     def store(self, taken):
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -122,7 +135,9 @@ def attempt(job):
         try:
             tally = job()
         except Exception as why:
-            tally = Tally(failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()])
+            tally = Tally(
+                failed=1, lines=[str(why) if isinstance(why, Broken) else traceback.format_exc()]
+            )
         return tally, time.monotonic() - start
 
 
@@ -132,7 +147,9 @@ def show(name, results):
     for one, _ in results:
         tally.add(one)
     print(f"{name:<13} {tally}  ({sum(seconds for _, seconds in results):.0f} s)", flush=True)
-    for line in dict.fromkeys(tally.lines):  # a broken build is reported once, not by every job that needs it
+    for line in dict.fromkeys(
+        tally.lines
+    ):  # a broken build is reported once, not by every job that needs it
         print("    " + line.rstrip().replace("\n", "\n    "), flush=True)
     return tally
 
@@ -140,17 +157,25 @@ def show(name, results):
 def run_parts(parts, times=None):
     """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done."""
     total, taken = Tally(), {}
-    jobs = [(times.expected(named(part, job)) if times else 0, part, number)
-            for part, them in parts.items() for number, job in enumerate(them)]
+    jobs = [
+        (times.expected(named(part, job)) if times else 0, part, number)
+        for part, them in parts.items()
+        for number, job in enumerate(them)
+    ]
     futures = {part: [None] * len(them) for part, them in parts.items()}
     with ThreadPoolExecutor(max(len(jobs), 1)) as pool:  # SLOTS limits how many run
         for _, part, number in sorted(jobs, key=lambda job: -job[0]):
             futures[part][number] = pool.submit(attempt, parts[part][number])
         try:
             for _ in as_completed(future for them in futures.values() for future in them):
-                for part in [part for part, them in futures.items() if all(job.done() for job in them)]:
+                for part in [
+                    part for part, them in futures.items() if all(job.done() for job in them)
+                ]:
                     results = [job.result() for job in futures.pop(part)]
-                    taken |= {named(part, job): round(spent, 1) for job, (_, spent) in zip(parts[part], results)}
+                    taken |= {
+                        named(part, job): round(spent, 1)
+                        for job, (_, spent) in zip(parts[part], results)
+                    }
                     total.add(show(part, results))
         except BaseException:
             STOPPED.set()

@@ -20,8 +20,14 @@ def tests_of(suite):
 
 def main(share, folder, pattern):
     mine, shares = map(int, share.split("/"))
-    tests = list(tests_of(unittest.defaultTestLoader.discover(folder, pattern)))[mine - 1::shares]
-    return 0 if unittest.TextTestRunner(verbosity=2, warnings="default").run(unittest.TestSuite(tests)).wasSuccessful() else 1
+    tests = list(tests_of(unittest.defaultTestLoader.discover(folder, pattern)))[mine - 1 :: shares]
+    return (
+        0
+        if unittest.TextTestRunner(verbosity=2, warnings="default")
+        .run(unittest.TestSuite(tests))
+        .wasSuccessful()
+        else 1
+    )
 
 
 if __name__ == "__main__":

@@ -22,14 +22,27 @@ import targets
 RECORD = targets.ROOT / "docs/cost.json"
 README = targets.ROOT / "README.md"
 COSTS = targets.ROOT / "docs/COST.md"
-LEAN = ("-DDAVAR_GRID=0", "-DDAVAR_LAWS=0", "-DDAVAR_CENTRED=0", "-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=4")
-LINKED = {"adev": (1, LEAN), "adev_arw": (2, LEAN), "adev_arw_planned": (3, LEAN),
-          "everything": (4, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")), "everything_glr": (5, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8"))}  # tests/target/linked.c
+LEAN = (
+    "-DDAVAR_GRID=0",
+    "-DDAVAR_LAWS=0",
+    "-DDAVAR_CENTRED=0",
+    "-DDAVAR_Q31=0",
+    "-DDAVAR_TAUS_MAX=4",
+)
+LINKED = {
+    "adev": (1, LEAN),
+    "adev_arw": (2, LEAN),
+    "adev_arw_planned": (3, LEAN),
+    "everything": (4, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")),
+    "everything_glr": (5, ("-DDAVAR_Q31=0", "-DDAVAR_TAUS_MAX=8")),
+}  # tests/target/linked.c
 STRIDE = 60
 
 
 def tool(target, name, *arguments):
-    return targets.run([targets.MACHINES[target]["toolchain"] + name, *map(str, arguments)], f"{name} for {target}")
+    return targets.run(
+        [targets.MACHINES[target]["toolchain"] + name, *map(str, arguments)], f"{name} for {target}"
+    )
 
 
 def symbols(target, path):
@@ -39,7 +52,9 @@ def symbols(target, path):
         fields = line.split()
         if len(fields) == 4 and fields[2] in "tTrRwW":
             place = (fields[0], fields[1]) if path.suffix == ".elf" else line
-            found[fields[3]] = found.get(fields[3], 0) + (0 if place in places else int(fields[1], 16))
+            found[fields[3]] = found.get(fields[3], 0) + (
+                0 if place in places else int(fields[1], 16)
+            )
             places.add(place)
     return found
 
@@ -47,9 +62,16 @@ def symbols(target, path):
 def sources(target, where):
     """Symbol -> source file of lib/ that it comes from."""
     rooms = where / "davar/lib/CMakeFiles"
-    lines = tool(target, "nm", "-A", "--defined-only", *sorted(rooms.glob("davar_*.dir/src/**/*.obj"))).splitlines()
-    places = {line.split()[-1]: line.split(":", 1)[0] for line in lines if line.split()[-2] in "tTrRwW"}
-    return {name: Path(*Path(path).relative_to(rooms).parts[2:]).as_posix()[:-4] for name, path in places.items()}
+    lines = tool(
+        target, "nm", "-A", "--defined-only", *sorted(rooms.glob("davar_*.dir/src/**/*.obj"))
+    ).splitlines()
+    places = {
+        line.split()[-1]: line.split(":", 1)[0] for line in lines if line.split()[-2] in "tTrRwW"
+    }
+    return {
+        name: Path(*Path(path).relative_to(rooms).parts[2:]).as_posix()[:-4]
+        for name, path in places.items()
+    }
 
 
 def compiled(target, where, flags, files):
@@ -60,21 +82,61 @@ def compiled(target, where, flags, files):
     objects = []
     for file in files:
         objects.append(folder / f"{'-'.join(file.parts[-3:])}.o")
-        targets.run([*launcher, targets.MACHINES[target]["toolchain"] + "gcc", *map(str, flags), "-c", str(file), "-o", str(objects[-1])],
-                    f"compiling {file.name} for {target}")
+        targets.run(
+            [
+                *launcher,
+                targets.MACHINES[target]["toolchain"] + "gcc",
+                *map(str, flags),
+                "-c",
+                str(file),
+                "-o",
+                str(objects[-1]),
+            ],
+            f"compiling {file.name} for {target}",
+        )
     return objects
 
 
 def linked_bytes(target, where, what, options):
     """Text and data of a program of tests/target/linked.c at -Os, with all that the compiler adds."""
     lib, plan = targets.ROOT / "lib", where / "linked_plan.c"
-    made = next(line for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines() if line.startswith("C_FLAGS"))
-    cpu = [*targets.MACHINES[target]["cpu"].split(), *(word for word in made.split() if word.startswith(("-mthumb", "--specs")))]
-    flags = [*cpu, "-std=c11", "-Os", "-DNDEBUG", "-ffunction-sections", "-fdata-sections", "-ffreestanding", *options,
-             f"-I{lib / 'include'}", f"-I{lib / 'src'}"]
-    targets.run(["sh", "-c", '"$0" --taus 1,2,4,8 --name plan > "$1"', targets.ROOT / "tools/davar-plan", plan], "davar-plan")
-    objects = [*compiled(target, where, [*flags, f"-DWHAT={what}"], [targets.ROOT / "tests/target/linked.c"]),
-               *compiled(target, where, flags, [plan, *sorted((lib / "src").rglob("*.c"))])]
+    made = next(
+        line
+        for line in (where / "davar/lib/CMakeFiles/davar.dir/flags.make").read_text().splitlines()
+        if line.startswith("C_FLAGS")
+    )
+    cpu = [
+        *targets.MACHINES[target]["cpu"].split(),
+        *(word for word in made.split() if word.startswith(("-mthumb", "--specs"))),
+    ]
+    flags = [
+        *cpu,
+        "-std=c11",
+        "-Os",
+        "-DNDEBUG",
+        "-ffunction-sections",
+        "-fdata-sections",
+        "-ffreestanding",
+        *options,
+        f"-I{lib / 'include'}",
+        f"-I{lib / 'src'}",
+    ]
+    targets.run(
+        [
+            "sh",
+            "-c",
+            '"$0" --taus 1,2,4,8 --name plan > "$1"',
+            targets.ROOT / "tools/davar-plan",
+            plan,
+        ],
+        "davar-plan",
+    )
+    objects = [
+        *compiled(
+            target, where, [*flags, f"-DWHAT={what}"], [targets.ROOT / "tests/target/linked.c"]
+        ),
+        *compiled(target, where, flags, [plan, *sorted((lib / "src").rglob("*.c"))]),
+    ]
     image = where / f"linked-{what}.elf"
     tool(target, "gcc", *cpu, *objects, "-nostartfiles", "-Wl,--gc-sections", "-o", image, "-lm")
     text, data = tool(target, "size", image).splitlines()[1].split()[:2]
@@ -84,18 +146,27 @@ def linked_bytes(target, where, what, options):
 def linked(target, where):
     """What each use of the library links, a program that does nothing taken off."""
     nothing = linked_bytes(target, where, 0, LEAN)
-    return {f"linked_{name}_bytes": linked_bytes(target, where, *how) - nothing for name, how in LINKED.items()}
+    return {
+        f"linked_{name}_bytes": linked_bytes(target, where, *how) - nothing
+        for name, how in LINKED.items()
+    }
 
 
 def flash(target, where):
     """Bytes that a q15 application links: the path of a sample, the evaluation of a result, the compiler's soft float."""
     home = sources(target, where)
-    own = {name for path in where.glob("CMakeFiles/*.dir/**/*.obj") if "davar/lib" not in str(path)
-           for name in symbols(target, path)}
+    own = {
+        name
+        for path in where.glob("CMakeFiles/*.dir/**/*.obj")
+        if "davar/lib" not in str(path)
+        for name in symbols(target, path)
+    }
     sizes = {"flash_push_bytes": 0, "flash_take_bytes": 0, "flash_compiler_bytes": 0}
     for name, size in symbols(target, where / "cost.elf").items():
         if name in home:
-            sizes["flash_take_bytes" if home[name].startswith("fit/") else "flash_push_bytes"] += size
+            sizes["flash_take_bytes" if home[name].startswith("fit/") else "flash_push_bytes"] += (
+                size
+            )
         elif name not in own:
             sizes["flash_compiler_bytes"] += size
     return sizes
@@ -104,21 +175,27 @@ def flash(target, where):
 def measure(target):
     """All figures of one target."""
     where = targets.build(target)
-    status, output = targets.execute(target, where / "cost.elf", shift=targets.counting_shift(target))
+    status, output = targets.execute(
+        target, where / "cost.elf", shift=targets.counting_shift(target)
+    )
     raw = {name: int(value) for name, value in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE)}
     if status or "result_bytes" not in raw:
         raise targets.TargetError(f"{target}: the cost image failed (status {status}):\n{output}")
     state = raw["davar_t_bytes"]
     figures = {
         "every_sample_instructions_per_sample": raw["every_sample_push_x100"] / 100,
-        "every_sample_instructions_per_sample_per_tau": round(raw["every_sample_push_x100"] / 800, 2),
+        "every_sample_instructions_per_sample_per_tau": round(
+            raw["every_sample_push_x100"] / 800, 2
+        ),
         "grid_push_instructions_per_sample": raw["grid_push_x100"] / 100,
         "grid_take_instructions_per_result": raw["grid_take"],
         "grid_take_adev_instructions_per_result": raw["grid_take_adev"],
         "grid_arw_instructions_per_sample": raw["grid_arw_x100"] / 100,
         "adaptive_white_instructions_per_sample": raw["adaptive_white"],
         "take_white_mean_instructions": raw["take_white_mean"],
-        "pipeline_grid_instructions_per_sample": round(raw["grid_push_x100"] / 100 + raw["grid_take"] / STRIDE, 2),
+        "pipeline_grid_instructions_per_sample": round(
+            raw["grid_push_x100"] / 100 + raw["grid_take"] / STRIDE, 2
+        ),
         "grid_single_push_instructions_per_sample": raw["grid_single_push_x100"] / 100,
         "fir64_q15_instructions_per_sample": raw["fir64_q15_x100"] / 100,
         "fixed_worst_push_instructions": raw["every_sample_worst_push"],
@@ -131,14 +208,21 @@ def measure(target):
         "worst_push_instructions": raw["default_worst_push"],
         "grid_worst_push_instructions": raw["grid_worst_push"],
         "worst_take_instructions": raw["worst_take"],
-        "ram_bytes": raw["ram_bytes"], "ram_grid_bytes": raw["ram_grid_bytes"], "state_bytes": state,
-        "plan_bytes": raw["plan_bytes"], "result_bytes": raw["result_bytes"],
-        "stack_bytes": raw["stack_push_bytes"], "stack_take_bytes": raw["stack_take_bytes"],
+        "ram_bytes": raw["ram_bytes"],
+        "ram_grid_bytes": raw["ram_grid_bytes"],
+        "state_bytes": state,
+        "plan_bytes": raw["plan_bytes"],
+        "result_bytes": raw["result_bytes"],
+        "stack_bytes": raw["stack_push_bytes"],
+        "stack_take_bytes": raw["stack_take_bytes"],
     }
     for engine in ("grid10", "edges10", "grid60", "edges60"):
-        figures |= {f"{engine}_instructions_per_sample": raw[f"{engine}_x100"] / 100,
-                    f"{engine}_blocks_instructions_per_sample": raw[f"{engine}_blocks_x100"] / 100,
-                    f"{engine}_worst_push_instructions": raw[f"{engine}_worst"], f"{engine}_ram_bytes": raw[f"{engine}_ram"]}
+        figures |= {
+            f"{engine}_instructions_per_sample": raw[f"{engine}_x100"] / 100,
+            f"{engine}_blocks_instructions_per_sample": raw[f"{engine}_blocks_x100"] / 100,
+            f"{engine}_worst_push_instructions": raw[f"{engine}_worst"],
+            f"{engine}_ram_bytes": raw[f"{engine}_ram"],
+        }
     figures.update(flash(target, where) | linked(target, where))
     figures["flash_bytes"] = figures["flash_push_bytes"] + figures["flash_take_bytes"]
     return figures
@@ -152,7 +236,9 @@ def measure_all():
 
 # Moving a double through a floating-point register is no arithmetic: a compiler for a Cortex-M7 likes to, a call on RV64 passes
 # it there. Nor are the integer vectors of a Cortex-M55.
-FORBIDDEN = re.compile(r"^(udiv|sdiv|(div|rem)u?w?|v(?!mov)\S*\.[fF](16|32|64)\S*|f(add|sub|mul|div|sqrt|cvt|n?madd|n?msub)\S*)$")
+FORBIDDEN = re.compile(
+    r"^(udiv|sdiv|(div|rem)u?w?|v(?!mov)\S*\.[fF](16|32|64)\S*|f(add|sub|mul|div|sqrt|cvt|n?madd|n?msub)\S*)$"
+)
 
 
 def disassembly(target, image):
@@ -168,10 +254,16 @@ def disassembly(target, image):
         if body and name:
             operation, operands = body.groups()
             if not operation.startswith(("j", "c.j")):
-                operands = operands.split(" # ")[0]  # a RISC-V's constant that happens to be an address
-            code[name][0].add(operation.split(".")[0] if not operation.startswith("v") else operation)
+                operands = operands.split(" # ")[
+                    0
+                ]  # a RISC-V's constant that happens to be an address
+            code[name][0].add(
+                operation.split(".")[0] if not operation.startswith("v") else operation
+            )
             alone = re.fullmatch(r"{(r\d+)}", operands.strip())
-            popped = alone.group(1) if operation == "pop" and alone else popped  # how a Cortex-M0 returns
+            popped = (
+                alone.group(1) if operation == "pop" and alone else popped
+            )  # how a Cortex-M0 returns
             returns = operands.strip() in ("lr", "ra", popped)
             to_register = not re.search(r"<.+>", operands) and not returns
             if operation in ("bx", "blx", "jr", "c.jr", "jalr", "c.jalr") and to_register:
@@ -185,17 +277,28 @@ def offences(target, image, roots, gaps=()):
     """What a sample's path contains and must not: divisions, floating point, functions that are not davar's. gaps: functions that deal
     with a gap, once for each, and are no part of it."""
     code, home = disassembly(target, image), sources(target, Path(image).parent)
-    seen, found, wanted = set(gaps), [f"{target}: {name} is not there" for name in gaps if name not in code], list(roots)
+    seen, found, wanted = (
+        set(gaps),
+        [f"{target}: {name} is not there" for name in gaps if name not in code],
+        list(roots),
+    )
     while wanted:
         name = wanted.pop()
         if name in seen:
             continue
         seen.add(name)
-        if re.sub(r"\.(isra|part|constprop|cold)\.\d+|\.cold", "", name) not in home and name not in home:
+        if (
+            re.sub(r"\.(isra|part|constprop|cold)\.\d+|\.cold", "", name) not in home
+            and name not in home
+        ):
             found.append(f"{target}: {name} is not davar's own")
             continue
         operations, goals = code[name]
-        found += [f"{target}: {operation} in {name}" for operation in operations if FORBIDDEN.match(operation)]
+        found += [
+            f"{target}: {operation} in {name}"
+            for operation in operations
+            if FORBIDDEN.match(operation)
+        ]
         wanted += goals - {name}
     return found
 
@@ -212,7 +315,10 @@ class Table(NamedTuple):
     cores: tuple = ()  # all if empty
 
     def text(self, figures):
-        rows = [(core, *(f"{figures[core][key]:.0f}" for _, key in self.columns)) for core in self.cores or figures]
+        rows = [
+            (core, *(f"{figures[core][key]:.0f}" for _, key in self.columns))
+            for core in self.cores or figures
+        ]
         return markdown(("core", *(title for title, _ in self.columns)), rows)
 
 
@@ -222,44 +328,120 @@ class Engines(NamedTuple):
     page: Path
     name: str
     core: str
-    columns = (("one at a time", "instructions_per_sample"), ("in blocks of the stride", "blocks_instructions_per_sample"),
-               ("worst push", "worst_push_instructions"), ("RAM (bytes)", "ram_bytes"))
+    columns = (
+        ("one at a time", "instructions_per_sample"),
+        ("in blocks of the stride", "blocks_instructions_per_sample"),
+        ("worst push", "worst_push_instructions"),
+        ("RAM (bytes)", "ram_bytes"),
+    )
 
     def text(self, figures):
         values = figures[self.core]
-        rows = [(stride, engine, *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in self.columns))
-                for stride in (10, 60) for engine in ("grid", "edges")]
+        rows = [
+            (
+                stride,
+                engine,
+                *(f"{values[f'{engine}{stride}_{key}']:.0f}" for _, key in self.columns),
+            )
+            for stride in (10, 60)
+            for engine in ("grid", "edges")
+        ]
         return markdown(("stride", "engine", *(title for title, _ in self.columns)), rows)
 
 
 TABLES = (
-    Table(README, "summary", (
-        ("flash (bytes)", "linked_adev_arw_bytes"), ("RAM (bytes)", "ram_bytes"), ("instructions per sample", "every_sample_instructions_per_sample"),
-        ("the example", "grid_arw_instructions_per_sample"), ("64-tap FIR", "fir64_q15_instructions_per_sample")),
-        ("cortex-m0", "cortex-m4f", "cortex-m7", "rv32imac")),
-    Table(COSTS, "flash", (
-        ("ADEV", "linked_adev_bytes"), ("with ARW", "linked_adev_arw_bytes"), ("planned on the device", "linked_adev_arw_planned_bytes"),
-        ("everything", "linked_everything_bytes"), ("and law glr", "linked_everything_glr_bytes"))),
-    Table(COSTS, "flash by part", (
-        ("push and take", "flash_push_bytes"), ("fit", "flash_take_bytes"), ("soft float", "flash_compiler_bytes"))),
-    Table(COSTS, "RAM and stack", (
-        ("fixed", "ram_bytes"), ("grid of 60", "ram_grid_bytes"), ("`glr`", "ram_glr_bytes"),
-        ("stack of push", "stack_bytes"), ("stack of take and fit", "stack_take_bytes"))),
-    Table(COSTS, "every sample", (
-        ("fixed", "every_sample_instructions_per_sample"), ("fixed, per tau", "every_sample_instructions_per_sample_per_tau"),
-        ("`or`, white noise", "adaptive_white_instructions_per_sample"), ("`or`, steps and gaps", "default_instructions_per_sample"),
-        ("64-tap FIR", "fir64_q15_instructions_per_sample"))),
-    Table(COSTS, "every block", (
-        ("push, stride 60", "grid_push_instructions_per_sample"), ("and white fit", "grid_arw_instructions_per_sample"),
-        ("and full fit", "pipeline_grid_instructions_per_sample"), ("fixed, blocks of 64, per tau", "block64_instructions_per_sample_per_tau"))),
-    Table(COSTS, "glr", (
-        ("blocks of 10", "glr_instructions_per_sample"), ("blocks of 25", "glr_of_25_instructions_per_sample"))),
-    Table(COSTS, "worst push", (
-        ("fixed", "fixed_worst_push_instructions"), ("`or`", "worst_push_instructions"), ("`or`, grid of 60", "grid_worst_push_instructions"),
-        ("`glr`", "glr_worst_push_instructions"))),
-    Table(COSTS, "take and fit", (
-        ("take, grid", "grid_take_adev_instructions_per_result"), ("take, `or` at every sample", "take_white_mean_instructions"),
-        ("take and fit, white noise", "grid_take_instructions_per_result"), ("take and fit, worst", "worst_take_instructions"))),
+    Table(
+        README,
+        "summary",
+        (
+            ("flash (bytes)", "linked_adev_arw_bytes"),
+            ("RAM (bytes)", "ram_bytes"),
+            ("instructions per sample", "every_sample_instructions_per_sample"),
+            ("the example", "grid_arw_instructions_per_sample"),
+            ("64-tap FIR", "fir64_q15_instructions_per_sample"),
+        ),
+        ("cortex-m0", "cortex-m4f", "cortex-m7", "rv32imac"),
+    ),
+    Table(
+        COSTS,
+        "flash",
+        (
+            ("ADEV", "linked_adev_bytes"),
+            ("with ARW", "linked_adev_arw_bytes"),
+            ("planned on the device", "linked_adev_arw_planned_bytes"),
+            ("everything", "linked_everything_bytes"),
+            ("and law glr", "linked_everything_glr_bytes"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "flash by part",
+        (
+            ("push and take", "flash_push_bytes"),
+            ("fit", "flash_take_bytes"),
+            ("soft float", "flash_compiler_bytes"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "RAM and stack",
+        (
+            ("fixed", "ram_bytes"),
+            ("grid of 60", "ram_grid_bytes"),
+            ("`glr`", "ram_glr_bytes"),
+            ("stack of push", "stack_bytes"),
+            ("stack of take and fit", "stack_take_bytes"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "every sample",
+        (
+            ("fixed", "every_sample_instructions_per_sample"),
+            ("fixed, per tau", "every_sample_instructions_per_sample_per_tau"),
+            ("`or`, white noise", "adaptive_white_instructions_per_sample"),
+            ("`or`, steps and gaps", "default_instructions_per_sample"),
+            ("64-tap FIR", "fir64_q15_instructions_per_sample"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "every block",
+        (
+            ("push, stride 60", "grid_push_instructions_per_sample"),
+            ("and white fit", "grid_arw_instructions_per_sample"),
+            ("and full fit", "pipeline_grid_instructions_per_sample"),
+            ("fixed, blocks of 64, per tau", "block64_instructions_per_sample_per_tau"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "glr",
+        (
+            ("blocks of 10", "glr_instructions_per_sample"),
+            ("blocks of 25", "glr_of_25_instructions_per_sample"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "worst push",
+        (
+            ("fixed", "fixed_worst_push_instructions"),
+            ("`or`", "worst_push_instructions"),
+            ("`or`, grid of 60", "grid_worst_push_instructions"),
+            ("`glr`", "glr_worst_push_instructions"),
+        ),
+    ),
+    Table(
+        COSTS,
+        "take and fit",
+        (
+            ("take, grid", "grid_take_adev_instructions_per_result"),
+            ("take, `or` at every sample", "take_white_mean_instructions"),
+            ("take and fit, white noise", "grid_take_instructions_per_result"),
+            ("take and fit, worst", "worst_take_instructions"),
+        ),
+    ),
     Engines(COSTS, "engines", "cortex-m4f"),
 )
 

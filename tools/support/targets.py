@@ -9,8 +9,12 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MACHINES = json.loads((ROOT / "port/bare_metal/boards.json").read_text(encoding="ascii"))  # a board is one entry there
-BARE = [target for target, board in MACHINES.items() if board["core"] != "linux"]  # they count instructions, have a timer interrupt and a UART
+MACHINES = json.loads(
+    (ROOT / "port/bare_metal/boards.json").read_text(encoding="ascii")
+)  # a board is one entry there
+BARE = [
+    target for target, board in MACHINES.items() if board["core"] != "linux"
+]  # they count instructions, have a timer interrupt and a UART
 
 
 class TargetError(Exception):
@@ -27,8 +31,15 @@ def taus_max(target, kind):
 
 
 def run(command, what, **settings):
-    done = subprocess.run(command, text=True, errors="replace", stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          check=False, **settings)
+    done = subprocess.run(
+        command,
+        text=True,
+        errors="replace",
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+        **settings,
+    )
     if done.returncode:
         raise TargetError(f"{what} failed:\n{done.stdout}")
     return done.stdout
@@ -42,16 +53,37 @@ def build(target, kind="target", image=None):
     where.mkdir(parents=True, exist_ok=True)
     with open(where / "lock", "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # two at once take turns
-        command = ["cmake", "-S", str(ROOT / "port/bare_metal"), "-B", str(where), f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
-                   f"-DDAVAR_TARGET={target}", "-DCMAKE_BUILD_TYPE=Release", f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
-                   f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
-                   f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}"]
-        asked, stamp = "\n".join([*command, json.dumps(MACHINES[target])]), where / "configured"  # make sees to what changes in the CMake files
+        command = [
+            "cmake",
+            "-S",
+            str(ROOT / "port/bare_metal"),
+            "-B",
+            str(where),
+            f"-DCMAKE_TOOLCHAIN_FILE={toolchain}",
+            f"-DDAVAR_TARGET={target}",
+            "-DCMAKE_BUILD_TYPE=Release",
+            f"-DDAVAR_TAUS_MAX={taus_max(target, kind)}",
+            f"-DDAVAR_PORTABLE={'ON' if kind == 'portable' else 'OFF'}",
+            f"-DDAVAR_UNITY_DIR={os.environ['DAVAR_UNITY_DIR'] if kind in ('suites', 'portable') else ''}",
+        ]
+        asked, stamp = (
+            "\n".join([*command, json.dumps(MACHINES[target])]),
+            where / "configured",
+        )  # make sees to what changes in the CMake files
         if not stamp.exists() or stamp.read_text(encoding="utf-8") != asked:
             run(command, f"configuring {target}")
             stamp.write_text(asked, encoding="utf-8")
-        run(["cmake", "--build", str(where), "--parallel", str(os.cpu_count() or 2),
-             *(["--target", image] if image else [])], f"building {target}")
+        run(
+            [
+                "cmake",
+                "--build",
+                str(where),
+                "--parallel",
+                str(os.cpu_count() or 2),
+                *(["--target", image] if image else []),
+            ],
+            f"building {target}",
+        )
     return where
 
 
@@ -66,16 +98,37 @@ def command(target, image, arguments="", shift=None, serial="null"):
     if target not in BARE:
         return [*MACHINES[target]["emulator"].split(), str(image), *arguments.split()]
     icount = ["-icount", f"shift={shift}"] if shift is not None else []
-    semihosting = f"enable=on,target=native,arg={Path(image).stem}" + "".join(f",arg={word}" for word in arguments.split())
-    return [*MACHINES[target]["emulator"].split(), "-display", "none", "-monitor", "none", "-serial", serial, *icount,
-            "-semihosting-config", semihosting, "-kernel", str(image)]
+    semihosting = f"enable=on,target=native,arg={Path(image).stem}" + "".join(
+        f",arg={word}" for word in arguments.split()
+    )
+    return [
+        *MACHINES[target]["emulator"].split(),
+        "-display",
+        "none",
+        "-monitor",
+        "none",
+        "-serial",
+        serial,
+        *icount,
+        "-semihosting-config",
+        semihosting,
+        "-kernel",
+        str(image),
+    ]
 
 
 def execute(target, image, arguments="", shift=None, serial="null", timeout=1200):
     """Runs one image (a path) on a target and returns (exit status, what it printed)."""
-    done = subprocess.run(command(target, image, arguments, shift, serial), text=True, errors="replace",
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
-                          check=False)
+    done = subprocess.run(
+        command(target, image, arguments, shift, serial),
+        text=True,
+        errors="replace",
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        timeout=timeout,
+        check=False,
+    )
     return done.returncode, done.stdout
 
 

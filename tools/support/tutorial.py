@@ -1,6 +1,6 @@
 """The tutorial of docs/WORKBENCH.md: its commands, what it shows of their output, and the pictures of its report and of the workbench.
 
-    build/venv-browser/bin/python tools/support/tutorial.py    runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
+build/venv-browser/bin/python tools/support/tutorial.py    runs it, writes docs/lab_report.png, docs/lab_map.png and docs/workbench.png
 """
 
 import io
@@ -16,7 +16,12 @@ HEADING = "## Tutorial in five commands"
 
 def section():
     """The part of the page that tells the story."""
-    return (ROOT / "docs/WORKBENCH.md").read_text(encoding="utf-8").split(f"\n{HEADING}\n")[1].split("\n## ")[0]
+    return (
+        (ROOT / "docs/WORKBENCH.md")
+        .read_text(encoding="utf-8")
+        .split(f"\n{HEADING}\n")[1]
+        .split("\n## ")[0]
+    )
 
 
 def block(language):
@@ -34,31 +39,52 @@ def run(command, folder):
     """Runs a command of the tutorial in a folder where build/ may be written; returns what it printed."""
     (folder / "build").mkdir(exist_ok=True)
     words = [str(ROOT / word) if word.startswith(("tools/", "data/")) else word for word in command]
-    done = subprocess.run(words, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert done.returncode == 0, f"{shlex.join(command)}: exit status {done.returncode}\n{done.stdout}{done.stderr}"
+    done = subprocess.run(
+        words, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert done.returncode == 0, (
+        f"{shlex.join(command)}: exit status {done.returncode}\n{done.stdout}{done.stderr}"
+    )
     return done.stdout
 
 
 def packed(png):
     """The same picture in a palette: a third of the bytes."""
     from PIL import Image
+
     data = io.BytesIO()
-    Image.open(io.BytesIO(png)).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(data, "PNG", optimize=True)
+    Image.open(io.BytesIO(png)).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(
+        data, "PNG", optimize=True
+    )
     return data.getvalue()
 
 
 def main():
     from playwright.sync_api import sync_playwright
+
     for command in commands():
         run(command, ROOT)
     with sync_playwright() as driver, tempfile.TemporaryDirectory() as folder:
         browser = driver.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1120, "height": 900})
         page.goto((ROOT / "build/missing.html").as_uri())
-        height = int(page.evaluate("document.getElementById('map').getBoundingClientRect().top + scrollY"))
-        (ROOT / "docs/lab_report.png").write_bytes(packed(page.screenshot(full_page=True, clip={"x": 0, "y": 0, "width": 1120, "height": height})))
+        height = int(
+            page.evaluate("document.getElementById('map').getBoundingClientRect().top + scrollY")
+        )
+        (ROOT / "docs/lab_report.png").write_bytes(
+            packed(
+                page.screenshot(
+                    full_page=True, clip={"x": 0, "y": 0, "width": 1120, "height": height}
+                )
+            )
+        )
         (ROOT / "docs/lab_map.png").write_bytes(page.locator("#map figure img").first.screenshot())
-        server = subprocess.Popen([ROOT / "tools/davarlab", "open", "--no-browser"], cwd=folder, text=True, stdout=subprocess.PIPE)
+        server = subprocess.Popen(
+            [ROOT / "tools/davarlab", "open", "--no-browser"],
+            cwd=folder,
+            text=True,
+            stdout=subprocess.PIPE,
+        )
         page = browser.new_page(viewport={"width": 1400, "height": 1560})
         page.set_default_timeout(120_000)
         page.goto(server.stdout.readline().strip())

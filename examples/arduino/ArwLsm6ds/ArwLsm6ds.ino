@@ -10,11 +10,14 @@
 #include <Wire.h>
 #include <davar.h>
 
-const uint8_t WHO_AM_I = 0x0F;   /* 0x69 LSM6DS3, 0x6A LSM6DSL and LSM6DS3TR-C, 0x6C LSM6DSO and LSM6DSOX */
-const uint8_t CTRL2_G = 0x11;    /* ODR_G 0100: 104 Hz; FS_G 00: +-250 deg/s, 8.75 mdeg/s per count */
-const uint8_t CTRL3_C = 0x12;    /* bit 6, BDU: the two bytes of a value are of one sample; bit 2, IF_INC: reading goes on */
-const uint8_t STATUS_REG = 0x1E; /* bit 1, GDA: a gyro sample waits; reading its high byte clears the bit */
-const uint8_t OUTZ_L_G = 0x26;   /* low byte, then high byte */
+const uint8_t WHO_AM_I =
+    0x0F; /* 0x69 LSM6DS3, 0x6A LSM6DSL and LSM6DS3TR-C, 0x6C LSM6DSO and LSM6DSOX */
+const uint8_t CTRL2_G = 0x11; /* ODR_G 0100: 104 Hz; FS_G 00: +-250 deg/s, 8.75 mdeg/s per count */
+const uint8_t CTRL3_C =
+    0x12; /* bit 6, BDU: the two bytes of a value are of one sample; bit 2, IF_INC: reading goes on */
+const uint8_t STATUS_REG =
+    0x1E; /* bit 1, GDA: a gyro sample waits; reading its high byte clears the bit */
+const uint8_t OUTZ_L_G = 0x26; /* low byte, then high byte */
 
 const double RATE_HZ = 104.0;
 const uint32_t PERIOD_US = 9615;

@@ -12,13 +12,14 @@
 #include <davar.h>
 
 const uint8_t SENSOR = 0x68;
-const uint8_t SMPLRT_DIV = 0x19;   /* 25: rate = 1 kHz / (1 + SMPLRT_DIV) while the low-pass is on */
-const uint8_t CONFIG = 0x1A;       /* 26: DLPF_CFG 3: 42 Hz */
-const uint8_t GYRO_CONFIG = 0x1B;  /* 27: FS_SEL 0: +-250 deg/s, 131 counts per deg/s */
-const uint8_t FIFO_EN = 0x23;      /* 35: bit 4: the gyro's z axis */
-const uint8_t INT_STATUS = 0x3A;   /* 58: bit 4: the FIFO has overflowed; reading clears it */
-const uint8_t USER_CTRL = 0x6A;    /* 106: bit 6: FIFO on, bit 2: empty it (while it is off) */
-const uint8_t PWR_MGMT_1 = 0x6B;   /* 107: bit 6: asleep (so after power-up); CLKSEL 1: clock of the gyro */
+const uint8_t SMPLRT_DIV = 0x19;  /* 25: rate = 1 kHz / (1 + SMPLRT_DIV) while the low-pass is on */
+const uint8_t CONFIG = 0x1A;      /* 26: DLPF_CFG 3: 42 Hz */
+const uint8_t GYRO_CONFIG = 0x1B; /* 27: FS_SEL 0: +-250 deg/s, 131 counts per deg/s */
+const uint8_t FIFO_EN = 0x23;     /* 35: bit 4: the gyro's z axis */
+const uint8_t INT_STATUS = 0x3A;  /* 58: bit 4: the FIFO has overflowed; reading clears it */
+const uint8_t USER_CTRL = 0x6A;   /* 106: bit 6: FIFO on, bit 2: empty it (while it is off) */
+const uint8_t PWR_MGMT_1 =
+    0x6B; /* 107: bit 6: asleep (so after power-up); CLKSEL 1: clock of the gyro */
 const uint8_t FIFO_COUNT_H = 0x72; /* 114: bytes in the FIFO, two registers */
 const uint8_t FIFO_R_W = 0x74;     /* 116 */
 const uint8_t WHO_AM_I = 0x75;     /* 117: 0x68 */
@@ -137,7 +138,8 @@ void setup()
 
 void loop()
 {
-    if (read_register(INT_STATUS) & 0x10) { /* what is in it no longer begins with a sample's first byte */
+    if (read_register(INT_STATUS) &
+        0x10) { /* what is in it no longer begins with a sample's first byte */
         empty_fifo();
         davar_gap(&gyro_z, 1); /* how many were lost, nobody knows */
         return;

@@ -36,9 +36,9 @@ static void print_result(davar_result_t *result)
     davar_fit(&plan, config.rate_hz, result);
     const davar_coefficient_t *arw = &result->coefficient[DAVAR_ANGLE_RANDOM_WALK];
     if ((result->epoch + 1) % RATE_HZ == 0 || result->alarm) {
-        printf("%6.1f s  ARW %.3f (%.3f to %.3f) deg/sqrt(h), window %4d%s\n", (double)(result->epoch + 1) / RATE_HZ,
-               arw->value, arw->low, arw->high, (int)result->window_samples,
-               result->alarm ? ", the noise has changed" : "");
+        printf("%6.1f s  ARW %.3f (%.3f to %.3f) deg/sqrt(h), window %4d%s\n",
+               (double)(result->epoch + 1) / RATE_HZ, arw->value, arw->low, arw->high,
+               (int)result->window_samples, result->alarm ? ", the noise has changed" : "");
     }
 }
 

@@ -49,7 +49,8 @@ static davar_status_t start(void)
 int main(void)
 {
     const struct device *const gyro = DEVICE_DT_GET(DT_ALIAS(gyro0));
-    static const struct sensor_trigger ready = {.type = SENSOR_TRIG_DATA_READY, .chan = SENSOR_CHAN_GYRO_XYZ};
+    static const struct sensor_trigger ready = {.type = SENSOR_TRIG_DATA_READY,
+                                                .chan = SENSOR_CHAN_GYRO_XYZ};
     const struct sensor_value rate = {.val1 = RATE_HZ};
 
     const davar_status_t status = start();
@@ -68,8 +69,8 @@ int main(void)
         if (davar_take(&gyro_z, &result)) {
             davar_fit(&plan, config.rate_hz, &result);
             const davar_coefficient_t *arw = &result.coefficient[DAVAR_ANGLE_RANDOM_WALK];
-            printk("%d samples, ARW %.4f (%.4f to %.4f) deg/sqrt(h)\n", (int)result.window_samples, arw->value,
-                   arw->low, arw->high);
+            printk("%d samples, ARW %.4f (%.4f to %.4f) deg/sqrt(h)\n", (int)result.window_samples,
+                   arw->value, arw->low, arw->high);
         }
     }
 }

@@ -44,9 +44,12 @@ size_t davar_memory_size_f32(const davar_config_t *config);
  * The caller owns config and memory (8-byte aligned). Both must outlive the instance, unchanged.
  * @return DAVAR_OK, or the first error found; on error nothing is written.
  * Threads: stopped. Cost: O(T^2 + bytes). */
-davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
-davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
-davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes);
+davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory,
+                              size_t bytes);
+davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory,
+                              size_t bytes);
+davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory,
+                              size_t bytes);
 
 /** Pushes a block of samples: counts, or deg/s for _f32.
  * The newest result that the block completes waits for davar_take. Replaced results are counted in davar_health_t.missed. Results do
@@ -63,9 +66,12 @@ void davar_push_f32(davar_t *davar, const float *rates, size_t count);
  * call it again with the rest.
  * @return Samples consumed: at least 1 unless count is 0; all of them after an error of the caller (see davar_push_*).
  * Threads, cost: as davar_push_*. */
-DAVAR_NODISCARD size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts, size_t count);
-DAVAR_NODISCARD size_t davar_push_until_result_q31(davar_t *davar, const int32_t *counts, size_t count);
-DAVAR_NODISCARD size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count);
+DAVAR_NODISCARD size_t davar_push_until_result_q15(davar_t *davar, const int16_t *counts,
+                                                   size_t count);
+DAVAR_NODISCARD size_t davar_push_until_result_q31(davar_t *davar, const int32_t *counts,
+                                                   size_t count);
+DAVAR_NODISCARD size_t davar_push_until_result_f32(davar_t *davar, const float *rates,
+                                                   size_t count);
 
 /** Reports that `missing` samples (at least 1; the number is only counted) were lost before the next one. Differences that span the
  * gap are excluded from every sum. It completes no result. Law glr: up to three blocks before it that were not accepted yet are

@@ -27,15 +27,17 @@ typedef struct davar_plan {
     int8_t variance_exponent[DAVAR_COEFFICIENT_COUNT]; /* powers of two: the units of variance */
     float m[DAVAR_TAUS_MAX];
     float weight[DAVAR_TAUS_MAX];
-    float freedom[DAVAR_TAUS_MAX];                               /* degrees of freedom per effective difference */
-    int32_t functional[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* white noise, and each term beside it */
-    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX];   /* of those amplitudes */
-    float scale[DAVAR_COEFFICIENT_COUNT];                        /* units of functional, sigma and centre */
+    float freedom[DAVAR_TAUS_MAX]; /* degrees of freedom per effective difference */
+    int32_t functional[DAVAR_COEFFICIENT_COUNT]
+                      [DAVAR_TAUS_MAX]; /* white noise, and each term beside it */
+    int32_t variance[DAVAR_COEFFICIENT_COUNT][DAVAR_TAUS_MAX]; /* of those amplitudes */
+    float scale[DAVAR_COEFFICIENT_COUNT]; /* units of functional, sigma and centre */
     float centre[DAVAR_COEFFICIENT_COUNT];
     float unit[DAVAR_COEFFICIENT_COUNT];
     float misfit_spread;
     uint64_t misfit_limit;
-    uint32_t window; /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
+    uint32_t
+        window; /* length without gaps and mirror images that the fields below fit (5.5); 0: none */
     double edf[DAVAR_TAUS_MAX];
     uint32_t root_edf[DAVAR_TAUS_MAX];
     float low[DAVAR_TAUS_MAX];

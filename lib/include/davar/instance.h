@@ -38,8 +38,8 @@ struct davar_number;
 typedef struct davar {
     const davar_config_t *config;
     const struct davar_number *number; /* the pipeline of its number type */
-    void *stages;                      /* that pipeline's state, at the start of the caller's memory */
-    void *law_state;                   /* ... and that of the window law; null: none */
+    void *stages;    /* that pipeline's state, at the start of the caller's memory */
+    void *law_state; /* ... and that of the window law; null: none */
     davar_gaps_t gaps;
     float counts_per_unit; /* f32 only: a power of two */
     davar_window_t window;
@@ -51,27 +51,29 @@ typedef struct davar {
     uint32_t alarms_seen;       /* health.alarms at the last take */
     bool unstable;              /* the verdict on it, where a policy asked for one */
     bool is_float;              /* f32: samples pass the door of DESIGN 2.3 */
-    uint8_t accepts;            /* ACCEPTS_*: the one type that may be pushed; none behind davar_flush */
-    bool in_gap;                /* f32: inside a run of NaN or inf */
+    uint8_t accepts; /* ACCEPTS_*: the one type that may be pushed; none behind davar_flush */
+    bool in_gap;     /* f32: inside a run of NaN or inf */
 } davar_t;
 
 /** Bytes of memory for an instance configured by DAVAR_SONG or DAVAR_FIXED, as a constant. The arguments are the settings
  * by name, in this order; a wrong name or order does not compile. type: Q15, Q31 or F32.
  *     static uint64_t memory[DAVAR_MEMORY(Q15, longest(600), shortest(400), stride(60), largest(128), taus(8)) / 8];
  * largest: the largest cluster size. A fixed window has shortest equal to longest. Engine grid for strides above 1. */
-#define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                                         \
-    DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest, DAVAR_NUMBER_OF_SHORTEST_##a_shortest,             \
-                         DAVAR_NUMBER_OF_STRIDE_##a_stride, DAVAR_NUMBER_OF_LARGEST_##a_largest,                       \
-                         DAVAR_NUMBER_OF_TAUS_##a_taus)
+#define DAVAR_MEMORY(type, a_longest, a_shortest, a_stride, a_largest, a_taus)                     \
+    DAVAR_MEMORY_NUMBERS(type, DAVAR_NUMBER_OF_LONGEST_##a_longest,                                \
+                         DAVAR_NUMBER_OF_SHORTEST_##a_shortest, DAVAR_NUMBER_OF_STRIDE_##a_stride, \
+                         DAVAR_NUMBER_OF_LARGEST_##a_largest, DAVAR_NUMBER_OF_TAUS_##a_taus)
 #define DAVAR_NUMBER_OF_LONGEST_longest(samples) samples
 #define DAVAR_NUMBER_OF_SHORTEST_shortest(samples) samples
 #define DAVAR_NUMBER_OF_STRIDE_stride(samples) samples
 #define DAVAR_NUMBER_OF_LARGEST_largest(samples) samples
 #define DAVAR_NUMBER_OF_TAUS_taus(count) count
-#define DAVAR_MEMORY_NUMBERS(type, W, w, K, m, T)                                                                      \
-    DAVAR_ROUND8(((K) == 1) ? DAVAR_MEMORY_##type(DAVAR_LARGER(W, (((W) - (w)) / 2U) + (2U * (m))), m, T, 4U)          \
-                            : DAVAR_MEMORY_GRID_##type(W, (((w) == (W)) ? 0U : (w)), (((w) == (W)) ? 0U : ((w) / 4U)), \
-                                                       K, m, T, 4U))
+#define DAVAR_MEMORY_NUMBERS(type, W, w, K, m, T)                                                  \
+    DAVAR_ROUND8(                                                                                  \
+        ((K) == 1)                                                                                 \
+            ? DAVAR_MEMORY_##type(DAVAR_LARGER(W, (((W) - (w)) / 2U) + (2U * (m))), m, T, 4U)      \
+            : DAVAR_MEMORY_GRID_##type(W, (((w) == (W)) ? 0U : (w)),                               \
+                                       (((w) == (W)) ? 0U : ((w) / 4U)), K, m, T, 4U))
 #define DAVAR_LARGER(a, b) (((a) > (b)) ? (a) : (b))
 
 /* The formulas behind it, for other settings. A value at every sample (stride 1), if every span fits the shortest window
@@ -82,42 +84,52 @@ typedef struct davar {
 #define DAVAR_ROUND8(bytes) (((bytes) + 7U) / 8U * 8U)
 #define DAVAR_STAGES_BYTES_Q15 ((size_t)104U + (4U * sizeof(void *)))
 #define DAVAR_STAGES_BYTES_Q31 ((size_t)176U + (4U * sizeof(void *)))
-#define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                                                \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                                                 \
-     DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))
-#define DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)                                                                \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                                                 \
-     DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) + DAVAR_ROUND8((size_t)4U * (gaps)))
-#define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps) DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
+#define DAVAR_MEMORY_Q15(window_max, m_max, taus, gaps)                                            \
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
+     DAVAR_ROUND8((size_t)2U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
+     DAVAR_ROUND8((size_t)4U * (gaps)))
+#define DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)                                            \
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
+     DAVAR_ROUND8((size_t)4U * ((window_max) + (2U * (m_max)) + 1U)) +                             \
+     DAVAR_ROUND8((size_t)4U * (gaps)))
+#define DAVAR_MEMORY_F32(window_max, m_max, taus, gaps)                                            \
+    DAVAR_MEMORY_Q31(window_max, m_max, taus, gaps)
 
 /* On a grid (stride above 1), both modes; window_min 0: a fixed window. With mirrored_end 2 bytes (q15) or 4 (q31, f32) more per sample
  * of window_max, rounded up to 8. The fewest records are needed where the stride divides half of both lengths (DESIGN 2.7). */
 #define DAVAR_GRID_BYTES ((size_t)304U + (41U * sizeof(void *)))
-#define DAVAR_GRID_EDGES(window_max, window_min, stride)                                                               \
-    ((size_t)1U +                                                                                                      \
-     ((((window_min) != 0U) && (((window_max) / 2U % (stride)) != ((window_min) / 2U % (stride)))) ? 1U : 0U))
-#define DAVAR_GRID_TAILS(window_max, window_min, stride)                                                               \
-    (((window_min) == 0U) ? (size_t)1U                                                                                 \
-                          : (DAVAR_GRID_EDGES(window_max, window_min, stride) +                                        \
-                             (((((window_max) % (stride)) != 0U) || (((window_min) % (stride)) != 0U)) ? 1U : 0U)))
-#define DAVAR_GRID_LAG(window_max, window_min) (((window_min) == 0U) ? 0U : (((window_max) - (window_min)) / 2U))
-#define DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, sums, powers, dues)                                \
-    ((DAVAR_GRID_TAILS(window_max, window_min, stride) *                                                               \
-      (((((size_t)(window_max) / (stride)) + 2U) * ((sums) + (powers))) + (dues))) +                                   \
-     (DAVAR_GRID_EDGES(window_max, window_min, stride) *                                                               \
-      ((((size_t)DAVAR_GRID_LAG(window_max, window_min) / (stride)) + 2U) * ((sums) + (powers)) +                      \
-       ((((size_t)DAVAR_GRID_LAG(window_max, window_min) + (segment)) / (stride)) + 2U) * (powers))))
-#define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)                              \
-    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) + DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) +            \
-     DAVAR_ROUND8((size_t)4U * (gaps)) + DAVAR_GRID_BYTES +                                                            \
-     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)8U * (taus), 32U,                             \
+#define DAVAR_GRID_EDGES(window_max, window_min, stride)                                           \
+    ((size_t)1U +                                                                                  \
+     ((((window_min) != 0U) && (((window_max) / 2U % (stride)) != ((window_min) / 2U % (stride)))) \
+          ? 1U                                                                                     \
+          : 0U))
+#define DAVAR_GRID_TAILS(window_max, window_min, stride)                                           \
+    (((window_min) == 0U)                                                                          \
+         ? (size_t)1U                                                                              \
+         : (DAVAR_GRID_EDGES(window_max, window_min, stride) +                                     \
+            (((((window_max) % (stride)) != 0U) || (((window_min) % (stride)) != 0U)) ? 1U : 0U)))
+#define DAVAR_GRID_LAG(window_max, window_min)                                                     \
+    (((window_min) == 0U) ? 0U : (((window_max) - (window_min)) / 2U))
+#define DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, sums, powers, dues)            \
+    ((DAVAR_GRID_TAILS(window_max, window_min, stride) *                                           \
+      (((((size_t)(window_max) / (stride)) + 2U) * ((sums) + (powers))) + (dues))) +               \
+     (DAVAR_GRID_EDGES(window_max, window_min, stride) *                                           \
+      ((((size_t)DAVAR_GRID_LAG(window_max, window_min) / (stride)) + 2U) * ((sums) + (powers)) +  \
+       ((((size_t)DAVAR_GRID_LAG(window_max, window_min) + (segment)) / (stride)) + 2U) *          \
+           (powers))))
+#define DAVAR_MEMORY_GRID_Q15(window_max, window_min, segment, stride, m_max, taus, gaps)          \
+    (DAVAR_STAGES_BYTES_Q15 + ((size_t)16U * (taus)) +                                             \
+     DAVAR_ROUND8((size_t)2U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
+     DAVAR_GRID_BYTES +                                                                            \
+     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)8U * (taus), 32U,         \
                         2U * DAVAR_ROUND8((size_t)4U * (taus))))
-#define DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)                              \
-    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) + DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) +            \
-     DAVAR_ROUND8((size_t)4U * (gaps)) + DAVAR_GRID_BYTES +                                                            \
-     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)16U * (taus), 64U,                            \
+#define DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)          \
+    (DAVAR_STAGES_BYTES_Q31 + ((size_t)32U * (taus)) +                                             \
+     DAVAR_ROUND8((size_t)4U * ((4U * (m_max)) + 127U)) + DAVAR_ROUND8((size_t)4U * (gaps)) +      \
+     DAVAR_GRID_BYTES +                                                                            \
+     DAVAR_GRID_RECORDS(window_max, window_min, segment, stride, (size_t)16U * (taus), 64U,        \
                         2U * DAVAR_ROUND8((size_t)4U * (taus))))
-#define DAVAR_MEMORY_GRID_F32(window_max, window_min, segment, stride, m_max, taus, gaps)                              \
+#define DAVAR_MEMORY_GRID_F32(window_max, window_min, segment, stride, m_max, taus, gaps)          \
     DAVAR_MEMORY_GRID_Q31(window_max, window_min, segment, stride, m_max, taus, gaps)
 
 #ifdef __cplusplus

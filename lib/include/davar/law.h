@@ -15,15 +15,17 @@ struct davar_central;
 
 /* Why a law's state starts over. */
 typedef enum {
-    DAVAR_LAW_INIT, /* init or reset: the state is all zeros */
+    DAVAR_LAW_INIT,    /* init or reset: the state is all zeros */
     DAVAR_LAW_RESTART, /* more gaps than the window can store: positions count from 0 again, the window's are still the old ones */
     DAVAR_LAW_RESUME /* a saved state has been read back: set every pointer again, keep the rest */
 } davar_law_start_t;
 
 /* Where the windows of a law can begin and end, in samples. */
 typedef struct {
-    uint32_t block; /* every window begins this many samples, or a multiple of it, after position 0; 0: anywhere */
-    uint32_t half;  /* centred mode: from the epoch to the last sample of its window, at most; 0: mirrored ends (4.2) */
+    uint32_t
+        block; /* every window begins this many samples, or a multiple of it, after position 0; 0: anywhere */
+    uint32_t
+        half; /* centred mode: from the epoch to the last sample of its window, at most; 0: mirrored ends (4.2) */
 } davar_law_shape_t;
 
 /* What a law reads while no push is at work, and reports afterwards. */
@@ -34,7 +36,7 @@ typedef struct {
 /* Every function but judge may be null. `state` is the law's part of the caller's memory, 8-byte aligned; null when bytes is null
  * or returns 0. All functions but read and report run in the producer's context (push, gap, flush) or with both sides stopped. */
 struct davar_law {
-    uint8_t id;         /* in saved states and jobs; 0 is the fixed window, 1 to 4 are davar's own */
+    uint8_t id; /* in saved states and jobs; 0 is the fixed window, 1 to 4 are davar's own */
     bool wants_moments; /* judge needs the moments: config.moments.segment must not be 0 */
     davar_status_t (*check)(const davar_config_t *config, const struct davar_number *number);
     void (*shape)(const davar_config_t *config, davar_law_shape_t *shape); /* null: zeros */
@@ -47,9 +49,10 @@ struct davar_law {
      * and of its first part, in this order; null unless wants_moments and the window has at least window_min samples. */
     bool (*judge)(struct davar *davar, void *state, const struct davar_central *moments);
     /* For davar_take: read copies under the sequence lock (repeated when a push interrupts it); report computes from the copies. */
-    void (*read)(const struct davar *davar, const void *state, davar_result_t *result, davar_law_words_t *words);
-    void (*report)(const davar_config_t *config, double unit_per_count, const davar_law_words_t *words,
-                   davar_result_t *result);
+    void (*read)(const struct davar *davar, const void *state, davar_result_t *result,
+                 davar_law_words_t *words);
+    void (*report)(const davar_config_t *config, double unit_per_count,
+                   const davar_law_words_t *words, davar_result_t *result);
     /* A law with a queue takes each sample first and feeds the pipeline itself; push, gap and flush go together. push takes samples
      * up to the one that completes a result and returns how many; flush returns true when another result is complete. */
     size_t (*push)(struct davar *davar, void *state, const void *samples, size_t count);

@@ -19,9 +19,10 @@ extern "C" {
 
 /** One cluster size of the error model. */
 typedef struct {
-    uint32_t m;                /**< cluster size, samples */
-    double adev_dps;           /**< Allan deviation of the model, deg/s; above 0 */
-    double relative_tolerance; /**< standard deviation of adev_dps over adev_dps; 0: the model is exact */
+    uint32_t m;      /**< cluster size, samples */
+    double adev_dps; /**< Allan deviation of the model, deg/s; above 0 */
+    double
+        relative_tolerance; /**< standard deviation of adev_dps over adev_dps; 0: the model is exact */
 } davar_model_tau_t;
 
 /** Whether a cluster size of the result was compared. */
@@ -34,17 +35,20 @@ typedef enum {
 /** The comparison of one cluster size. */
 typedef struct {
     davar_tau_match_t match;
-    double deviation;      /**< this window: standard deviations above (+) or below (-) the model (9.2);
+    double deviation; /**< this window: standard deviations above (+) or below (-) the model (9.2);
                                 NaN unless compared */
-    double mean_deviation; /**< the same of the mean over the last windows (9.4); NaN before the first comparison */
+    double
+        mean_deviation; /**< the same of the mean over the last windows (9.4); NaN before the first comparison */
 } davar_misfit_tau_t;
 
 /** The comparison of a result with the model. */
 typedef struct {
-    double health;     /**< the larger of fast and slow. Above 1, the sensor does not match the model;
+    double health; /**< the larger of fast and slow. Above 1, the sensor does not match the model;
                             a matching sensor exceeds 1 in at most 1 % of windows (9.3) */
-    double fast;       /**< this window alone: reacts at once to a large change. NaN: nothing to compare */
-    double slow;       /**< the last windows together: detects a small lasting change. NaN: nothing to compare */
+    double
+        fast; /**< this window alone: reacts at once to a large change. NaN: nothing to compare */
+    double
+        slow; /**< the last windows together: detects a small lasting change. NaN: nothing to compare */
     uint8_t worst;     /**< index of the tau that decides health; tau_count if there is none */
     uint8_t compared;  /**< number of taus with a deviation */
     uint8_t tau_count; /**< number of taus of the result */
@@ -79,7 +83,8 @@ typedef struct {
  *         finite, a tolerance is negative or not finite, an m occurs twice, or memory is below 1.
  * Cost: O(count^2). */
 #define davar_monitor_init DAVAR_SIZED(davar_monitor_init)
-bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count, double memory);
+bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count,
+                        double memory);
 
 /** Compares the next result of the channel with the model and fills *misfit.
  * The result comes from davar_take, with or without a fit. Without a fit the monitor assumes the
@@ -87,7 +92,8 @@ bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model
  * new samples it brings. The cluster sizes must stay those of the first result.
  * Cost: O(T count), about 60 double operations per tau. Formulas (9.1) to (9.5). */
 #define davar_monitor_update DAVAR_SIZED(davar_monitor_update)
-void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result, davar_misfit_t *misfit);
+void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result,
+                          davar_misfit_t *misfit);
 
 /** Computes the deviation of one Allan deviation from the model, without a history.
  * edf >= 1 and model->adev_dps > 0 (asserted). @return Standard deviations above (+) or below (-)

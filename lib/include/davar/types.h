@@ -25,36 +25,43 @@ extern "C" {
  * davar_status_text() describes it. */
 typedef enum {
     DAVAR_OK = 0,
-    DAVAR_ERR_NULL = 1,          /**< a required pointer is null */
-    DAVAR_ERR_BUILD = 2,         /**< disabled in this build (options.h) */
-    DAVAR_ERR_MEMORY_SIZE = 3,   /**< memory smaller than davar_memory_size_*() */
-    DAVAR_ERR_MEMORY_ALIGN = 4,  /**< memory not aligned to 8 bytes */
-    DAVAR_ERR_RATE = 5,          /**< rate_hz not a positive finite number */
-    DAVAR_ERR_SCALE = 6,         /**< unit_per_count (f32: full_scale) not a positive finite number */
-    DAVAR_ERR_SAMPLE_BITS = 7,   /**< sample_bits outside 2..16 (q15) or 2..32 (q31) */
-    DAVAR_ERR_MODE = 8,          /**< window.mode not in davar_mode_t */
-    DAVAR_ERR_LAW = 9,           /**< law of another number type */
-    DAVAR_ERR_WINDOW_MAX = 10,   /**< window.longest outside 4..65536 (q15) or 4..2^24 (q31, f32) */
-    DAVAR_ERR_WINDOW_MIN = 11,   /**< window.shortest outside 1..window.longest */
-    DAVAR_ERR_WINDOW_ODD = 12,   /**< window.longest or window.shortest odd in centred mode */
-    DAVAR_ERR_SEGMENT = 13,      /**< moments.segment not below window.shortest, or 0 with a law that needs moments */
+    DAVAR_ERR_NULL = 1,         /**< a required pointer is null */
+    DAVAR_ERR_BUILD = 2,        /**< disabled in this build (options.h) */
+    DAVAR_ERR_MEMORY_SIZE = 3,  /**< memory smaller than davar_memory_size_*() */
+    DAVAR_ERR_MEMORY_ALIGN = 4, /**< memory not aligned to 8 bytes */
+    DAVAR_ERR_RATE = 5,         /**< rate_hz not a positive finite number */
+    DAVAR_ERR_SCALE = 6,       /**< unit_per_count (f32: full_scale) not a positive finite number */
+    DAVAR_ERR_SAMPLE_BITS = 7, /**< sample_bits outside 2..16 (q15) or 2..32 (q31) */
+    DAVAR_ERR_MODE = 8,        /**< window.mode not in davar_mode_t */
+    DAVAR_ERR_LAW = 9,         /**< law of another number type */
+    DAVAR_ERR_WINDOW_MAX = 10, /**< window.longest outside 4..65536 (q15) or 4..2^24 (q31, f32) */
+    DAVAR_ERR_WINDOW_MIN = 11, /**< window.shortest outside 1..window.longest */
+    DAVAR_ERR_WINDOW_ODD = 12, /**< window.longest or window.shortest odd in centred mode */
+    DAVAR_ERR_SEGMENT =
+        13, /**< moments.segment not below window.shortest, or 0 with a law that needs moments */
     DAVAR_ERR_KURTOSIS = 14,     /**< kurtosis bounds not finite, negative, or low > high */
     DAVAR_ERR_CONTRIBUTION = 15, /**< contribution bounds not finite, negative, or low > high */
-    DAVAR_ERR_STEP = 16,         /**< window.grow or window.shrink moves an edge backwards (centred: only 0 or 2) */
-    DAVAR_ERR_SHRINK = 17,       /**< window.shrink * stride above 2^31 - 1 */
-    DAVAR_ERR_STRIDE = 18,       /**< stride 0 or above 2^24 */
-    DAVAR_ERR_STRIDE_LONG = 19,  /**< stride above window.longest: samples between two windows would never count */
-    DAVAR_ERR_ENGINE = 20,   /**< engine not in davar_engine_t; or EDGES for law glr with a stride above 1 or centred */
-    DAVAR_ERR_TRACKING = 21, /**< law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below
+    DAVAR_ERR_STEP =
+        16, /**< window.grow or window.shrink moves an edge backwards (centred: only 0 or 2) */
+    DAVAR_ERR_SHRINK = 17, /**< window.shrink * stride above 2^31 - 1 */
+    DAVAR_ERR_STRIDE = 18, /**< stride 0 or above 2^24 */
+    DAVAR_ERR_STRIDE_LONG =
+        19, /**< stride above window.longest: samples between two windows would never count */
+    DAVAR_ERR_ENGINE =
+        20, /**< engine not in davar_engine_t; or EDGES for law glr with a stride above 1 or centred */
+    DAVAR_ERR_TRACKING =
+        21, /**< law glr: a setting of glr out of range (davar_config_t.glr), or window.longest below
                                          8 or above 768 blocks, or no window of whole blocks between shortest and longest */
-    DAVAR_ERR_TAU_COUNT = 22,     /**< no cluster size, or more than DAVAR_TAUS_MAX */
-    DAVAR_ERR_TAU_ORDER = 23,     /**< cluster sizes not strictly ascending */
-    DAVAR_ERR_TAU_ZERO = 24,      /**< cluster size 0 */
-    DAVAR_ERR_TAU_LONG = 25,      /**< twice the longest cluster size is above window.longest */
-    DAVAR_ERR_TAU_OVERFLOW = 26,  /**< window.longest * m^2 exceeds the exact sums of this type (q15: use q31) */
+    DAVAR_ERR_TAU_COUNT = 22, /**< no cluster size, or more than DAVAR_TAUS_MAX */
+    DAVAR_ERR_TAU_ORDER = 23, /**< cluster sizes not strictly ascending */
+    DAVAR_ERR_TAU_ZERO = 24,  /**< cluster size 0 */
+    DAVAR_ERR_TAU_LONG = 25,  /**< twice the longest cluster size is above window.longest */
+    DAVAR_ERR_TAU_OVERFLOW =
+        26, /**< window.longest * m^2 exceeds the exact sums of this type (q15: use q31) */
     DAVAR_ERR_STATE_STORAGE = 27, /**< state: a slot is too small, or the storage failed */
     DAVAR_ERR_STATE_NONE = 28,    /**< state: no intact image */
-    DAVAR_ERR_STATE_FOREIGN = 29  /**< state: an image of another version, number type, configuration or machine */
+    DAVAR_ERR_STATE_FOREIGN =
+        29 /**< state: an image of another version, number type, configuration or machine */
 } davar_status_t;
 
 /** A window law (davar/law.h). */
@@ -69,33 +76,42 @@ typedef enum {
 
 /** How a stride above 1 is computed: the same results at another cost (docs/COST.md). DESIGN (2.7), (2.9). */
 typedef enum {
-    DAVAR_ENGINE_GRID = 0, /**< running sums, recorded where an edge can be: least work; memory falls with the stride */
-    DAVAR_ENGINE_EDGES = 1 /**< sums follow both edges when a result is due: least memory for a short stride */
+    DAVAR_ENGINE_GRID =
+        0, /**< running sums, recorded where an edge can be: least work; memory falls with the stride */
+    DAVAR_ENGINE_EDGES =
+        1 /**< sums follow both edges when a result is due: least memory for a short stride */
 } davar_engine_t;
 
 /** Settings. They may be const in flash and must outlive the instance. Start from davar_default_config, or from an
  * initialiser with DAVAR_SONG, DAVAR_FIXED or DAVAR_GLR. */
 typedef struct {
-    double rate_hz;         /**< samples per second, 1e-50 to 1e50; no default */
-    double unit_per_count;  /**< q15, q31: deg/s per count, 1e-50 to 1e50; no default */
-    double full_scale;      /**< f32: largest |rate| expected, deg/s, 1e-20 to 1e20; from here on samples saturate */
-    uint8_t sample_bits;    /**< width of a count: q15 2 to 16, q31 2 to 32; 0: 16 or 24. Wider counts saturate */
-    const davar_law_t *law; /**< what decides the window's length; null: always longest. Default davar_law_or */
+    double rate_hz;        /**< samples per second, 1e-50 to 1e50; no default */
+    double unit_per_count; /**< q15, q31: deg/s per count, 1e-50 to 1e50; no default */
+    double
+        full_scale; /**< f32: largest |rate| expected, deg/s, 1e-20 to 1e20; from here on samples saturate */
+    uint8_t
+        sample_bits; /**< width of a count: q15 2 to 16, q31 2 to 32; 0: 16 or 24. Wider counts saturate */
+    const davar_law_t
+        *law; /**< what decides the window's length; null: always longest. Default davar_law_or */
 
     /** The window, in samples. */
     struct {
         davar_mode_t mode; /**< default trailing */
-        uint32_t longest;  /**< default 600. Longer: narrower intervals, slower to follow a change */
+        uint32_t longest; /**< default 600. Longer: narrower intervals, slower to follow a change */
         uint32_t shortest; /**< default 400. Shorter: sharper in a disturbance, wider intervals */
         uint32_t grow;     /**< growth per sample while stable; default 2 (trailing: at most 1) */
-        uint32_t shrink;   /**< shrinkage per sample while unstable; default 2. Law glr: at least 64 */
-        uint16_t gaps_max; /**< gaps that a window stores; one more restarts it. Default 4. Law glr: shocks too */
-        bool mirrored_end; /**< centred, grid: keep longest - 2 m_max more samples, which davar_flush needs */
+        uint32_t
+            shrink; /**< shrinkage per sample while unstable; default 2. Law glr: at least 64 */
+        uint16_t
+            gaps_max; /**< gaps that a window stores; one more restarts it. Default 4. Law glr: shocks too */
+        bool
+            mirrored_end; /**< centred, grid: keep longest - 2 m_max more samples, which davar_flush needs */
     } window;
 
     /** Kurtosis and sliding contribution ([SONG18]), for the laws that use them and for the result. */
     struct {
-        uint32_t segment;         /**< short segment l, samples; default 100. 0: no moments (fixed window, glr) */
+        uint32_t
+            segment; /**< short segment l, samples; default 100. 0: no moments (fixed window, glr) */
         double kurtosis_low;      /**< K1; default 2.5 */
         double kurtosis_high;     /**< K2; default 3.3 */
         double contribution_low;  /**< S1; default 0 */
@@ -104,11 +120,14 @@ typedef struct {
 
     /** Law glr only (10). */
     struct {
-        double false_alarms_per_hour; /**< accepted in unchanged noise, 1e-9 to 1e9; default 0.01 (10.6) */
-        double cut_interval_s;        /**< between windows cut without need, 1e-9 to 1e9; default 300 */
-        uint32_t block;               /**< samples of a block, 5 to 64; default 10. Longer: less work, later */
-        uint32_t shock_blocks;        /**< a shock of up to so many blocks counts as a gap, 0 to 2; default 2 */
-        uint32_t long_cluster; /**< second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
+        double
+            false_alarms_per_hour; /**< accepted in unchanged noise, 1e-9 to 1e9; default 0.01 (10.6) */
+        double cut_interval_s; /**< between windows cut without need, 1e-9 to 1e9; default 300 */
+        uint32_t block; /**< samples of a block, 5 to 64; default 10. Longer: less work, later */
+        uint32_t
+            shock_blocks; /**< a shock of up to so many blocks counts as a gap, 0 to 2; default 2 */
+        uint32_t
+            long_cluster; /**< second channel for clusters of 4 k blocks, up to 512 samples. 0 (default): none */
     } glr;
 
     uint32_t stride;       /**< samples from one result to the next, 1 to longest; default 1 */
@@ -119,47 +138,61 @@ typedef struct {
 
 /** Windows of up to `longest` samples that A-DAVAR ([SONG18]) shrinks to `shortest`; part of an initialiser of davar_config_t:
  *     static const davar_config_t config = {.rate_hz = 100.0, .unit_per_count = 0.05, DAVAR_SONG(600, 400), ...}; */
-#define DAVAR_SONG(longest_samples, shortest_samples)                                                                  \
-    .law = &davar_law_or,                                                                                              \
-    .window = {.longest = (longest_samples),                                                                           \
-               .shortest = (shortest_samples),                                                                         \
-               .grow = 2U,                                                                                             \
-               .shrink = 2U,                                                                                           \
-               .gaps_max = 4U},                                                                                        \
-    .moments = {                                                                                                       \
-        .segment = (shortest_samples) / 4U, .kurtosis_low = 2.5, .kurtosis_high = 3.3, .contribution_high = 0.07}
+#define DAVAR_SONG(longest_samples, shortest_samples)                                              \
+    .law = &davar_law_or,                                                                          \
+    .window = {.longest = (longest_samples),                                                       \
+               .shortest = (shortest_samples),                                                     \
+               .grow = 2U,                                                                         \
+               .shrink = 2U,                                                                       \
+               .gaps_max = 4U},                                                                    \
+    .moments = {.segment = (shortest_samples) / 4U,                                                \
+                .kurtosis_low = 2.5,                                                               \
+                .kurtosis_high = 3.3,                                                              \
+                .contribution_high = 0.07}
 
 /** A window that stays `longest` samples long. */
-#define DAVAR_FIXED(longest_samples)                                                                                   \
-    .law = NULL, .window = {.longest = (longest_samples), .shortest = (longest_samples), .gaps_max = 4U}
+#define DAVAR_FIXED(longest_samples)                                                               \
+    .law = NULL,                                                                                   \
+    .window = {.longest = (longest_samples), .shortest = (longest_samples), .gaps_max = 4U}
 
 /** Windows of up to `blocks` blocks of 10 samples that begin where the noise last changed. */
 #define DAVAR_GLR_Q15(blocks) .law = &davar_law_glr_q15, DAVAR_GLR_SETTINGS(blocks)
-#define DAVAR_GLR_Q31(blocks) .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks) /**< ... and for f32 */
-#define DAVAR_GLR_SETTINGS(blocks)                                                                                     \
-    .window = {.longest = 10U * (blocks), .shortest = 20U, .grow = 1U, .shrink = 64U, .gaps_max = 4U},                 \
-    .glr = {.false_alarms_per_hour = 0.01, .cut_interval_s = 300.0, .block = 10U, .shock_blocks = 2U}
+#define DAVAR_GLR_Q31(blocks)                                                                      \
+    .law = &davar_law_glr_q31, DAVAR_GLR_SETTINGS(blocks) /**< ... and for f32 */
+#define DAVAR_GLR_SETTINGS(blocks)                                                                 \
+    .window = {.longest = 10U * (blocks),                                                          \
+               .shortest = 20U,                                                                    \
+               .grow = 1U,                                                                         \
+               .shrink = 64U,                                                                      \
+               .gaps_max = 4U},                                                                    \
+    .glr = {                                                                                       \
+        .false_alarms_per_hour = 0.01, .cut_interval_s = 300.0, .block = 10U, .shock_blocks = 2U}
 
 /** Counts of input faults since the last reset, and of the detector's events. They stop at their largest value. */
 typedef struct {
-    uint32_t gaps;       /**< calls of davar_gap, and runs of NaN or inf */
-    uint32_t missing;    /**< samples lost in those gaps, or rejected: pushed as another type, or after davar_flush */
-    uint32_t saturated;  /**< samples at or above the limit of their type, bits or full scale; they are used, clamped */
+    uint32_t gaps; /**< calls of davar_gap, and runs of NaN or inf */
+    uint32_t
+        missing; /**< samples lost in those gaps, or rejected: pushed as another type, or after davar_flush */
+    uint32_t
+        saturated; /**< samples at or above the limit of their type, bits or full scale; they are used, clamped */
     uint32_t not_finite; /**< NaN or inf in float input; each run is a gap */
-    uint32_t restarts; /**< windows discarded because of more than gaps_max gaps, with up to stride - 1 samples each */
-    uint32_t missed;   /**< results replaced before they were taken */
-    uint32_t cuts;     /**< law glr: windows cut */
-    uint32_t alarms;   /**< law glr: alarms raised */
-    uint32_t shocks;   /**< law glr: shocks treated as gaps */
+    uint32_t
+        restarts; /**< windows discarded because of more than gaps_max gaps, with up to stride - 1 samples each */
+    uint32_t missed; /**< results replaced before they were taken */
+    uint32_t cuts;   /**< law glr: windows cut */
+    uint32_t alarms; /**< law glr: alarms raised */
+    uint32_t shocks; /**< law glr: shocks treated as gaps */
 } davar_health_t;
 
 /** One cluster size of a result. */
 typedef struct {
     uint32_t m;           /**< cluster size, samples */
     uint32_t differences; /**< number of differences D; 0: the window is too short for this tau */
-    double adev; /**< overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to counts,
+    double
+        adev; /**< overlapping Allan deviation, deg/s; NaN if differences is 0 (1.1). It includes rounding to counts,
                       which the coefficients do not (5.15) */
-    double low;  /**< 95 % interval from chi-square and edf (5.2); NaN if absent, and before davar_fit */
+    double
+        low; /**< 95 % interval from chi-square and edf (5.2); NaN if absent, and before davar_fit */
     double high;
     double edf; /**< equivalent degrees of freedom (5.1); NaN before davar_fit */
 } davar_adev_t;
@@ -187,16 +220,19 @@ typedef struct {
  * that is the standard deviation of a sample about the mean of its block; times 60 / sqrt(rate_hz) it is ARW in deg/sqrt(h), if the
  * noise is white. */
 typedef struct {
-    uint32_t m;   /**< 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
-    double older; /**< level between the previous change and this one, over at most the longest window */
+    uint32_t
+        m; /**< 1; long_cluster if the second channel raised it; 0: no alarm yet, the rest is NaN */
+    double
+        older; /**< level between the previous change and this one, over at most the longest window */
     double newer; /**< level since this change; it improves with every block */
     double gain;  /**< logarithm of the likelihood ratio that raised the alarm */
 } davar_change_t;
 
 /** What a fit found in the window. */
 typedef enum {
-    DAVAR_NOISE_UNKNOWN = 0, /**< not fitted yet, or no cluster size of the plan has a difference in this window */
-    DAVAR_NOISE_WHITE,       /**< white noise explains the window: the angle random walk is present */
+    DAVAR_NOISE_UNKNOWN =
+        0, /**< not fitted yet, or no cluster size of the plan has a difference in this window */
+    DAVAR_NOISE_WHITE, /**< white noise explains the window: the angle random walk is present */
     DAVAR_NOISE_MIXED, /**< white noise alone does not. davar_fit_white gives an upper bound of the angle random walk;
                              davar_fit separates the terms */
     DAVAR_NOISE_CONSTANT, /**< every difference is 0: the noise is below one count, or the sensor is stuck */
@@ -206,26 +242,31 @@ typedef enum {
 
 /** The result of one epoch. */
 typedef struct {
-    uint64_t epoch;          /**< sample index from 0: window centre (centred) or newest sample (trailing) */
+    uint64_t epoch; /**< sample index from 0: window centre (centred) or newest sample (trailing) */
     uint32_t window_samples; /**< L */
     uint32_t
         mirrored_samples; /**< of these, mirror images of others in the window (4.2); they carry no information (5.13) */
-    uint32_t gaps_in_window;  /**< gaps inside this window */
-    uint32_t cut_age_samples; /**< law glr: samples since the newest change, at the epoch; otherwise 0 */
-    davar_change_t change;    /**< law glr: the newest change; otherwise m is 0 */
-    bool unstable; /**< the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous epoch */
+    uint32_t gaps_in_window; /**< gaps inside this window */
+    uint32_t
+        cut_age_samples; /**< law glr: samples since the newest change, at the epoch; otherwise 0 */
+    davar_change_t change; /**< law glr: the newest change; otherwise m is 0 */
+    bool
+        unstable; /**< the law's flag f. Fixed window: f1 OR f2, for information. glr: cut since the previous epoch */
     /** Law glr: the window was cut at most eight blocks ago, or is about to be. The estimate is biased towards the data that
      * triggered the cut, or still contains older noise. Its intervals are wider and cover less often (10.14). */
     bool young;
     bool alarm; /**< law glr: an alarm since the previous take; otherwise false */
     uint8_t tau_count;
-    davar_noise_t noise;   /**< what davar_fit or davar_fit_white found */
-    double unit_per_count; /**< q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
-    double kurtosis;       /**< of the whole window; NaN if its variance is 0 (3.1) */
-    double contribution;   /**< |K - Km| / K; NaN if K or Km is undefined (3.2) */
-    double dispersion;     /**< law glr: factor f >= 1 that widens the thresholds (10.3); otherwise NaN */
+    davar_noise_t noise; /**< what davar_fit or davar_fit_white found */
+    double
+        unit_per_count; /**< q15, q31: size of a count; the fit subtracts its rounding (5.15). f32: 0, unknown */
+    double kurtosis;     /**< of the whole window; NaN if its variance is 0 (3.1) */
+    double contribution; /**< |K - Km| / K; NaN if K or Km is undefined (3.2) */
+    double
+        dispersion; /**< law glr: factor f >= 1 that widens the thresholds (10.3); otherwise NaN */
     davar_adev_t tau[DAVAR_TAUS_MAX];
-    davar_coefficient_t coefficient[DAVAR_COEFFICIENT_COUNT]; /**< from davar_fit or davar_fit_white; absent before */
+    davar_coefficient_t coefficient
+        [DAVAR_COEFFICIENT_COUNT]; /**< from davar_fit or davar_fit_white; absent before */
 } davar_result_t;
 
 #ifdef __cplusplus

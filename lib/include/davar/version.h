@@ -8,6 +8,7 @@
 #define DAVAR_VERSION_PATCH 0
 
 /** The version as one number for comparisons: 10000 major + 100 minor + patch. */
-#define DAVAR_VERSION ((10000 * DAVAR_VERSION_MAJOR) + (100 * DAVAR_VERSION_MINOR) + DAVAR_VERSION_PATCH)
+#define DAVAR_VERSION                                                                              \
+    ((10000 * DAVAR_VERSION_MAJOR) + (100 * DAVAR_VERSION_MINOR) + DAVAR_VERSION_PATCH)
 
 #endif

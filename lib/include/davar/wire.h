@@ -99,7 +99,8 @@ typedef enum {
     DAVAR_CHANGE_COUNT
 } davar_change_item_t;
 
-#define DAVAR_MONITOR_HEALTH 32U  /**< item of DAVAR_Monitor: health; below it, the deviation of that tau */
+#define DAVAR_MONITOR_HEALTH                                                                       \
+    32U /**< item of DAVAR_Monitor: health; below it, the deviation of that tau */
 #define DAVAR_MONITOR_NO_TAU 255U /**< WorstTau if nothing was compared */
 
 /* Optional frames of a result, to be added up as `content` of davar_encoder_init. DAVAR_Arw, DAVAR_State,
@@ -107,9 +108,11 @@ typedef enum {
 #define DAVAR_SEND_ADEV 1U         /**< one frame per tau */
 #define DAVAR_SEND_COEFFICIENTS 2U /**< five frames */
 #define DAVAR_SEND_INTERVALS 4U    /**< ten more: the 95 % limits of the coefficients */
-#define DAVAR_SEND_FD 8U           /**< one 64-byte frame replaces all of these; DAVAR_Adev from the ninth tau on */
-#define DAVAR_SEND_MONITOR 16U     /**< one frame per tau and one for health, after davar_encoder_monitor */
-#define DAVAR_SEND_RAW 32U         /**< DAVAR_Setup includes the size of a count; see davar_encoder_raw */
+#define DAVAR_SEND_FD                                                                              \
+    8U /**< one 64-byte frame replaces all of these; DAVAR_Adev from the ninth tau on */
+#define DAVAR_SEND_MONITOR                                                                         \
+    16U                    /**< one frame per tau and one for health, after davar_encoder_monitor */
+#define DAVAR_SEND_RAW 32U /**< DAVAR_Setup includes the size of a count; see davar_encoder_raw */
 
 /** One frame. */
 typedef struct {
@@ -146,15 +149,16 @@ typedef struct {
  * identifier of channel 0, `content` a sum of DAVAR_SEND_*.
  * @return False, with *encoder unchanged, if the identifiers of the channel exceed 11 bits.
  * Cost: O(1). */
-bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base, uint8_t channel,
-                        uint8_t content);
+bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base,
+                        uint8_t channel, uint8_t content);
 
 /** Starts the frames of one result.
  * The encoder reads *result and *health until davar_encoder_next returns false; do not change them
  * before. A NaN, a magnitude above DAVAR_WIRE_MOST or an unexpected negative number is sent as
  * absent, a magnitude below DAVAR_WIRE_LEAST as 0, an upper limit above DAVAR_WIRE_MOST as
  * infinity. Cost: O(1). */
-void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health);
+void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
+                         const davar_wire_health_t *health);
 
 /** Adds *misfit to every following result (content DAVAR_SEND_MONITOR); null stops that.
  * The encoder reads it between davar_encoder_begin and the last frame of the result; the caller
@@ -182,7 +186,8 @@ bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame);
  * within 16 bits are sent in pairs, one frame every second sample. A wider count, or one before a
  * gap, has its own frame.
  * @return True if *frame must be sent. Cost: O(1). */
-bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame);
+bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count,
+                       davar_frame_t *frame);
 
 /** Encodes the count that is still waiting for its pair, at the end of a stream.
  * @return True if *frame must be sent. Cost: O(1). */
@@ -190,7 +195,8 @@ bool davar_encoder_raw_rest(davar_encoder_t *encoder, davar_frame_t *frame);
 
 /** Encodes one sample of a float instance: one frame per sample, in deg/s. A value that is not
  * finite is sent as NaN. Cost: O(1). */
-void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame);
+void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps,
+                           davar_frame_t *frame);
 
 /** Returns the CRC-8/SAE-J1850 of a frame: polynomial 0x1D, initial value and final xor 0xFF, over the
  * identifier (low byte, high byte) and the data from byte 1 on. Cost: O(length). */

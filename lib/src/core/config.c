@@ -36,7 +36,8 @@ static uint32_t sample_bits(const davar_config_t *config, const davar_number_t *
     return (config->sample_bits == 0U) ? number->sample_bits_default : config->sample_bits;
 }
 
-static davar_status_t check_scale(const davar_config_t *config, const davar_number_t *number, bool is_float)
+static davar_status_t check_scale(const davar_config_t *config, const davar_number_t *number,
+                                  bool is_float)
 {
     if (!positive_finite(config->rate_hz)) {
         return DAVAR_ERR_RATE;
@@ -54,7 +55,8 @@ static davar_status_t check_scale(const davar_config_t *config, const davar_numb
 
 static davar_status_t check_window(const davar_config_t *config, const davar_number_t *number)
 {
-    const bool odd = ((config->window.longest % 2U) != 0U) || ((config->window.shortest % 2U) != 0U);
+    const bool odd =
+        ((config->window.longest % 2U) != 0U) || ((config->window.shortest % 2U) != 0U);
     if ((config->window.longest < 4U) || (config->window.longest > number->window_max)) {
         return DAVAR_ERR_WINDOW_MAX;
     }
@@ -66,8 +68,10 @@ static davar_status_t check_window(const davar_config_t *config, const davar_num
 
 static davar_status_t check_stationarity(const davar_config_t *config)
 {
-    const bool switched_off = (config->moments.segment == 0U) && !(has_law(config) && config->law->wants_moments);
-    if ((config->moments.segment >= config->window.shortest) || ((config->moments.segment == 0U) && !switched_off)) {
+    const bool switched_off =
+        (config->moments.segment == 0U) && !(has_law(config) && config->law->wants_moments);
+    if ((config->moments.segment >= config->window.shortest) ||
+        ((config->moments.segment == 0U) && !switched_off)) {
         return DAVAR_ERR_SEGMENT;
     }
     if (!DAVAR_LAWS) {
@@ -99,7 +103,8 @@ static davar_status_t check_motion(const davar_config_t *config)
         return DAVAR_ERR_STEP;
     }
     if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
-        (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) && ((config->stride > 1U) || is_about(config)))) {
+        (has_queue(config) && (config->engine == DAVAR_ENGINE_EDGES) &&
+         ((config->stride > 1U) || is_about(config)))) {
         return DAVAR_ERR_ENGINE;
     }
     const bool too_far = ((uint64_t)config->window.shrink * config->stride) > (uint64_t)INT32_MAX;
@@ -107,16 +112,19 @@ static davar_status_t check_motion(const davar_config_t *config)
 }
 
 /* Can window_max squares of a difference of m samples each overflow the sum (2.4)? */
-static bool overflows(const davar_config_t *config, const davar_number_t *number, bool is_float, uint32_t m)
+static bool overflows(const davar_config_t *config, const davar_number_t *number, bool is_float,
+                      uint32_t m)
 {
     const uint32_t bits = is_float ? DAVAR_FLOAT_BITS : sample_bits(config, number);
     const uint32_t room_bits = number->sum_bits - (2U * bits);
-    const double squares =
-        davar_scale(davar_double_of_u64((uint64_t)config->window.longest * m), davar_double_of_u64(m));
-    return davar_bits_of_double(squares) >= ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
+    const double squares = davar_scale(davar_double_of_u64((uint64_t)config->window.longest * m),
+                                       davar_double_of_u64(m));
+    return davar_bits_of_double(squares) >=
+           ((uint64_t)(1023U + room_bits) << 52U); /* 2^room_bits */
 }
 
-static davar_status_t check_taus(const davar_config_t *config, const davar_number_t *number, bool is_float)
+static davar_status_t check_taus(const davar_config_t *config, const davar_number_t *number,
+                                 bool is_float)
 {
     if ((config->tau_count == 0U) || (config->tau_count > DAVAR_TAUS_MAX)) {
         return DAVAR_ERR_TAU_COUNT;
@@ -145,11 +153,13 @@ static bool needs_grid(const davar_config_t *config)
 
 static bool is_built(const davar_config_t *config)
 {
-    return (!needs_grid(config) || DAVAR_GRID) && (DAVAR_CENTRED || (config->window.mode != DAVAR_MODE_CENTRED)) &&
+    return (!needs_grid(config) || DAVAR_GRID) &&
+           (DAVAR_CENTRED || (config->window.mode != DAVAR_MODE_CENTRED)) &&
            (DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U)));
 }
 
-DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float)
+DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
+                                             const davar_number_t *number, bool is_float)
 {
     if ((config == NULL) || (config->taus == NULL)) {
         return DAVAR_ERR_NULL;
@@ -172,7 +182,9 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config, const
         status = check_motion(config);
     }
     if (status == DAVAR_OK) {
-        status = (has_law(config) && (config->law->check != NULL)) ? config->law->check(config, number) : DAVAR_OK;
+        status = (has_law(config) && (config->law->check != NULL))
+                     ? config->law->check(config, number)
+                     : DAVAR_OK;
     }
     return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
 }
@@ -197,17 +209,18 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_WINDOW_MAX] = "window_max below 4, or too long for the number type",
         [DAVAR_ERR_WINDOW_MIN] = "window_min 0, or above window_max",
         [DAVAR_ERR_WINDOW_ODD] = "window_max or window_min odd in centred mode",
-        [DAVAR_ERR_SEGMENT] =
-            "segment not smaller than window_min, or 0 with a policy that needs it (fixed and glr do not)",
+        [DAVAR_ERR_SEGMENT] = "segment not smaller than window_min, or 0 with a policy that needs "
+                              "it (fixed and glr do not)",
         [DAVAR_ERR_KURTOSIS] = "kurtosis bounds negative, not finite, or low above high",
         [DAVAR_ERR_CONTRIBUTION] = "contribution bounds negative, not finite, or low above high",
         [DAVAR_ERR_STEP] = "grow or shrink would move a window edge backwards (centred: 0 or 2)",
         [DAVAR_ERR_SHRINK] = "shrink beyond 2^31 samples a stride",
         [DAVAR_ERR_STRIDE] = "stride 0 or above 2^24",
-        [DAVAR_ERR_STRIDE_LONG] = "stride above window_max: samples between two windows would never count",
+        [DAVAR_ERR_STRIDE_LONG] =
+            "stride above window_max: samples between two windows would never count",
         [DAVAR_ERR_ENGINE] = "engine unknown, or edges for policy glr with a stride above 1",
-        [DAVAR_ERR_TRACKING] =
-            "policy glr: block, shock_blocks, long_cluster, window_max, window_min, stride or a rate out of range",
+        [DAVAR_ERR_TRACKING] = "policy glr: block, shock_blocks, long_cluster, window_max, "
+                               "window_min, stride or a rate out of range",
         [DAVAR_ERR_TAU_COUNT] = "no cluster size, or more than DAVAR_TAUS_MAX",
         [DAVAR_ERR_TAU_ORDER] = "cluster sizes not strictly ascending",
         [DAVAR_ERR_TAU_ZERO] = "cluster size 0",
@@ -215,7 +228,8 @@ const char *davar_status_text(davar_status_t status)
         [DAVAR_ERR_TAU_OVERFLOW] = "window_max m^2 beyond the exact sums of this type",
         [DAVAR_ERR_STATE_STORAGE] = "storage slot too small, or storage failed",
         [DAVAR_ERR_STATE_NONE] = "no whole image of a state",
-        [DAVAR_ERR_STATE_FOREIGN] = "state of another version, number type, configuration or machine",
+        [DAVAR_ERR_STATE_FOREIGN] =
+            "state of another version, number type, configuration or machine",
     };
     return ((size_t)status < COUNT_OF(text)) ? text[status] : "unknown status";
 }

@@ -10,8 +10,9 @@
 
 /* --- init -------------------------------------------------------------------------------------------------------- */
 
-DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_t *config, const void *memory,
-                                       const davar_number_t *number, bool is_float)
+DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_t *config,
+                                       const void *memory, const davar_number_t *number,
+                                       bool is_float)
 {
     const bool built = (DAVAR_Q31 || !number->wide) && (DAVAR_Q15 || number->wide);
     if ((davar == NULL) || (memory == NULL)) {
@@ -28,7 +29,8 @@ DAVAR_RARE static davar_status_t check_memory(const void *memory, size_t bytes, 
     return (((uintptr_t)memory % 8U) != 0U) ? DAVAR_ERR_MEMORY_ALIGN : DAVAR_OK;
 }
 
-DAVAR_RARE static void place(davar_t *davar, const davar_config_t *config, const davar_number_t *number)
+DAVAR_RARE static void place(davar_t *davar, const davar_config_t *config,
+                             const davar_number_t *number)
 {
     memset(davar, 0, sizeof *davar);
     davar->config = config;
@@ -37,23 +39,27 @@ DAVAR_RARE static void place(davar_t *davar, const davar_config_t *config, const
 
 size_t davar_memory_size_q15(const davar_config_t *config)
 {
-    const bool good = DAVAR_Q15 && (davar_config_check(config, &davar_number_q15, false) == DAVAR_OK);
+    const bool good =
+        DAVAR_Q15 && (davar_config_check(config, &davar_number_q15, false) == DAVAR_OK);
     return good ? davar_q15_memory_size(config) : 0U;
 }
 
 size_t davar_memory_size_q31(const davar_config_t *config)
 {
-    const bool good = DAVAR_Q31 && (davar_config_check(config, &davar_number_q31, false) == DAVAR_OK);
+    const bool good =
+        DAVAR_Q31 && (davar_config_check(config, &davar_number_q31, false) == DAVAR_OK);
     return good ? davar_q31_memory_size(config) : 0U;
 }
 
 size_t davar_memory_size_f32(const davar_config_t *config)
 {
-    const bool good = DAVAR_Q31 && (davar_config_check(config, &davar_number_q31, true) == DAVAR_OK);
+    const bool good =
+        DAVAR_Q31 && (davar_config_check(config, &davar_number_q31, true) == DAVAR_OK);
     return good ? davar_q31_memory_size(config) : 0U;
 }
 
-davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void *memory,
+                              size_t bytes)
 {
     davar_status_t status = check(davar, config, memory, &davar_number_q15, false);
     if (status == DAVAR_OK) {
@@ -66,8 +72,8 @@ davar_status_t davar_init_q15(davar_t *davar, const davar_config_t *config, void
     return status;
 }
 
-DAVAR_RARE davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes,
-                                          bool is_float)
+DAVAR_RARE davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *config,
+                                          void *memory, size_t bytes, bool is_float)
 {
     davar_status_t status = check(davar, config, memory, &davar_number_q31, is_float);
     if (status == DAVAR_OK) {
@@ -81,7 +87,8 @@ DAVAR_RARE davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *
     return status;
 }
 
-davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+davar_status_t davar_init_q31(davar_t *davar, const davar_config_t *config, void *memory,
+                              size_t bytes)
 {
     return davar_init_wide(davar, config, memory, bytes, false);
 }
@@ -142,7 +149,8 @@ DAVAR_RARE bool davar_flush(davar_t *davar)
     const davar_config_t *const config = davar->config;
     const bool kept = !has_grid(config) || config->window.mirrored_end;
     const davar_window_t *const window = &davar->window; /* `received` wraps long after the start */
-    const bool begun = window->finished || !at_start(window) || (window->received >= (config->window.longest / 2U));
+    const bool begun = window->finished || !at_start(window) ||
+                       (window->received >= (config->window.longest / 2U));
     if (has_queue(config)) {
         return config->law->flush(davar, davar->law_state);
     }

@@ -39,7 +39,8 @@ static inline int32_t to_counts(davar_t *davar, float rate)
     return whole + ((rest >= 0.5F) ? 1 : 0) - ((rest <= -0.5F) ? 1 : 0);
 }
 
-davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes)
+davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void *memory,
+                              size_t bytes)
 {
     const davar_status_t status = davar_init_wide(davar, config, memory, bytes, true);
     if (status == DAVAR_OK) {

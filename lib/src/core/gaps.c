@@ -32,7 +32,8 @@ static uint32_t image_at(const davar_gaps_t *gaps, const davar_window_t *window,
 }
 
 /* Index of the first boundary behind `position`. */
-DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position)
+DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *window,
+                                       uint32_t position)
 {
     uint32_t low = 0U;
     uint32_t high = images_count(gaps, window);
@@ -94,7 +95,8 @@ DAVAR_RARE void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end)
     }
 }
 
-DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position)
+DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window,
+                                     uint32_t position)
 {
     const uint32_t index = first_after(gaps, window, position);
     if (index == images_count(gaps, window)) {
@@ -119,7 +121,8 @@ DAVAR_RARE static uint32_t count_inside(const davar_gaps_t *gaps, const davar_wi
 }
 
 /* Likewise. */
-DAVAR_RARE static uint32_t spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
+DAVAR_RARE static uint32_t spans_lost(const davar_gaps_t *gaps, const davar_window_t *window,
+                                      uint32_t m)
 {
     /* In distances from the tail: a boundary at g spoils the spans that start at g - 2m + 1 .. g - 1. */
     const uint32_t count = images_count(gaps, window);

@@ -23,15 +23,18 @@ extern const davar_number_t davar_number_q15;
 extern const davar_number_t davar_number_q31;
 
 /* The pipelines, function by function: what nobody calls is not linked. */
-#define NUMBER_PIPELINE(type)                                                                                          \
-    size_t davar_##type##_memory_size(const davar_config_t *config);                                                   \
-    void davar_##type##_start(davar_t *davar, void *memory);                                                           \
-    void davar_##type##_gap(davar_t *davar);                                                                           \
-    bool davar_##type##_flush(davar_t *davar);                                                                         \
-    void davar_##type##_resume(davar_t *davar); /* its memory has been read back: set the pointers again */            \
-    /* For a law with a queue. */                                                                                      \
-    bool davar_##type##_boundary(davar_t *davar); /* a gap that is not counted; false: no room for it, ignored */      \
-    bool davar_##type##_epoch(davar_t *davar);    /* an epoch without a sample; true: it completed a result */
+#define NUMBER_PIPELINE(type)                                                                      \
+    size_t davar_##type##_memory_size(const davar_config_t *config);                               \
+    void davar_##type##_start(davar_t *davar, void *memory);                                       \
+    void davar_##type##_gap(davar_t *davar);                                                       \
+    bool davar_##type##_flush(davar_t *davar);                                                     \
+    void davar_##type##_resume(                                                                    \
+        davar_t *davar); /* its memory has been read back: set the pointers again */               \
+    /* For a law with a queue. */                                                                  \
+    bool davar_##type##_boundary(                                                                  \
+        davar_t *davar); /* a gap that is not counted; false: no room for it, ignored */           \
+    bool davar_##type##_epoch(                                                                     \
+        davar_t *davar); /* an epoch without a sample; true: it completed a result */
 
 NUMBER_PIPELINE(q15)
 NUMBER_PIPELINE(q31)
@@ -47,10 +50,12 @@ size_t davar_q31_push(davar_t *davar, const int32_t *samples, size_t count);
 bool davar_is_between(double low, double value, double high);
 
 /* DAVAR_OK or the first reason to reject a configuration, in the order of davar_status_t. */
-davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number, bool is_float);
+davar_status_t davar_config_check(const davar_config_t *config, const davar_number_t *number,
+                                  bool is_float);
 
 /* davar_init_q31 or, without its scale, davar_init_f32. */
-davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *config, void *memory, size_t bytes, bool is_float);
+davar_status_t davar_init_wide(davar_t *davar, const davar_config_t *config, void *memory,
+                               size_t bytes, bool is_float);
 
 /* davar_gap inside a push. */
 void davar_gap_now(davar_t *davar, uint32_t missing);

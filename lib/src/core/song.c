@@ -45,10 +45,12 @@ static davar_magnitude_t magnitude_of_double(const double *value)
 }
 
 /* The product may be one of its factors. */
-static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a, const davar_magnitude_t *b)
+static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a,
+                     const davar_magnitude_t *b)
 {
     const uint64_t high = davar_multiply_u64(a->mantissa, b->mantissa).high;
-    const uint32_t shift = ((high >> 63U) == 0U) ? 1U : 0U; /* two top bits multiply to at least 2^126; or it is 0 */
+    const uint32_t shift =
+        ((high >> 63U) == 0U) ? 1U : 0U; /* two top bits multiply to at least 2^126; or it is 0 */
     product->exponent = a->exponent + b->exponent + 64 - (int32_t)shift;
     product->mantissa = high << shift;
 }
@@ -78,13 +80,15 @@ typedef struct {
 /* K = m4 / s^4 (3.1) */
 static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 {
-    ratio->over.mantissa = whole->fourth.mantissa; /* not the struct, which a small core would call for */
+    ratio->over.mantissa =
+        whole->fourth.mantissa; /* not the struct, which a small core would call for */
     ratio->over.exponent = whole->fourth.exponent;
     multiply(&ratio->under, &whole->second, &whole->second);
 }
 
 /* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
-static void contribution_of(ratio_t *ratio, const davar_central_t *whole, const davar_central_t *first)
+static void contribution_of(ratio_t *ratio, const davar_central_t *whole,
+                            const davar_central_t *first)
 {
     davar_magnitude_t y;
     multiply(&y, &whole->second, &whole->second);
@@ -111,36 +115,41 @@ static bool is_outside(const ratio_t *ratio, const double *low, const double *hi
     return (against(ratio, high) > 0) || (against(ratio, low) < 0);
 }
 
-DAVAR_APART static bool exact_kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
+DAVAR_APART static bool exact_kurtosis_outside(const davar_config_t *config,
+                                               const davar_central_t *whole)
 {
     ratio_t kurtosis;
     kurtosis_of(&kurtosis, whole);
     return is_outside(&kurtosis, &config->moments.kurtosis_low, &config->moments.kurtosis_high);
 }
 
-DAVAR_APART static bool exact_contribution_outside(const davar_config_t *config, const davar_central_t *whole,
+DAVAR_APART static bool exact_contribution_outside(const davar_config_t *config,
+                                                   const davar_central_t *whole,
                                                    const davar_central_t *first)
 {
     ratio_t contribution;
     contribution_of(&contribution, whole, first);
-    return is_outside(&contribution, &config->moments.contribution_low, &config->moments.contribution_high);
+    return is_outside(&contribution, &config->moments.contribution_low,
+                      &config->moments.contribution_high);
 }
 
 static bool kurtosis_outside(const davar_config_t *config, const davar_central_t *whole)
 {
     const davar_rough_t rough = davar_rough_kurtosis(config, whole);
-    return (rough == ROUGH_UNSURE) ? exact_kurtosis_outside(config, whole) : (rough == ROUGH_OUTSIDE);
+    return (rough == ROUGH_UNSURE) ? exact_kurtosis_outside(config, whole)
+                                   : (rough == ROUGH_OUTSIDE);
 }
 
 static bool contribution_outside(const davar_config_t *config, const davar_central_t *whole,
                                  const davar_central_t *first)
 {
     const davar_rough_t rough = davar_rough_contribution(config, whole, first);
-    return (rough == ROUGH_UNSURE) ? exact_contribution_outside(config, whole, first) : (rough == ROUGH_OUTSIDE);
+    return (rough == ROUGH_UNSURE) ? exact_contribution_outside(config, whole, first)
+                                   : (rough == ROUGH_OUTSIDE);
 }
 
-bool davar_song_unstable(const davar_config_t *config, davar_song_rule_t rule, const davar_central_t *whole,
-                         const davar_central_t *first)
+bool davar_song_unstable(const davar_config_t *config, davar_song_rule_t rule,
+                         const davar_central_t *whole, const davar_central_t *first)
 {
     if (whole->second.mantissa == 0U) {
         return false;
@@ -166,8 +175,9 @@ static double quotient(const ratio_t *ratio)
         return 0.0;
     }
     const uint64_t power = (uint64_t)((int64_t)ratio->over.exponent - ratio->under.exponent) << 52U;
-    return davar_double_of_bits(davar_bits_of_double(davar_divide(fraction(&ratio->over), fraction(&ratio->under))) +
-                                power);
+    return davar_double_of_bits(
+        davar_bits_of_double(davar_divide(fraction(&ratio->over), fraction(&ratio->under))) +
+        power);
 }
 
 double davar_song_kurtosis(const davar_central_t *whole)
@@ -215,7 +225,8 @@ static inline rough_t rough_of_bound(double bound)
     const uint64_t bits = davar_bits_of_double(bound);
     const uint32_t exponent = (uint32_t)(bits >> 52U) & 0x7FFU;
     const uint32_t fraction = (uint32_t)(bits >> 21U) & 0x7FFFFFFFU;
-    const rough_t rough = {(exponent == 0U) ? 0U : ((UINT32_C(1) << 31U) | fraction), (int32_t)exponent - 1054};
+    const rough_t rough = {(exponent == 0U) ? 0U : ((UINT32_C(1) << 31U) | fraction),
+                           (int32_t)exponent - 1054};
     return rough;
 }
 
@@ -251,7 +262,8 @@ static int order_of_ratio(rough_t over, rough_t under, double limit)
     if ((ahead > 1) || (ahead < -1)) {
         return (ahead > 0) ? 1 : -1;
     }
-    return order(over.mantissa >> ((ahead < 0) ? 1U : 0U), product.mantissa >> ((ahead > 0) ? 1U : 0U));
+    return order(over.mantissa >> ((ahead < 0) ? 1U : 0U),
+                 product.mantissa >> ((ahead > 0) ? 1U : 0U));
 }
 
 /* distance - bound x, its sign; the distance is in units of four of x's last bits. */
@@ -289,7 +301,8 @@ davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar
 {
     const rough_t second = rough_of(&whole->second);
     const rough_t first_second = rough_of(&first->second);
-    const rough_t x = rough_product(rough_product(first_second, first_second), rough_of(&whole->fourth));
+    const rough_t x =
+        rough_product(rough_product(first_second, first_second), rough_of(&whole->fourth));
     const rough_t y = rough_product(rough_product(second, second), rough_of(&first->fourth));
     const int32_t ahead = y.exponent - x.exponent;
     if ((ahead > 1) || (ahead < -1)) {
@@ -323,10 +336,11 @@ static bool song_judge(davar_t *davar, const davar_central_t *moments, davar_son
 {
     const davar_config_t *const config = davar->config;
     davar_window_t *const window = &davar->window;
-    const bool unstable = (moments != NULL) && davar_song_unstable(config, rule, &moments[0], &moments[1]);
+    const bool unstable =
+        (moments != NULL) && davar_song_unstable(config, rule, &moments[0], &moments[1]);
     window_keep_filling(window, config, unstable);
-    window->next_length =
-        unstable ? shorter(config, window->length) : longer(config, window->length, is_filling(window));
+    window->next_length = unstable ? shorter(config, window->length)
+                                   : longer(config, window->length, is_filling(window));
     return unstable;
 }
 

@@ -23,8 +23,8 @@ typedef enum { SONG_KURTOSIS, SONG_OR, SONG_AND } davar_song_rule_t;
 
 /* The flag f (3.4), from the whole window and its first part (without the short segment). Undefined ratios (no variance) are not
  * unstable. Relative error of the comparisons below 1e-17. */
-bool davar_song_unstable(const davar_config_t *config, davar_song_rule_t rule, const davar_central_t *whole,
-                         const davar_central_t *first);
+bool davar_song_unstable(const davar_config_t *config, davar_song_rule_t rule,
+                         const davar_central_t *whole, const davar_central_t *first);
 
 /* K (3.1); NaN without variance. */
 double davar_song_kurtosis(const davar_central_t *whole);

@@ -141,7 +141,7 @@ static inline uint64_t window_now(const davar_window_t *window)
  */
 typedef enum {
     WINDOW_SKIPPING, /* after a restart: samples before the next boundary of the grid of epochs are dropped */
-    WINDOW_WARMING,  /* centred, by edges: the window grows on both sides of the first sample (2.6) */
+    WINDOW_WARMING, /* centred, by edges: the window grows on both sides of the first sample (2.6) */
     WINDOW_MIRRORED, /* centred: the trailing edge is in the mirror image of the start */
     WINDOW_FILLING,  /* trailing: the window is what has arrived */
     WINDOW_SETTLING, /* the window has left the start; the longest span has not */
@@ -153,7 +153,8 @@ typedef enum {
 static inline bool window_may_pass(window_phase_t from, window_phase_t to)
 {
     static const uint8_t next[WINDOW_PHASES] = {
-        [WINDOW_SKIPPING] = (1U << WINDOW_WARMING) | (1U << WINDOW_MIRRORED) | (1U << WINDOW_FILLING),
+        [WINDOW_SKIPPING] =
+            (1U << WINDOW_WARMING) | (1U << WINDOW_MIRRORED) | (1U << WINDOW_FILLING),
         [WINDOW_WARMING] = 1U << WINDOW_MIRRORED,
         [WINDOW_MIRRORED] = 1U << WINDOW_SETTLING,
         [WINDOW_FILLING] = 1U << WINDOW_SETTLING,
@@ -203,7 +204,8 @@ static inline bool is_filling(const davar_window_t *window)
 }
 
 /* Trailing windows fill until they are full, or until a law shrinks one. */
-static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config, bool unstable)
+static inline void window_keep_filling(davar_window_t *window, const davar_config_t *config,
+                                       bool unstable)
 {
     if (is_filling(window) && (unstable || (window->length >= config->window.longest))) {
         window_enter(window, WINDOW_SETTLING);
@@ -228,7 +230,8 @@ void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end);
 
 /* Samples from `position` to the first boundary behind it (mirror images included), DAVAR_NO_GAP when there is none.
  * O(log gaps). */
-uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t position);
+uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window,
+                          uint32_t position);
 
 /* Boundaries inside [tail, head), between two of its samples. O(gaps). */
 uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window);

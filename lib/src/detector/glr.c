@@ -49,7 +49,8 @@ void davar_glr_begin_anew(davar_glr_t *state)
 
 uint32_t davar_glr_dispersion(const davar_glr_t *state)
 {
-    const uint32_t larger = (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
+    const uint32_t larger =
+        (state->single.phi > state->of_8.phi) ? state->single.phi : state->of_8.phi;
     const uint32_t phi = larger >> (24U - GAIN_DIGITS);
     return (phi > ONE) ? (phi + ((phi - ONE) / 8U)) : ONE;
 }
@@ -59,7 +60,8 @@ static void learn(davar_glr_t *state, const davar_glr_config_t *config, const da
     davar_dispersion_learn(&state->single, spread_logarithm(block), config->step, MEMORY);
     spread_add(&state->eight, block);
     if (state->eight.blocks == 8U) {
-        davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8, MEMORY_OF_8);
+        davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8,
+                               MEMORY_OF_8);
         spread_clear(&state->eight);
     }
 }
@@ -67,7 +69,8 @@ static void learn(davar_glr_t *state, const davar_glr_config_t *config, const da
 /* ---- places ---- */
 
 /* A beginning that is too old goes on to the next record of the coarsest octave. */
-static void shorten(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *place)
+static void shorten(const davar_glr_t *state, const davar_glr_config_t *config,
+                    davar_glr_place_t *place)
 {
     if (glr_age(state, place) > config->longest) {
         const uint32_t level = config->levels - 1U;
@@ -76,7 +79,8 @@ static void shorten(const davar_glr_t *state, const davar_glr_config_t *config, 
 }
 
 /* Time goes on by a block; `none` when it is dropped. */
-static void advance(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+static void advance(davar_glr_t *state, const davar_glr_config_t *config,
+                    const davar_spread_t *block)
 {
     if (config->half != 0U) {
         davar_glr_remember(state, block);
@@ -84,7 +88,8 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config, const 
     spread_add(&state->now.sum, block);
     state->now.at++;
     const uint32_t at = state->now.at;
-    for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at); level++) {
+    for (uint32_t level = 0U; (level < config->levels) && (((at >> level) << level) == at);
+         level++) {
         spread_copy(&state->record[level][(at >> level) % GLR_RECORDS], &state->now.sum);
     }
     shorten(state, config, &state->alarm);
@@ -98,7 +103,8 @@ static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
     const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
     const uint32_t half = (f >= (4U * ONE)) ? 1U : 0U;
-    const uint32_t root = davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
+    const uint32_t root =
+        davar_root_of_mantissa_by_integers(f << (30U - GAIN_DIGITS - (2U * half))) >> (15U - half);
     return 256U + (((factor - 256U) * root) >> 8U);
 }
 
@@ -112,12 +118,14 @@ static bool is_above(const davar_spread_t *block, const davar_spread_t *window, 
     return b > davar_multiply_u32(spread_bits(window, at), factor);
 }
 
-static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
+static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *config,
+                         const davar_spread_t *block)
 {
     const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
     const uint64_t floor = davar_multiply_u32(OVER_FLOOR * window.blocks, config->floor);
     return (config->shock != 0U) && ((window.blocks * config->degrees) >= ENOUGH) &&
-           ((window.high != 0U) || (window.low > floor)) && is_above(block, &window, config->outlier) &&
+           ((window.high != 0U) || (window.low > floor)) &&
+           is_above(block, &window, config->outlier) &&
            is_above(block, &window, widened(state, config->outlier));
 }
 
@@ -128,7 +136,8 @@ static void hold(davar_glr_t *state, const davar_spread_t *block)
 }
 
 /* What waits takes its time; its sums only when it was no shock. */
-static void release(davar_glr_t *state, const davar_glr_config_t *config, bool is_shock, davar_glr_event_t *event)
+static void release(davar_glr_t *state, const davar_glr_config_t *config, bool is_shock,
+                    davar_glr_event_t *event)
 {
     event->dropped = is_shock ? state->pending : 0U;
     event->resolved += state->pending;
@@ -148,8 +157,8 @@ static bool is_over(const davar_glr_t *state, const davar_spread_t *block)
     bool is_less = false;
     for (uint32_t i = 0U; i < state->pending; i++) {
         const davar_spread_t *const waiting = &state->waiting[i];
-        is_less =
-            is_less || (thrice.high < waiting->high) || ((thrice.high == waiting->high) && (thrice.low < waiting->low));
+        is_less = is_less || (thrice.high < waiting->high) ||
+                  ((thrice.high == waiting->high) && (thrice.low < waiting->low));
     }
     return is_less;
 }
@@ -222,8 +231,8 @@ static void clear(davar_glr_event_t *event)
     event->dropped = 0U;
 }
 
-void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
-                    davar_glr_event_t *event)
+void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
+                    const davar_spread_t *block, davar_glr_event_t *event)
 {
     clear(event);
     learn(state, config, block);
@@ -247,16 +256,16 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
 
 /* ---- a block's own sums: b = 12 (K s2 - s1^2) + K nu, 12 K nu times the variance, that of rounding once more ---- */
 
-void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
-                        davar_glr_event_t *event)
+void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum,
+                        uint64_t squares, davar_glr_event_t *event)
 {
     const uint64_t spread = davar_scale_u64(squares, config->block) - davar_square_i32(sum);
     const davar_spread_t block = {davar_scale_u64(spread, 12U) + config->floor, 0U, 1U};
     davar_glr_push(state, config, &block, event);
 }
 
-void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
-                        davar_glr_event_t *event)
+void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum,
+                        const davar_u128_t *squares, davar_glr_event_t *event)
 {
     const davar_u128_t floor = {config->floor, 0U};
     const davar_u128_t given = {squares->low, squares->high};
@@ -269,18 +278,20 @@ void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, in
 
 /* ---- two clusters that follow one another: b = 6 D^2 + m, 6 times the variance of D, that of rounding once more ---- */
 
-void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t difference,
-                                 davar_glr_event_t *event)
+void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config,
+                                 int32_t difference, davar_glr_event_t *event)
 {
-    const davar_spread_t block = {davar_scale_u64(davar_square_i32(difference), 6U) + config->floor, 0U, 1U};
+    const davar_spread_t block = {davar_scale_u64(davar_square_i32(difference), 6U) + config->floor,
+                                  0U, 1U};
     davar_glr_push(state, config, &block, event);
 }
 
-void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t difference,
-                                 davar_glr_event_t *event)
+void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
+                                 int64_t difference, davar_glr_event_t *event)
 {
     const davar_u128_t floor = {config->floor, 0U};
-    const davar_u128_t b = davar_u128_add(davar_u128_scale(davar_multiply_i64(difference, difference), 6U), floor);
+    const davar_u128_t b =
+        davar_u128_add(davar_u128_scale(davar_multiply_i64(difference, difference), 6U), floor);
     const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);
 }
@@ -303,7 +314,8 @@ void davar_dispersion_start(davar_dispersion_t *dispersion)
 /* step^2 unit, at most 9 phi */
 static uint32_t square_of(int32_t step, uint32_t unit, uint32_t phi)
 {
-    const uint32_t size = ((step < 0) ? (0U - (uint32_t)step) : (uint32_t)step) >> 12U; /* 12 digits */
+    const uint32_t size =
+        ((step < 0) ? (0U - (uint32_t)step) : (uint32_t)step) >> 12U; /* 12 digits */
     const uint32_t most = CUT * phi;
     if (size > UINT16_MAX) {
         return most;
@@ -317,7 +329,8 @@ static uint32_t clamp_phi(uint32_t phi)
     return (phi < LEAST) ? LEAST : ((phi > MOST) ? MOST : phi);
 }
 
-void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit, uint32_t memory)
+void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit,
+                            uint32_t memory)
 {
     const int32_t step = logarithm - dispersion->before;
     dispersion->before = logarithm;
@@ -341,7 +354,7 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define OF_CUT 117965           /* 1.8 */
 #define OF_CLUSTERS 65536       /* 1; fitted with the degrees below */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
-#define MARGIN 65536            /* 1, 16 digits: a threshold stays so far above ln of the longest part */
+#define MARGIN 65536 /* 1, 16 digits: a threshold stays so far above ln of the longest part */
 
 static int32_t logarithm_of(double value)
 {
@@ -350,9 +363,11 @@ static int32_t logarithm_of(double value)
 }
 
 /* ln(T rate / K) + c, T the seconds from one false decision to the next. */
-static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32_t c, uint32_t longest)
+static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32_t c,
+                             uint32_t longest)
 {
-    const int32_t blocks = logarithm_of(seconds) + logarithm_of(wish->rate_hz) - davar_logarithm_of_count(wish->block);
+    const int32_t blocks =
+        logarithm_of(seconds) + logarithm_of(wish->rate_hz) - davar_logarithm_of_count(wish->block);
     const int32_t h = (blocks / 256) + c;
     const int32_t least = (davar_logarithm_of_count(longest) / 256) + MARGIN;
     return (uint32_t)((h > least) ? h : least);
@@ -392,7 +407,8 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->levels = levels_for(config->longest);
     config->shock = wish->shock;
     config->outlier = (wish->block < 18U) ? 1280U : 768U; /* 5 or 3 */
-    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_ALARM, config->longest);
+    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_ALARM,
+                                 config->longest);
     config->cut = threshold_of(wish->cut_interval_s, wish, OF_CUT, config->longest);
     config->cut = (config->cut < config->alarm) ? config->cut : config->alarm;
     config->step = davar_divided((nu * nu) << 14U, nu + 1U);
@@ -416,7 +432,8 @@ void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t
     config->levels = GLR_LEVELS;
     config->shock = 0U;
     config->outlier = 0U;
-    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_CLUSTERS, GLR_LONGEST);
+    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish,
+                                 OF_CLUSTERS, GLR_LONGEST);
     config->cut = config->alarm;
     config->step = 0U;
     config->step_of_8 = 0U;
@@ -432,8 +449,9 @@ void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t
 static bool fits_between_blocks(const davar_config_t *config)
 {
     const bool ends_between = ((config->stride % config->glr.block) == 0U);
-    const uint32_t longest = ends_between ? (config->window.longest - (config->window.longest % config->glr.block))
-                                          : (config->window.longest - (config->glr.block - 1U));
+    const uint32_t longest =
+        ends_between ? (config->window.longest - (config->window.longest % config->glr.block))
+                     : (config->window.longest - (config->glr.block - 1U));
     return !has_grid(config) || (longest >= config->window.shortest);
 }
 
@@ -441,15 +459,17 @@ DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
 {
     const bool rates = davar_is_between(1e-9, config->glr.false_alarms_per_hour, 1e9) &&
                        davar_is_between(1e-9, config->glr.cut_interval_s, 1e9);
-    const bool blocks = (config->glr.block >= GLR_BLOCK_MIN) && (config->glr.block <= GLR_BLOCK_MAX) &&
+    const bool blocks = (config->glr.block >= GLR_BLOCK_MIN) &&
+                        (config->glr.block <= GLR_BLOCK_MAX) &&
                         (config->glr.shock_blocks <= GLR_SHOCK_MAX);
     const bool window = blocks && ((config->window.longest / 8U) >= config->glr.block) &&
-                        (config->window.longest <= (GLR_LONGEST * config->glr.block)) && fits_between_blocks(config);
+                        (config->window.longest <= (GLR_LONGEST * config->glr.block)) &&
+                        fits_between_blocks(config);
     const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) && blocks &&
                           ((config->glr.long_cluster % (4U * config->glr.block)) == 0U);
     const bool about =
-        !is_about(config) ||
-        (blocks && ((config->window.longest / 2U) >= (half_in_blocks(config->glr.block) * config->glr.block)));
+        !is_about(config) || (blocks && ((config->window.longest / 2U) >=
+                                         (half_in_blocks(config->glr.block) * config->glr.block)));
     return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
@@ -460,7 +480,8 @@ void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape)
     shape->half = is_about(config) ? (half_in_blocks(config->glr.block) * config->glr.block) : 0U;
 }
 
-_Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t), "davar_law_words_t is too small");
+_Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t),
+               "davar_law_words_t is too small");
 
 void davar_glr_put(davar_law_words_t *words, const davar_glr_words_t *read)
 {
@@ -476,11 +497,13 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
     }
     const int32_t exponent = spread_exponent(&rest);
     const scaled_t square = {spread_bits(&rest, exponent), exponent};
-    return davar_root_of_quotient(scaled_to_double(square), davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
+    return davar_root_of_quotient(scaled_to_double(square),
+                                  davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
 }
 
 /* Of a sum of b (10.1) or of 6 D^2 + m (10.13). NaN without a block: all were lost in gaps. */
-static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m, double unit_per_count)
+static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m,
+                       double unit_per_count)
 {
     const uint32_t rounding = (m == 1U) ? (config->glr.block * (config->glr.block - 1U)) : m;
     const uint32_t unit = (m == 1U) ? rounding : (m * m);
@@ -490,8 +513,8 @@ static double level_of(const davar_config_t *config, const davar_spread_t *sum, 
     return davar_scale(davar_spread_level(sum, rounding, 12U * unit), unit_per_count);
 }
 
-void davar_glr_report(const davar_config_t *config, double unit_per_count, const davar_law_words_t *words,
-                      davar_result_t *result)
+void davar_glr_report(const davar_config_t *config, double unit_per_count,
+                      const davar_law_words_t *words, davar_result_t *result)
 {
     davar_glr_words_t read;
     memcpy(&read, words, sizeof read);
@@ -500,6 +523,7 @@ void davar_glr_report(const davar_config_t *config, double unit_per_count, const
     if (read.changed != 0U) {
         result->change.older = level_of(config, &read.older, read.changed, unit_per_count);
         result->change.newer = level_of(config, &read.newer, read.changed, unit_per_count);
-        result->change.gain = davar_scale(davar_double_of_u64((uint32_t)read.gain), 1.0 / (double)(1U << GAIN_DIGITS));
+        result->change.gain = davar_scale(davar_double_of_u64((uint32_t)read.gain),
+                                          1.0 / (double)(1U << GAIN_DIGITS));
     }
 }

@@ -12,7 +12,8 @@
 #include "davar/law.h"
 #include "detector/spread.h"
 
-#define GAIN_DIGITS 12U /* binary, behind the point, of a likelihood ratio and of what it is compared with */
+#define GAIN_DIGITS                                                                                \
+    12U /* binary, behind the point, of a likelihood ratio and of what it is compared with */
 
 /* --- dispersion -------------------------------------------------------------------------------------------------- */
 
@@ -30,7 +31,8 @@ void davar_dispersion_start(davar_dispersion_t *dispersion);
 
 /* The next ln b. `unit` is 1 over the mean square step of a chi-square's logarithm, 16 digits; the mean forgets over 2^memory
  * blocks. */
-void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit, uint32_t memory);
+void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit,
+                            uint32_t memory);
 
 /* --- the detector ------------------------------------------------------------------------------------------------ */
 
@@ -43,7 +45,8 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
 #define GLR_RECENT 64U       /* blocks that are remembered one by one */
 #define GLR_CUTS 5U          /* remembered, the oldest of them a bound */
 #define GLR_CLUSTER_MAX 512U /* samples of a cluster of the second channel */
-#define GLR_HALF_MAX 30U     /* blocks of half a centred window: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
+#define GLR_HALF_MAX                                                                               \
+    30U /* blocks of half a centred window: twice this and GLR_CUTS - 1 are at most GLR_RECENT */
 
 /* What davar_glr_start() makes of a rate of false alarms; digits are binary, behind the point. */
 typedef struct {
@@ -60,9 +63,10 @@ typedef struct {
     uint32_t step;      /* 1 / mean square step of ln b (Gaussian noise), 16 digits */
     uint32_t step_of_8; /* the same for the sums of eight blocks */
     uint32_t bias;      /* 1 / (3 nu), 16 digits */
-    uint32_t near;      /* blocks at least, of a trailing window, when there are so many since its cut: 150 samples */
-    uint32_t far;       /* blocks from which on a window grows by the stricter rule: 600 samples */
-    uint32_t half;      /* blocks of half a centred window: 300 samples; 0: cuts are not remembered */
+    uint32_t
+        near; /* blocks at least, of a trailing window, when there are so many since its cut: 150 samples */
+    uint32_t far;  /* blocks from which on a window grows by the stricter rule: 600 samples */
+    uint32_t half; /* blocks of half a centred window: 300 samples; 0: cuts are not remembered */
 } davar_glr_config_t;
 
 /* A place in the stream and the running sum there. */
@@ -79,18 +83,22 @@ static inline void glr_place_copy(davar_glr_place_t *to, const davar_glr_place_t
 
 /* No pointers: saved and restored as bytes. */
 typedef struct {
-    davar_spread_t record[GLR_LEVELS][GLR_RECORDS]; /* of the running sum at k, where 2^level divides k: [k >> level] */
-    davar_spread_t waiting[GLR_SHOCK_MAX];          /* blocks that may be a shock: not in any sum yet */
-    davar_spread_t eight;                           /* sum of up to eight blocks, for the dispersion */
-    davar_glr_place_t now;                          /* end of the accepted blocks, the dropped ones counted */
+    davar_spread_t
+        record[GLR_LEVELS]
+              [GLR_RECORDS]; /* of the running sum at k, where 2^level divides k: [k >> level] */
+    davar_spread_t waiting[GLR_SHOCK_MAX]; /* blocks that may be a shock: not in any sum yet */
+    davar_spread_t eight;                  /* sum of up to eight blocks, for the dispersion */
+    davar_glr_place_t now;   /* end of the accepted blocks, the dropped ones counted */
     davar_glr_place_t alarm; /* beginnings of the stretches that are held to be of one variance */
     davar_glr_place_t cut;   /* never older */
     davar_dispersion_t single;
     davar_dispersion_t of_8;
-    davar_glr_place_t past[GLR_CUTS]; /* cuts, the oldest first; at the start the beginning of the stream is one */
-    uint16_t recent[GLR_RECENT];      /* block k at k % GLR_RECENT: 7 bits of exponent, 9 of mantissa; 0: dropped */
-    uint32_t counts;                  /* bit i: that cut is a step, not part of a ramp */
-    uint32_t settled;                 /* ... for ever */
+    davar_glr_place_t past
+        [GLR_CUTS]; /* cuts, the oldest first; at the start the beginning of the stream is one */
+    uint16_t recent
+        [GLR_RECENT]; /* block k at k % GLR_RECENT: 7 bits of exponent, 9 of mantissa; 0: dropped */
+    uint32_t counts;  /* bit i: that cut is a step, not part of a ramp */
+    uint32_t settled; /* ... for ever */
     uint8_t cuts;
     uint8_t turn;    /* of which cut to judge next */
     uint8_t seen;    /* blocks since the beginning, up to GLR_HALF_MAX */
@@ -132,20 +140,20 @@ void davar_glr_reset(davar_glr_t *state);
 void davar_glr_begin_anew(davar_glr_t *state);
 
 /* The next block of K samples: their sum, and the sum of their squares. O(levels), and at most five splits for each threshold. */
-void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum, uint64_t squares,
-                        davar_glr_event_t *event);
-void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum, const davar_u128_t *squares,
-                        davar_glr_event_t *event);
+void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum,
+                        uint64_t squares, davar_glr_event_t *event);
+void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum,
+                        const davar_u128_t *squares, davar_glr_event_t *event);
 
 /* For davar_glr_start_clusters(): D of two clusters of samples, counts. */
-void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t difference,
-                                 davar_glr_event_t *event);
-void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t difference,
-                                 davar_glr_event_t *event);
+void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config,
+                                 int32_t difference, davar_glr_event_t *event);
+void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
+                                 int64_t difference, davar_glr_event_t *event);
 
 /* The same with b itself, which is not 0. */
-void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
-                    davar_glr_event_t *event);
+void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
+                    const davar_spread_t *block, davar_glr_event_t *event);
 
 /* A block with a gap in it: it takes its time and belongs to no sum. What waited is dropped with it. */
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event);
@@ -166,7 +174,8 @@ typedef struct {
 } davar_glr_window_t;
 
 /* The window that ends with the newest accepted block. At most ten tests, six with 600 blocks; nearly always no logarithm. */
-void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window);
+void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config,
+                        davar_glr_window_t *window);
 
 /* The window about the place `age` blocks before that. False, and the blocks there are, while none was there. O(GLR_RECENT). */
 bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t age,
@@ -198,7 +207,7 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
 davar_status_t davar_glr_check(const davar_config_t *config);
 void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape);
 void davar_glr_put(davar_law_words_t *words, const davar_glr_words_t *read);
-void davar_glr_report(const davar_config_t *config, double unit_per_count, const davar_law_words_t *words,
-                      davar_result_t *result);
+void davar_glr_report(const davar_config_t *config, double unit_per_count,
+                      const davar_law_words_t *words, davar_result_t *result);
 
 #endif

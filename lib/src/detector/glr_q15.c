@@ -30,14 +30,14 @@ static inline void block_add(block_t *block, sample_t sample)
     block->squares += (uint64_t)((int32_t)sample * sample);
 }
 
-static inline void block_detect(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
-                                davar_glr_event_t *event)
+static inline void block_detect(const block_t *block, davar_glr_t *detector,
+                                const davar_glr_config_t *config, davar_glr_event_t *event)
 {
     davar_glr_push_q15(detector, config, block->sum, block->squares, event);
 }
 
-static inline void clusters_detect(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
-                                   davar_glr_event_t *event)
+static inline void clusters_detect(difference_t difference, davar_glr_t *detector,
+                                   const davar_glr_config_t *config, davar_glr_event_t *event)
 {
     davar_glr_push_clusters_q15(detector, config, difference, event);
 }

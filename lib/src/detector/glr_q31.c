@@ -32,14 +32,14 @@ static inline void block_add(block_t *block, sample_t sample)
     block->squares = davar_u128_add(block->squares, square);
 }
 
-static inline void block_detect(const block_t *block, davar_glr_t *detector, const davar_glr_config_t *config,
-                                davar_glr_event_t *event)
+static inline void block_detect(const block_t *block, davar_glr_t *detector,
+                                const davar_glr_config_t *config, davar_glr_event_t *event)
 {
     davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
 }
 
-static inline void clusters_detect(difference_t difference, davar_glr_t *detector, const davar_glr_config_t *config,
-                                   davar_glr_event_t *event)
+static inline void clusters_detect(difference_t difference, davar_glr_t *detector,
+                                   const davar_glr_config_t *config, davar_glr_event_t *event)
 {
     davar_glr_push_clusters_q31(detector, config, difference, event);
 }

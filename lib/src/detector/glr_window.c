@@ -3,15 +3,16 @@
 #include "detector/scan.h"
 #include "number/real.h"
 
-#define NEAR_LIMIT (4U << GAIN_DIGITS) /* G / f up to which a stretch is of one variance, as long as it is short */
+#define NEAR_LIMIT                                                                                 \
+    (4U << GAIN_DIGITS) /* G / f up to which a stretch is of one variance, as long as it is short */
 #define FAR_LIMIT (3U << (GAIN_DIGITS - 1U))
 #define STEP_LIMIT (4U << GAIN_DIGITS) /* by which a step must beat a ramp */
 
 /* ---- growing towards the past ---- */
 
 /* Are [older, middle) and [middle, end) of one variance? Nothing speaks against it where there is no block. */
-static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *const place[3],
-                     uint32_t limit)
+static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
+                     const davar_spread_t *const place[3], uint32_t limit)
 {
     const davar_spread_t sum = spread_between(place[0], place[2]);
     const davar_spread_t older = spread_between(place[0], place[1]);
@@ -20,7 +21,8 @@ static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
     }
     davar_stretch_t stretch;
     davar_stretch(&stretch, &sum, config->degrees);
-    const uint32_t widened = (uint32_t)(davar_multiply_u32(davar_glr_dispersion(state), limit) >> GAIN_DIGITS);
+    const uint32_t widened =
+        (uint32_t)(davar_multiply_u32(davar_glr_dispersion(state), limit) >> GAIN_DIGITS);
     return !davar_likelihood_may_reach(&stretch, &older, widened >> (GAIN_DIGITS - 6U)) ||
            (davar_likelihood_gain(&stretch, &older) <= (int32_t)widened);
 }
@@ -35,7 +37,8 @@ static void oldest_record(const davar_glr_t *state, uint32_t age, davar_glr_plac
 }
 
 /* ... but not before the bound. */
-static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_place_t *bound, davar_glr_place_t *place)
+static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_place_t *bound,
+                     davar_glr_place_t *place)
 {
     if (age >= glr_age(state, bound)) {
         glr_place_copy(place, bound);
@@ -47,8 +50,9 @@ static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_pla
 /* Doubles the window [begin, end), which is not empty, to the left while the older half is like the rest. Each turn looks further
  * back than the one before; the one that reaches the bound is the last. Where the window is short, the record found may be no older than
  * its beginning, because coarse octaves have few records. */
-static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_place_t *begin,
-                      const davar_glr_place_t *end, const davar_glr_place_t *bound, uint32_t near_limit)
+static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config,
+                      davar_glr_place_t *begin, const davar_glr_place_t *end,
+                      const davar_glr_place_t *bound, uint32_t near_limit)
 {
     uint32_t age = glr_age(state, begin);
     while (begin->at != bound->at) {
@@ -68,7 +72,8 @@ static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config
     }
 }
 
-void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config, davar_glr_window_t *window)
+void davar_glr_trailing(const davar_glr_t *state, const davar_glr_config_t *config,
+                        davar_glr_window_t *window)
 {
     davar_glr_place_t begin;
     recorded(state, config->near, &state->cut, &begin);
@@ -143,7 +148,8 @@ void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block)
 typedef struct {
     uint32_t sum;
     uint32_t blocks;
-    uint64_t partial; /* the sums up to each block, added up: the k-th from the end counts k times */
+    uint64_t
+        partial; /* the sums up to each block, added up: the k-th from the end counts k times */
 } moment_t;
 
 static uint32_t loudest(const davar_glr_t *state, uint32_t from, uint32_t to)
@@ -156,7 +162,8 @@ static uint32_t loudest(const davar_glr_t *state, uint32_t from, uint32_t to)
     return most;
 }
 
-static void add_recent(const davar_glr_t *state, uint32_t from, uint32_t to, uint32_t most, moment_t *moment)
+static void add_recent(const davar_glr_t *state, uint32_t from, uint32_t to, uint32_t most,
+                       moment_t *moment)
 {
     for (uint32_t at = from; at != to; at++) {
         const uint32_t packed = state->recent[at % GLR_RECENT];
@@ -178,9 +185,11 @@ static int32_t ramp_gain(const davar_glr_config_t *config, const moment_t *momen
     const uint32_t sum = moment->sum;
     const uint64_t twice = 2U * moment->partial;
     const uint64_t middle = davar_multiply_u32(sum, n + 1U);
-    const uint64_t slope = ((twice > middle) ? (twice - middle) : (middle - twice)) >> 6U; /* below the sum */
+    const uint64_t slope =
+        ((twice > middle) ? (twice - middle) : (middle - twice)) >> 6U; /* below the sum */
     const uint32_t zeros = davar_leading_zeros_32(sum);
-    const uint32_t share = davar_upper_product((uint32_t)slope << zeros, davar_reciprocal_of_mantissa(sum << zeros));
+    const uint32_t share =
+        davar_upper_product((uint32_t)slope << zeros, davar_reciprocal_of_mantissa(sum << zeros));
     const uint32_t rho = share >> 17U; /* 8 digits */
     const uint32_t square = davar_divided(rho * rho, (n * n) - 1U);
     return (int32_t)(davar_multiply_u32(square, (3U * config->degrees * n) / 4U) >> 12U);
@@ -209,7 +218,8 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     }
     davar_stretch_t stretch;
     davar_stretch(&stretch, &sum, config->degrees);
-    const int32_t limit = (int32_t)((davar_glr_dispersion(state) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
+    const int32_t limit =
+        (int32_t)((davar_glr_dispersion(state) * (uint64_t)STEP_LIMIT) >> GAIN_DIGITS);
     return (davar_likelihood_gain(&stretch, &older) - ramp_gain(config, &moment)) > limit;
 }
 
@@ -242,8 +252,8 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
 
 /* The neighbours of the centre among the cuts that count: `begin` and `end` move to them; `bound`: the newest cut before the end,
  * whether it counts or not. */
-static void clip(const davar_glr_t *state, uint32_t centre, davar_glr_place_t *begin, davar_glr_place_t *end,
-                 davar_glr_place_t *bound)
+static void clip(const davar_glr_t *state, uint32_t centre, davar_glr_place_t *begin,
+                 davar_glr_place_t *end, davar_glr_place_t *bound)
 {
     for (uint32_t i = state->cuts; i > 0U; i--) { /* the newest first */
         const davar_glr_place_t *const cut = &state->past[i - 1U];
@@ -311,8 +321,9 @@ bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *confi
         davar_glr_place_t grown;
         recorded(state, widest, &bound, &grown);
         const uint32_t from = grown.at;
-        const bool is_comparable = (glr_age(state, &grown) > glr_age(state, &end)) &&
-                                   (grown.sum.blocks != end.sum.blocks); /* blocks between a record and the end */
+        const bool is_comparable =
+            (glr_age(state, &grown) > glr_age(state, &end)) &&
+            (grown.sum.blocks != end.sum.blocks); /* blocks between a record and the end */
         if (is_comparable) {
             grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
         }

@@ -16,11 +16,12 @@ void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t
 /* With E_o, E_n the blocks that the parts would have if they were as loud as the whole, and x - 1 - ln x at most (x - 1)^2 / 2
  * above 1, (x - 1)^2 / (2 x) below:  G <= nu/4 (E_o - N_o)^2 (1/P + 1/Q),  P = the blocks of the louder part, Q = E of the
  * other. */
-bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older, uint32_t limit)
+bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
+                                uint32_t limit)
 {
     const uint32_t blocks = stretch->sum.blocks;
-    const uint32_t share =
-        davar_upper_product(spread_bits(older, stretch->exponent), stretch->reciprocal); /* 31 digits */
+    const uint32_t share = davar_upper_product(spread_bits(older, stretch->exponent),
+                                               stretch->reciprocal); /* 31 digits */
     const uint32_t expected = (share >> 10U) * blocks; /* E_o, 21 digits, within 2^-10 */
     const uint32_t there = older->blocks << 21U;
     const bool is_louder = (expected > there);
@@ -31,14 +32,16 @@ bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spre
     const uint32_t loud = is_louder ? there : newer;
     const uint32_t p = loud >> 18U; /* 3 digits */
     const uint32_t q = (quiet >> 18U) - (((quiet >> 18U) != 0U) ? 1U : 0U);
-    const uint64_t bound = davar_multiply_u32(size * size, ((stretch->degrees * (p + q)) >> 8U) + 1U); /* 15 digits */
+    const uint64_t bound =
+        davar_multiply_u32(size * size, ((stretch->degrees * (p + q)) >> 8U) + 1U); /* 15 digits */
     return bound >= (davar_multiply_u32(p * q, limit) << 5U);
 }
 
 /* N ln(mean of the whole / mean of this part), 24 digits */
 static uint64_t part_of(const davar_stretch_t *stretch, const davar_spread_t *part)
 {
-    return davar_multiply_i32(stretch->logarithm - spread_logarithm_of_mean(part), (int32_t)part->blocks);
+    return davar_multiply_i32(stretch->logarithm - spread_logarithm_of_mean(part),
+                              (int32_t)part->blocks);
 }
 
 int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older)
@@ -47,8 +50,10 @@ int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *ol
         stretch->logarithm = spread_logarithm_of_mean(&stretch->sum);
     }
     const davar_spread_t newer = spread_between(older, &stretch->sum);
-    const uint64_t sum = part_of(stretch, older) + part_of(stretch, &newer); /* not negative, but for rounding */
-    return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >> (24U + 8U + 1U - GAIN_DIGITS));
+    const uint64_t sum =
+        part_of(stretch, older) + part_of(stretch, &newer); /* not negative, but for rounding */
+    return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >>
+                     (24U + 8U + 1U - GAIN_DIGITS));
 }
 
 /* --- the scan over dyadic ages ------------------------------------------------------------------------------------ */
@@ -86,8 +91,10 @@ static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32
     const uint32_t bias = davar_divided(scan->config->bias, n);
     for (uint32_t i = 0U; i < scan->count; i++) {
         davar_split_t *const best = &scan->best[i];
-        const uint32_t plain = (uint32_t)(davar_multiply_u32(scan->f, best->threshold - logarithm) >> 16U);
-        const int32_t excess = gain - (int32_t)(plain + (uint32_t)(davar_multiply_u32(plain, bias) >> 16U));
+        const uint32_t plain =
+            (uint32_t)(davar_multiply_u32(scan->f, best->threshold - logarithm) >> 16U);
+        const int32_t excess =
+            gain - (int32_t)(plain + (uint32_t)(davar_multiply_u32(plain, bias) >> 16U));
         if (excess > best->excess) {
             best->excess = excess;
             best->gain = gain;
@@ -103,10 +110,11 @@ static void ask(scan_t *scan, uint32_t age, uint32_t level)
     if (age >= glr_age(scan->state, scan->begin)) {
         return;
     }
-    const davar_spread_t older =
-        spread_between(&scan->begin->sum, glr_record(scan->state, level, scan->state->now.at - age));
+    const davar_spread_t older = spread_between(
+        &scan->begin->sum, glr_record(scan->state, level, scan->state->now.at - age));
     const uint32_t n = smaller_part(&scan->stretch, &older);
-    if ((n >= scan->config->least) && davar_likelihood_may_reach(&scan->stretch, &older, threshold_below(scan, n))) {
+    if ((n >= scan->config->least) &&
+        davar_likelihood_may_reach(&scan->stretch, &older, threshold_below(scan, n))) {
         compare(scan, davar_likelihood_gain(&scan->stretch, &older), n, age, level);
     }
 }
@@ -136,14 +144,15 @@ static void ask_older(scan_t *scan)
     }
 }
 
-void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, const davar_glr_place_t *begin,
-                    davar_split_t *split, uint32_t count)
+void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
+                    const davar_glr_place_t *begin, davar_split_t *split, uint32_t count)
 {
     const davar_spread_t sum = spread_between(&begin->sum, &state->now.sum);
     if (sum.blocks < (2U * config->least)) {
         return;
     }
-    scan_t scan = {state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state), split, count};
+    scan_t scan = {state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state),
+                   split, count};
     davar_stretch(&scan.stretch, &sum, config->degrees);
     ask(&scan, 2U, 0U);
     ask(&scan, 3U, 0U);

@@ -17,7 +17,8 @@ typedef struct {
 void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees);
 
 /* Bound without a logarithm: false only when the gain of this split cannot reach `limit` (6 digits, below 2^24). */
-bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older, uint32_t limit);
+bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
+                                uint32_t limit);
 
 /* G = nu/2 (N_t ln(S_t/N_t) - N_o ln(S_o/N_o) - N_n ln(S_n/N_n)); both parts hold a block, neither sum is 0. */
 int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older);
@@ -34,16 +35,18 @@ typedef struct {
 } davar_split_t;
 
 /* Scans from `begin` to now; the lower threshold first. Where splits exceed alike, the newest. */
-void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config, const davar_glr_place_t *begin,
-                    davar_split_t *split, uint32_t count);
+void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
+                    const davar_glr_place_t *begin, davar_split_t *split, uint32_t count);
 
 /* The recorded sum at a place that 2^level divides. */
-static inline const davar_spread_t *glr_record(const davar_glr_t *state, uint32_t level, uint32_t at)
+static inline const davar_spread_t *glr_record(const davar_glr_t *state, uint32_t level,
+                                               uint32_t at)
 {
     return &state->record[level][(at >> level) % GLR_RECORDS];
 }
 
-static inline void glr_move_to_record(const davar_glr_t *state, davar_glr_place_t *place, uint32_t level, uint32_t at)
+static inline void glr_move_to_record(const davar_glr_t *state, davar_glr_place_t *place,
+                                      uint32_t level, uint32_t at)
 {
     place->at = at;
     spread_copy(&place->sum, glr_record(state, level, at));

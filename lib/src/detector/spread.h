@@ -37,7 +37,8 @@ static inline void spread_add(davar_spread_t *sum, const davar_spread_t *more)
 /* What lies between two running sums. */
 static inline davar_spread_t spread_between(const davar_spread_t *from, const davar_spread_t *to)
 {
-    const davar_spread_t between = {to->low - from->low, to->high - from->high - ((to->low < from->low) ? 1U : 0U),
+    const davar_spread_t between = {to->low - from->low,
+                                    to->high - from->high - ((to->low < from->low) ? 1U : 0U),
                                     to->blocks - from->blocks};
     return between;
 }

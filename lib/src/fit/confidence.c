@@ -12,7 +12,8 @@ DAVAR_APART static double at_least(double floor, double value)
 /* White phase noise correlates only at lags 0, m and 2 m (1, -4/6, 1/6), so the count of pairs is exact. */
 static double edf_quantization(double m, double n)
 {
-    return 36.0 * n * n / (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
+    return 36.0 * n * n /
+           (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
 }
 
 DAVAR_APART DAVAR_RARE double davar_noise_white_weight(double m)
@@ -61,7 +62,8 @@ DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
     DAVAR_ASSERT((t < result->tau_count) && (tau->differences > 0U));
     double least = davar_edf(DAVAR_QUANTIZATION, tau->m, result->window_samples);
     for (int kind = DAVAR_ANGLE_RANDOM_WALK; kind <= DAVAR_RATE_RANDOM_WALK; kind++) {
-        const double edf = davar_edf((davar_coefficient_kind_t)kind, tau->m, result->window_samples);
+        const double edf =
+            davar_edf((davar_coefficient_kind_t)kind, tau->m, result->window_samples);
         least = (edf < least) ? edf : least;
     }
     const double all = (double)(result->window_samples + 1U - (2U * tau->m));
@@ -73,7 +75,8 @@ DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
 DAVAR_RARE double davar_noise_white_overlap(double m_short, double m_long)
 {
     const double shared = at_least(0.0, 2.0 * m_short - m_long);
-    return 4.0 * m_short * m_short * m_short + 2.0 * m_short - (4.0 / 3.0) * shared * (shared * shared - 1.0);
+    return 4.0 * m_short * m_short * m_short + 2.0 * m_short -
+           (4.0 / 3.0) * shared * (shared * shared - 1.0);
 }
 
 static double correlation_white(double m_short, double m_long)
@@ -83,7 +86,8 @@ static double correlation_white(double m_short, double m_long)
     return davar_noise_white_overlap(m_short, m_long) / (davar_root(a) * davar_root(b));
 }
 
-DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short, double m_long)
+DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short,
+                                          double m_long)
 {
     const double q = m_long / m_short;
     switch (noise) {
@@ -133,13 +137,15 @@ static uint32_t lower_root(uint32_t s)
     const uint32_t fifth = UINT32_C(3468894761) - times(s, sixth);
     const uint32_t fourth = UINT32_C(1993949305) - times(s, fifth);
     const uint32_t third = UINT32_C(651693641) - times(s, fourth);
-    const uint32_t first = UINT32_C(987765169) + times(s, UINT32_C(328517754)) - times(times(s, s), third);
+    const uint32_t first =
+        UINT32_C(987765169) + times(s, UINT32_C(328517754)) - times(times(s, s), third);
     return UINT32_C(1073741824) - times(s, first);
 }
 
 static scaled_t chi_square_high(uint32_t s)
 {
-    const scaled_t inverse = scaled_inverse(scaled_of_u32(lower_root(s), -NOISE_BITS)); /* 1 .. 10.1 */
+    const scaled_t inverse =
+        scaled_inverse(scaled_of_u32(lower_root(s), -NOISE_BITS)); /* 1 .. 10.1 */
     return scaled_times(inverse, scaled_times(inverse, inverse));
 }
 

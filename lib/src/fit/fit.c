@@ -46,13 +46,15 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
             double high;
             davar_chi_square_interval(2.0 * a * a / model->variance[k], &low, &high);
             const double value = davar_root(a * unit[k]);
-            result->coefficient[k] = (davar_coefficient_t){.present = true,
-                                                           .value = value,
-                                                           .low = davar_root(model->least[k] * unit[k]),
-                                                           .high = value * davar_root(high)};
+            result->coefficient[k] =
+                (davar_coefficient_t){.present = true,
+                                      .value = value,
+                                      .low = davar_root(model->least[k] * unit[k]),
+                                      .high = value * davar_root(high)};
         } else {
             const double sigma = davar_root(model->variance[k]);
-            const double square = bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
+            const double square =
+                bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
             write_absent(&result->coefficient[k], davar_root(square * unit[k]));
         }
     }
@@ -68,12 +70,14 @@ static double variance_of_sample(const davar_mixture_t *model)
     return sum;
 }
 
-static void take_off_rounding(const davar_mixture_t *model, uint32_t share, davar_coefficient_t *walk)
+static void take_off_rounding(const davar_mixture_t *model, uint32_t share,
+                              davar_coefficient_t *walk)
 {
     const double whole = walk->value;
     const double least = model->least[WHITE] / model->a[WHITE];
-    const davar_unrounded_t unrounded = davar_unrounded(share, (uint32_t)(least * (double)(1U << NOISE_BITS)),
-                                                        scaled_of_double(davar_divide(walk->high, whole)));
+    const davar_unrounded_t unrounded =
+        davar_unrounded(share, (uint32_t)(least * (double)(1U << NOISE_BITS)),
+                        scaled_of_double(davar_divide(walk->high, whole)));
     walk->value = whole * scaled_to_double(unrounded.value);
     walk->low = whole * scaled_to_double(unrounded.low);
     walk->high = whole * scaled_to_double(unrounded.high);
@@ -81,11 +85,15 @@ static void take_off_rounding(const davar_mixture_t *model, uint32_t share, dava
 
 /* Rounding adds to white noise (5.15). It leaves the other terms, which are slow, as they are while a sample scatters by half a count,
  * whatever makes it scatter. */
-static void write_rounded(const davar_plan_t *plan, const davar_mixture_t *model, davar_result_t *result)
+static void write_rounded(const davar_plan_t *plan, const davar_mixture_t *model,
+                          davar_result_t *result)
 {
     davar_coefficient_t *const walk = &result->coefficient[WHITE];
-    const uint32_t share = walk->present ? davar_rounding_share(result, scaled_of_double(model->a[WHITE])) : UINT32_MAX;
-    if (davar_rounding_share(result, scaled_of_double(variance_of_sample(model))) >= DAVAR_FIT_COARSE) {
+    const uint32_t share = walk->present
+                               ? davar_rounding_share(result, scaled_of_double(model->a[WHITE]))
+                               : UINT32_MAX;
+    if (davar_rounding_share(result, scaled_of_double(variance_of_sample(model))) >=
+        DAVAR_FIT_COARSE) {
         davar_write_coarse(plan, walk->high, result);
     } else if (share >= DAVAR_FIT_COARSE) {
         write_absent(walk, davar_half_a_count_at_least(plan, result, walk->high));
@@ -94,11 +102,13 @@ static void write_rounded(const davar_plan_t *plan, const davar_mixture_t *model
     }
 }
 
-DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white, double rate_hz,
-                                   davar_result_t *result)
+DAVAR_RARE static void fit_mixture(const davar_plan_t *plan, const davar_white_t *white,
+                                   double rate_hz, davar_result_t *result)
 {
-    davar_mixture_t model = {
-        .data = result, .weight = plan->weight, .count = plan->count, .misfit_spread = (double)plan->misfit_spread};
+    davar_mixture_t model = {.data = result,
+                             .weight = plan->weight,
+                             .count = plan->count,
+                             .misfit_spread = (double)plan->misfit_spread};
     davar_mixture_fit(&model, scaled_to_double(white->square), white->suspects);
     write_mixture_intervals(&model, result);
     write_mixture(&model, rate_hz, result);

@@ -30,10 +30,12 @@ typedef struct {
 
 /* The normal equations of all five terms. */
 typedef struct {
-    int count;                                      /* of the Allan variances: no more terms can be told apart */
-    double moment[2 * DAVAR_COEFFICIENT_COUNT - 1]; /* sum of W m^(p - 4): X' W X holds only these, at row + column */
-    double right[DAVAR_COEFFICIENT_COUNT];          /* X' W avar, scaled */
-    double scale[DAVAR_COEFFICIENT_COUNT];          /* makes the diagonal of X' W X 1: a = scale * solution */
+    int count; /* of the Allan variances: no more terms can be told apart */
+    double moment[2 * DAVAR_COEFFICIENT_COUNT -
+                  1]; /* sum of W m^(p - 4): X' W X holds only these, at row + column */
+    double right[DAVAR_COEFFICIENT_COUNT]; /* X' W avar, scaled */
+    double
+        scale[DAVAR_COEFFICIENT_COUNT]; /* makes the diagonal of X' W X 1: a = scale * solution */
 } normal_t;
 
 /* Inverse over some of the terms: row i belongs to term[i], in ascending order. */
@@ -79,7 +81,8 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_ad
         }
     }
     const double lost = (double)tau->differences / all;
-    const double edf = avar_of(model, m) / inverse * lost * scaled_to_double(davar_fit_evidence(model->data));
+    const double edf =
+        avar_of(model, m) / inverse * lost * scaled_to_double(davar_fit_evidence(model->data));
     return (edf > 1.0) ? edf : 1.0;
 }
 
@@ -193,8 +196,8 @@ DAVAR_RARE static double solution(const normal_t *normal, const inverse_t *inver
 
 /* Its variance. `scatter` is X' W C W X, where C is the covariance of the Allan variances, scaled as the normal equations. INFINITY:
  * the terms are so alike that an approximate C cannot tell their variance. */
-DAVAR_RARE static double solution_variance(const normal_t *normal, const inverse_t *inverse, const matrix_t *scatter,
-                                           int i)
+DAVAR_RARE static double solution_variance(const normal_t *normal, const inverse_t *inverse,
+                                           const matrix_t *scatter, int i)
 {
     const double scale = normal->scale[inverse->term[i]];
     double sum = 0.0;
@@ -268,7 +271,8 @@ static double covariance(const davar_mixture_t *model, double m_short, double m_
     double sum = 0.0;
     for (int k = 0; k < TERMS; k++) {
         if (has_term(model->terms, k)) {
-            sum += model->a[k] * x[k] * davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
+            sum += model->a[k] * x[k] *
+                   davar_noise_correlation((davar_coefficient_kind_t)k, m_short, m_long);
         }
     }
     return sum;
@@ -295,7 +299,8 @@ static void covariance_row(const davar_mixture_t *model, int j, const double fac
     const double m_long = (double)model->data->tau[j].m;
     for (int i = 0; i <= j; i++) {
         const double m_short = (double)model->data->tau[i].m;
-        const double share = (i < j) ? covariance(model, m_short, m_long) : 0.5 * avar_of(model, m_long);
+        const double share =
+            (i < j) ? covariance(model, m_short, m_long) : 0.5 * avar_of(model, m_long);
         double x[DAVAR_COEFFICIENT_COUNT];
         shapes(m_short, x);
         for (int k = 0; k < TERMS; k++) {
@@ -360,7 +365,8 @@ DAVAR_APART static double lower_limit(double a, double variance)
 }
 
 /* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
-static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse, const matrix_t *h)
+static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse,
+                  const matrix_t *h)
 {
     for (int i = 0; i < inverse->size; i++) {
         const int k = inverse->term[i];
@@ -375,7 +381,8 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_
 
 /* The model's noise gives weights and scatter, so for an absent term this is a test of the model without it (a score
  * test). */
-static void judge_absent(davar_mixture_t *model, const normal_t *normal, const matrix_t *h, int term)
+static void judge_absent(davar_mixture_t *model, const normal_t *normal, const matrix_t *h,
+                         int term)
 {
     inverse_t inverse;
     model->beside[term] = 0.0;
@@ -429,7 +436,9 @@ static unsigned missing_terms(const davar_mixture_t *model)
 {
     unsigned found = 0U;
     for (int k = 0; k < TERMS; k++) {
-        found |= (!has_term(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD)) ? term_bit(k) : 0U;
+        found |= (!has_term(model->terms, k) && (significance(model, k) > DAVAR_FIT_THRESHOLD))
+                     ? term_bit(k)
+                     : 0U;
     }
     return found;
 }
@@ -460,7 +469,8 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     double least = (double)INFINITY;
     for (int k = 0; k < TERMS; k++) {
         davar_mixture_t trial = before;
-        if (has_term(suspects, k) && converge(&trial, before.terms | term_bit(k), 0.5, ROUNDS_TRIAL)) {
+        if (has_term(suspects, k) &&
+            converge(&trial, before.terms | term_bit(k), 0.5, ROUNDS_TRIAL)) {
             const double left = unexplained(&trial);
             if (left < least) {
                 least = left;
@@ -493,7 +503,8 @@ static bool grow(davar_mixture_t *model, unsigned suspects)
     }
     settle(model);
     for (int k = 0; k < TERMS; k++) {
-        if (has_term(model->terms, k) && (k != added) && (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
+        if (has_term(model->terms, k) && (k != added) &&
+            (significance(model, k) < DAVAR_FIT_THRESHOLD)) {
             reconsider(model, k);
         }
     }
@@ -507,6 +518,7 @@ DAVAR_RARE void davar_mixture_fit(davar_mixture_t *model, double white, unsigned
     if (!grow(model, suspects)) {
         settle(model);
     }
-    for (int round = 1; (round < TERMS) && grow(model, missing_terms(model)); round++) { /* bounded: no cycles */
+    for (int round = 1; (round < TERMS) && grow(model, missing_terms(model));
+         round++) { /* bounded: no cycles */
     }
 }

@@ -11,12 +11,14 @@ typedef struct {
     uint8_t count;              /* at least 1 */
     double misfit_spread;       /* standard deviation of the misfit under white noise (5.9) */
 
-    unsigned terms;                           /* bit k: term k is in the model */
-    double a[DAVAR_COEFFICIENT_COUNT];        /* 0 for an absent term */
-    double beside[DAVAR_COEFFICIENT_COUNT];   /* of an absent term: its fit, of either sign, beside the model's terms */
-    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: the cluster sizes cannot tell it apart */
-    double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a[], doubts included */
-    double grow;                              /* misfit in the variances; 1: the model fits */
+    unsigned terms;                    /* bit k: term k is in the model */
+    double a[DAVAR_COEFFICIENT_COUNT]; /* 0 for an absent term */
+    double beside
+        [DAVAR_COEFFICIENT_COUNT]; /* of an absent term: its fit, of either sign, beside the model's terms */
+    double variance
+        [DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: the cluster sizes cannot tell it apart */
+    double least[DAVAR_COEFFICIENT_COUNT]; /* lower 95 % limit of a[], doubts included */
+    double grow;                           /* misfit in the variances; 1: the model fits */
 } davar_mixture_t;
 
 /* Fills all from `terms` on, starting from white noise of variance `white` (> 0) per sample and the terms in `suspects` (bit

@@ -44,7 +44,9 @@ static double scale_of(const double values[], int count)
         const double size = (values[t] < 0.0) ? -values[t] : values[t];
         largest = (size > largest) ? size : largest;
     }
-    return (largest > 0.0) ? davar_double_of_bits(((davar_bits_of_double(largest) >> 52U) + 1U) << 52U) : 1.0;
+    return (largest > 0.0)
+               ? davar_double_of_bits(((davar_bits_of_double(largest) >> 52U) + 1U) << 52U)
+               : 1.0;
 }
 
 /* As fixed point of 29 bits, in units of scale. */
@@ -76,7 +78,9 @@ static void plan_regression(davar_plan_t *plan, int term)
     for (int t = 0; t < plan->count; t++) {
         functional[t] = gain * (double)plan->weight[t] * (shape(plan, term, t) - centre);
     }
-    const double scale = (term == WHITE) ? 1.0 : scale_of(functional, plan->count); /* the sum of white noise's is 1 */
+    const double scale =
+        (term == WHITE) ? 1.0
+                        : scale_of(functional, plan->count); /* the sum of white noise's is 1 */
     store(functional, plan->count, scale, plan->functional[term]);
     plan->scale[term] = (float)scale;
     const float per_share = (float)centre * plan->scale[term];
@@ -144,7 +148,8 @@ static double white_misfit_spread(const davar_plan_t *plan)
 /* The largest sum of edf (y - 1)^2 that is no misfit (5.9). */
 static uint64_t misfit_limit(const davar_plan_t *plan)
 {
-    const double most = 2.0 * ((double)(plan->count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
+    const double most =
+        2.0 * ((double)(plan->count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
     return (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
 }
 
@@ -195,7 +200,8 @@ static scaled_t scaled_ratio(uint32_t dividend, uint32_t divisor)
 
 /* (1.2): factor * rate^(k - 2), in doubles and correctly rounded: two rates that differ in the last bit give results that differ no
  * more. */
-static const double factor[] = {1.0 / 3.0, 3600.0, 3600.0 * 3600.0 * 2.2661800709135971 /* pi / (2 ln 2) */,
+static const double factor[] = {1.0 / 3.0, 3600.0,
+                                3600.0 * 3600.0 * 2.2661800709135971 /* pi / (2 ln 2) */,
                                 216000.0 * 216000.0 * 3.0, 12960000.0 * 12960000.0 * 2.0};
 
 /* 1 for a power that is not above 0. */
@@ -217,8 +223,10 @@ void davar_square_units(double rate_hz, double unit[])
 void davar_plan_rate(davar_plan_t *plan, double rate_hz)
 {
     for (int k = 0; k < TERMS; k++) {
-        const double square = davar_scale(factor[k], scaled_to_double(scaled_of_float(plan->unit[k])));
-        plan->root[k] = davar_root_of_quotient(davar_scale(square, power_of(rate_hz, k - 2)), power_of(rate_hz, 2 - k));
+        const double square =
+            davar_scale(factor[k], scaled_to_double(scaled_of_float(plan->unit[k])));
+        plan->root[k] = davar_root_of_quotient(davar_scale(square, power_of(rate_hz, k - 2)),
+                                               power_of(rate_hz, 2 - k));
     }
     plan->rate_hz = rate_hz;
 }
@@ -253,8 +261,8 @@ static bool is_whole(const davar_result_t *result, int count)
 
 scaled_t davar_fit_evidence(const davar_result_t *result)
 {
-    const scaled_t share =
-        scaled_ratio(result->window_samples, result->window_samples + (2U * result->mirrored_samples));
+    const scaled_t share = scaled_ratio(result->window_samples,
+                                        result->window_samples + (2U * result->mirrored_samples));
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
@@ -287,7 +295,8 @@ static void plan_white(davar_plan_t *plan, scaled_t variance)
 {
     scaled_t low;
     scaled_t high;
-    davar_chi_square(at_least_one(scaled_times(half_to_the(-1), scaled_inverse(variance))), &low, &high);
+    davar_chi_square(at_least_one(scaled_times(half_to_the(-1), scaled_inverse(variance))), &low,
+                     &high);
     plan->white_low = scaled_to_fixed(low, NOISE_BITS);
     plan->white_high = scaled_to_float(scaled_root(high));
 }
@@ -297,7 +306,8 @@ static void plan_white(davar_plan_t *plan, scaled_t variance)
 static uint32_t fixed_sigma(scaled_t sigma)
 {
     const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
-    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U; /* 0: unknown */
+    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) |
+           1U; /* 0: unknown */
 }
 
 /* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */
@@ -305,20 +315,24 @@ static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t var
 {
     const scaled_t sigma = (variance.mantissa != 0U) ? scaled_root(variance) : variance;
     const scaled_t scale = scaled_of_float(plan->scale[k]);
-    const scaled_t margin = scaled_times(scaled_times(scaled_of_double(DAVAR_FIT_BOUND), sigma), scale);
+    const scaled_t margin =
+        scaled_times(scaled_times(scaled_of_double(DAVAR_FIT_BOUND), sigma), scale);
     const scaled_t centre = scaled_of_float(plan->centre[k]);
     const scaled_t of_term = scaled_times(scaled_times(centre, centre), variance);
     const scaled_t half = scaled_times(half_to_the(1), scaled_plus(of_white, of_term));
     plan->sigma[k] = fixed_sigma(sigma);
-    plan->room[k] = scaled_to_float(scaled_root(scaled_times(scaled_plus(half_to_the(0), margin), scale)));
+    plan->room[k] =
+        scaled_to_float(scaled_root(scaled_times(scaled_plus(half_to_the(0), margin), scale)));
     plan->doubt[k] = scaled_to_fixed(scaled_root(half), NOISE_BITS);
 }
 
 /* Of an amplitude, from 1 / effective differences, aligned. */
-static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t inverse[], int32_t exponent)
+static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t inverse[],
+                            int32_t exponent)
 {
     const uint64_t sum = davar_aligned_sum(plan->variance[term], inverse, plan->count);
-    return scaled_of_u64(sum, exponent + plan->variance_exponent[term] - (int32_t)DAVAR_FIT_FUNCTIONAL_BITS);
+    return scaled_of_u64(sum, exponent + plan->variance_exponent[term] -
+                                  (int32_t)DAVAR_FIT_FUNCTIONAL_BITS);
 }
 
 static void plan_window(davar_plan_t *plan, const davar_result_t *result)

@@ -43,13 +43,15 @@ static double root(double value, uint8_t degree)
     return low;
 }
 
-DAVAR_RARE uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus, uint8_t capacity)
+DAVAR_RARE uint8_t davar_taus_geometric(uint32_t window, uint8_t wanted, uint32_t *taus,
+                                        uint8_t capacity)
 {
     uint8_t count = 0U;
     if ((window < 2U) || (wanted == 0U)) {
         return 0U;
     }
-    const double ratio = (wanted > 1U) ? root((double)largest(window), (uint8_t)(wanted - 1U)) : 1.0;
+    const double ratio =
+        (wanted > 1U) ? root((double)largest(window), (uint8_t)(wanted - 1U)) : 1.0;
     double exact = 1.0;
     for (uint8_t i = 0U; (i < wanted) && (count < capacity); i++) {
         const uint32_t m = (uint32_t)(exact + 0.5);

@@ -28,7 +28,8 @@ static scaled_t mantissa_of_y(scaled_t adev, float m)
 {
     const scaled_t size = scaled_of_float(m);
     const uint32_t square = davar_upper_product(adev.mantissa, adev.mantissa);
-    const scaled_t y = {davar_upper_product(square, size.mantissa), (2 * adev.exponent) + size.exponent + 64};
+    const scaled_t y = {davar_upper_product(square, size.mantissa),
+                        (2 * adev.exponent) + size.exponent + 64};
     return y;
 }
 
@@ -63,7 +64,8 @@ static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
     white->square.mantissa = (uint32_t)((sum << zeros) >> 32U);
     white->square.exponent = white->exponent + 32 - (int32_t)(zeros + DAVAR_FIT_FUNCTIONAL_BITS);
     white->drift = (zeros > spare) ? (zeros - spare) : 0U;
-    white->inverse = davar_reciprocal_of_mantissa(white->square.mantissa) >> (spare + white->drift - zeros);
+    white->inverse =
+        davar_reciprocal_of_mantissa(white->square.mantissa) >> (spare + white->drift - zeros);
 }
 
 /* A sum with a functional in it, over N^2, in the fixed point of shares; what it cannot hold is as much as it can. */
@@ -87,7 +89,8 @@ static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
     white->suspects = 0U;
     for (int k = 0; k < TERMS; k++) {
         white->share[k] = (k == WHITE) ? SHARE_ONE : share_of(white, amplitude(plan, white, k));
-        if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k]))) {
+        if ((k != WHITE) &&
+            (white->share[k] > times_sigma(DAVAR_FIT_THRESHOLD_QUARTERS, plan->sigma[k]))) {
             white->suspects |= 1U << (unsigned)k;
         }
     }
@@ -100,7 +103,8 @@ static uint32_t deviation(const davar_white_t *white, uint32_t y, uint32_t root_
     const uint32_t ratio = (share < SHARE_MOST) ? share : SHARE_MOST;
     const uint32_t excess = ratio - SHARE_ONE; /* modulo 2^32 */
     const uint32_t sign = 0U - (excess >> 31U);
-    return (uint32_t)(davar_multiply_u32((excess ^ sign) - sign, root_edf) >> (DAVAR_FIT_SHARE_BITS + 7U));
+    return (uint32_t)(davar_multiply_u32((excess ^ sign) - sign, root_edf) >>
+                      (DAVAR_FIT_SHARE_BITS + 7U));
 }
 
 static bool explains(const davar_plan_t *plan, const davar_white_t *white)
@@ -129,10 +133,12 @@ static bool fit_data(const davar_plan_t *plan, const davar_result_t *result, dav
 
 /* --- rounding (5.15) ------------------------------------------------------------------------------------------------ */
 
-DAVAR_APART DAVAR_RARE uint32_t davar_rounding_share(const davar_result_t *result, scaled_t variance)
+DAVAR_APART DAVAR_RARE uint32_t davar_rounding_share(const davar_result_t *result,
+                                                     scaled_t variance)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
-    const scaled_t rounding = scaled_times(scaled_times(count, count), scaled_of_double(1.0 / 12.0));
+    const scaled_t rounding =
+        scaled_times(scaled_times(count, count), scaled_of_double(1.0 / 12.0));
     return scaled_to_fixed(scaled_times(rounding, scaled_inverse(variance)), NOISE_BITS);
 }
 
@@ -157,7 +163,8 @@ static uint32_t rounding_margin(uint32_t share, uint32_t noise)
     return product_of_ones(share, product_of_ones(square, square)) * 17U / 2U;
 }
 
-DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least, scaled_t high)
+DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least,
+                                                         scaled_t high)
 {
     const bool is_low = (least / 4U) > share;
     const uint32_t noise = is_low ? (least - share) : (3U * share);
@@ -167,7 +174,8 @@ DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_
         unrounded.low = scaled_root(scaled_of_u32(noise - margin, -NOISE_BITS));
     }
     if (share > 0U) {
-        const uint32_t square = scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS);
+        const uint32_t square =
+            scaled_to_fixed(scaled_times(high, high), (int32_t)DAVAR_FIT_SHARE_BITS);
         const uint32_t less = (share - margin) >> ((uint32_t)NOISE_BITS - DAVAR_FIT_SHARE_BITS);
         unrounded.value = scaled_root(scaled_of_u32(CENTRE_ONE - share, -NOISE_BITS));
         unrounded.high = scaled_root(scaled_of_u32(square - less, -(int32_t)DAVAR_FIT_SHARE_BITS));
@@ -175,7 +183,8 @@ DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_
     return unrounded;
 }
 
-DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_t *result, double limit)
+DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
+                                              const davar_result_t *result, double limit)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
     const scaled_t half = {count.mantissa, count.exponent - 1};
@@ -189,8 +198,10 @@ DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan, const da
 static scaled_t white_bound(const davar_plan_t *plan, uint32_t share, int term)
 {
     const uint32_t sigma = plan->sigma[term];
-    const uint32_t margin = sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
-    const scaled_t root = scaled_root(scaled_of_u32(share + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
+    const uint32_t margin =
+        sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
+    const scaled_t root =
+        scaled_root(scaled_of_u32(share + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
     return scaled_times(root, scaled_of_float(plan->room[term]));
 }
 
@@ -218,7 +229,8 @@ static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *whit
 {
     uint32_t least = plan->white_low;
     for (int k = 0; k < TERMS; k++) {
-        if ((k != WHITE) && (white->share[k] > times_sigma(DAVAR_FIT_DOUBT_QUARTERS, plan->sigma[k]))) {
+        if ((k != WHITE) &&
+            (white->share[k] > times_sigma(DAVAR_FIT_DOUBT_QUARTERS, plan->sigma[k]))) {
             const uint32_t low = doubted(plan, white->share[k], k);
             least = (low < least) ? low : least;
         }
@@ -226,7 +238,8 @@ static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *whit
     return least;
 }
 
-static void write_intervals(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+static void write_intervals(const davar_plan_t *plan, const davar_white_t *white,
+                            davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         davar_adev_t *const tau = &result->tau[t];
@@ -236,8 +249,8 @@ static void write_intervals(const davar_plan_t *plan, const davar_white_t *white
     }
 }
 
-static void white_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, int term,
-                         davar_coefficient_t *coefficient)
+static void white_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
+                         int term, davar_coefficient_t *coefficient)
 {
     coefficient->present = false;
     coefficient->value = (double)NAN;
@@ -245,23 +258,26 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
     coefficient->high = (double)INFINITY;
     if (plan->sigma[term] <= DAVAR_FIT_SIGMA_MOST) {
         const scaled_t bound = scaled_times(white_bound(plan, white->share[term], term), root);
-        coefficient->high = scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
+        coefficient->high =
+            scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
     }
 }
 
-static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root, uint32_t rounding,
-                          davar_coefficient_t *coefficient)
+static void white_present(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
+                          uint32_t rounding, davar_coefficient_t *coefficient)
 {
     const scaled_t whole = scaled_times(root, scaled_of_double(plan->root[WHITE]));
     const davar_unrounded_t unrounded =
         davar_unrounded(rounding, least_square(plan, white), scaled_of_float(plan->white_high));
     coefficient->present = true;
-    coefficient->value = scaled_to_double((rounding == 0U) ? whole : scaled_times(whole, unrounded.value));
+    coefficient->value =
+        scaled_to_double((rounding == 0U) ? whole : scaled_times(whole, unrounded.value));
     coefficient->low = scaled_to_double(scaled_times(whole, unrounded.low));
     coefficient->high = scaled_to_double(scaled_times(whole, unrounded.high));
 }
 
-static void write_white(const davar_plan_t *plan, const davar_white_t *white, uint32_t rounding, davar_result_t *result)
+static void write_white(const davar_plan_t *plan, const davar_white_t *white, uint32_t rounding,
+                        davar_result_t *result)
 {
     const scaled_t root = scaled_root(white->square);
     write_intervals(plan, white, result);
@@ -277,7 +293,8 @@ static void write_white(const davar_plan_t *plan, const davar_white_t *white, ui
 
 /* --- the step --------------------------------------------------------------------------------------------------------- */
 
-DAVAR_RARE static void write_unlimited(const davar_plan_t *plan, davar_noise_t noise, davar_result_t *result)
+DAVAR_RARE static void write_unlimited(const davar_plan_t *plan, davar_noise_t noise,
+                                       davar_result_t *result)
 {
     for (int t = 0; t < plan->count; t++) {
         result->tau[t].edf = plan->edf[t];
@@ -297,7 +314,8 @@ DAVAR_RARE void davar_write_coarse(const davar_plan_t *plan, double limit, davar
 
 static double highest_white(const davar_plan_t *plan, const davar_white_t *white)
 {
-    const scaled_t high = scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
+    const scaled_t high =
+        scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
     return scaled_to_double(scaled_times(high, scaled_of_double(plan->root[WHITE])));
 }
 
@@ -309,7 +327,8 @@ static void write_nothing(davar_result_t *result)
 }
 
 /* ... with a plan that is up to date. */
-static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
+                     davar_white_t *white)
 {
     davar_absent_taus(result, plan->count);
     if (!fit_data(plan, result, white)) {
@@ -331,7 +350,8 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     return white->explains;
 }
 
-bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white)
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
+                          davar_white_t *white)
 {
     if (davar_fit_usable(result) == 0U) {
         write_nothing(result);
@@ -342,7 +362,8 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
 }
 
 /* Whatever else is there adds to the Allan variance: white noise is no more than all of it (5.11). */
-static void write_beside(const davar_plan_t *plan, const davar_white_t *white, davar_result_t *result)
+static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
+                         davar_result_t *result)
 {
     const davar_adev_t *const shortest = &result->tau[0];
     const scaled_t y = scaled_root(scaled_of_float(plan->m[0]));

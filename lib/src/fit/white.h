@@ -22,7 +22,8 @@ typedef struct {
 davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least, scaled_t high);
 
 /* An upper limit of the angle random walk, with rounding in it: at least half a count, for so much can hide. */
-double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_t *result, double limit);
+double davar_half_a_count_at_least(const davar_plan_t *plan, const davar_result_t *result,
+                                   double limit);
 
 /* Writes DAVAR_NOISE_COARSE: all is absent but an upper limit of the angle random walk, from one with rounding in it. */
 void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *result);
@@ -34,15 +35,16 @@ typedef struct {
     int32_t exponent;
     scaled_t square;  /* N^2 of a sample */
     uint32_t inverse; /* its reciprocal, as share_of() needs it */
-    uint32_t drift;   /* powers of two that N^2 lacks to be of the size of y, and shares lack bits */
-    uint32_t
-        share[DAVAR_COEFFICIENT_COUNT]; /* amplitude of one more term over N^2, in plan->scale; 0: none, or negative */
-    unsigned suspects;                  /* bit k: term k is significant (5.7) */
-    bool explains;                      /* no misfit (5.9) */
+    uint32_t drift; /* powers of two that N^2 lacks to be of the size of y, and shares lack bits */
+    uint32_t share
+        [DAVAR_COEFFICIENT_COUNT]; /* amplitude of one more term over N^2, in plan->scale; 0: none, or negative */
+    unsigned suspects; /* bit k: term k is significant (5.7) */
+    bool explains;     /* no misfit (5.9) */
 } davar_white_t;
 
 /* Does white noise explain all that a window shows, or does it show nothing? Then the result is written; otherwise *white says
  * what is there, and of the result only what no fit can give is written. */
-bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result, davar_white_t *white);
+bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
+                          davar_white_t *white);
 
 #endif

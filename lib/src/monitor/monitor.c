@@ -4,7 +4,8 @@
 #include "davar/fit.h"
 #include "number/real.h"
 
-#define RATIO_LIMIT 1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
+#define RATIO_LIMIT                                                                                \
+    1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
 #define LIMITS 32U
 
 /* Cube root of r, 1/RATIO_LIMIT <= r <= RATIO_LIMIT: scaled by eights to 1/8 .. 8, then four of Halley's steps. */
@@ -37,8 +38,9 @@ static double scatter_of(double edf)
 static double excess_of(double adev, double edf, const davar_model_tau_t *model)
 {
     const double ratio = (adev / model->adev_dps) * (adev / model->adev_dps);
-    const double bounded =
-        (ratio > 1.0 / RATIO_LIMIT) ? ((ratio < RATIO_LIMIT) ? ratio : RATIO_LIMIT) : 1.0 / RATIO_LIMIT;
+    const double bounded = (ratio > 1.0 / RATIO_LIMIT)
+                               ? ((ratio < RATIO_LIMIT) ? ratio : RATIO_LIMIT)
+                               : 1.0 / RATIO_LIMIT;
     return cube_root(bounded) - 1.0 + scatter_of(edf);
 }
 
@@ -60,10 +62,10 @@ double davar_deviation(double adev, double edf, const davar_model_tau_t *model)
 static double limit_of(uint8_t count)
 {
     /* by number of taus; of none there is none */
-    static const double limit[LIMITS + 1U] = {0.0,    2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205,
-                                              3.4524, 3.4808, 3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204,
-                                              3.6352, 3.6491, 3.6623, 3.6747, 3.6866, 3.6979, 3.7087, 3.7190, 3.7289,
-                                              3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
+    static const double limit[LIMITS + 1U] = {
+        0.0,    2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205, 3.4524, 3.4808,
+        3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204, 3.6352, 3.6491, 3.6623, 3.6747,
+        3.6866, 3.6979, 3.7087, 3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
     return limit[(count < LIMITS) ? count : LIMITS];
 }
 
@@ -85,15 +87,18 @@ static const davar_model_tau_t *entry_of(const davar_model_tau_t *model, uint8_t
 static bool is_usable(const davar_model_tau_t *model, uint8_t count)
 {
     for (uint8_t i = 0U; i < count; i++) {
-        const bool tolerable = (model[i].relative_tolerance >= 0.0) && isfinite(model[i].relative_tolerance);
-        if (!is_positive(model[i].adev_dps) || !tolerable || (entry_of(model, i, model[i].m) != NULL)) {
+        const bool tolerable =
+            (model[i].relative_tolerance >= 0.0) && isfinite(model[i].relative_tolerance);
+        if (!is_positive(model[i].adev_dps) || !tolerable ||
+            (entry_of(model, i, model[i].m) != NULL)) {
             return false;
         }
     }
     return count > 0U;
 }
 
-bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count, double memory)
+bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model, uint8_t count,
+                        double memory)
 {
     DAVAR_ASSERT((monitor != NULL) && (model != NULL));
     if (!is_usable(model, count) || !(memory >= 1.0) || !isfinite(memory)) {
@@ -107,13 +112,15 @@ bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model
 static double fresh_share(const davar_monitor_t *monitor, const davar_result_t *result)
 {
     const bool follows = monitor->started && (result->epoch > monitor->epoch);
-    const double step = follows ? (double)(result->epoch - monitor->epoch) : (double)result->window_samples;
+    const double step =
+        follows ? (double)(result->epoch - monitor->epoch) : (double)result->window_samples;
     const double window = (double)result->window_samples;
     return (step < window) ? step / window : 1.0;
 }
 
 /* A running mean of at most `memory` windows (9.4). */
-static void remember(davar_monitor_tau_t *tau, double memory, double fresh, double excess, double edf)
+static void remember(davar_monitor_tau_t *tau, double memory, double fresh, double excess,
+                     double edf)
 {
     const double grown = tau->windows + fresh;
     tau->windows = (grown < memory) ? grown : memory;
@@ -128,7 +135,8 @@ static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_t
     if (!(tau->windows > 0.0)) {
         return (double)NAN;
     }
-    const double share = (tau->share < 1.0) ? tau->share : 1.0; /* the first window may be a part of one */
+    const double share =
+        (tau->share < 1.0) ? tau->share : 1.0; /* the first window may be a part of one */
     return tau->excess / davar_root(tau->variance * share + tolerance_of(model));
 }
 
@@ -145,8 +153,8 @@ static double edf_of(const davar_result_t *result, uint8_t t)
     return (fitted >= 1.0) ? fitted : davar_edf_least(result, t);
 }
 
-static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_result_t *result, uint8_t t,
-                                         double fresh)
+static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_result_t *result,
+                                         uint8_t t, double fresh)
 {
     const davar_adev_t *measured = &result->tau[t];
     const davar_model_tau_t *model = entry_of(monitor->model, monitor->model_count, measured->m);
@@ -160,7 +168,8 @@ static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_r
         const double edf = edf_of(result, t);
         found.match = DAVAR_TAU_COMPARED;
         found.deviation = davar_deviation(measured->adev, edf, model);
-        remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, edf, model), edf);
+        remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, edf, model),
+                 edf);
     }
     found.mean_deviation = mean_deviation(&monitor->tau[t], model);
     return found;
@@ -185,7 +194,8 @@ static void misfit_judge(davar_misfit_t *misfit)
     }
 }
 
-void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result, davar_misfit_t *misfit)
+void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result,
+                          davar_misfit_t *misfit)
 {
     DAVAR_ASSERT((monitor != NULL) && (result != NULL) && (misfit != NULL));
     const double fresh = fresh_share(monitor, result);
@@ -196,7 +206,8 @@ void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result
                                .tau_count = result->tau_count};
     for (uint8_t t = 0U; t < result->tau_count; t++) {
         misfit->tau[t] = misfit_compare(monitor, result, t, fresh);
-        misfit->compared = (uint8_t)(misfit->compared + ((misfit->tau[t].match == DAVAR_TAU_COMPARED) ? 1U : 0U));
+        misfit->compared =
+            (uint8_t)(misfit->compared + ((misfit->tau[t].match == DAVAR_TAU_COMPARED) ? 1U : 0U));
     }
     if (misfit->compared > 0U) {
         misfit_judge(misfit);

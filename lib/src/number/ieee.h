@@ -44,7 +44,8 @@ static inline float davar_float_of_bits(uint32_t bits)
 /* 1 / value, a power of two. */
 static inline double davar_inverse_of_power(float value)
 {
-    return davar_double_of_bits((uint64_t)(1023U + 127U - (davar_bits_of_float(value) >> 23U)) << 52U);
+    return davar_double_of_bits((uint64_t)(1023U + 127U - (davar_bits_of_float(value) >> 23U))
+                                << 52U);
 }
 
 /* mantissa * 2^(exponent - 1086), to the nearest double, ties to even; the top bit of the mantissa is set. */

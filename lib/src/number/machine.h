@@ -287,7 +287,8 @@ static inline uint32_t davar_leading_zeros_32(uint32_t value)
 static inline uint32_t davar_leading_zeros(uint64_t value)
 {
     const uint32_t high = (uint32_t)(value >> 32U);
-    return (high != 0U) ? davar_leading_zeros_32(high) : (32U + davar_leading_zeros_32((uint32_t)value));
+    return (high != 0U) ? davar_leading_zeros_32(high)
+                        : (32U + davar_leading_zeros_32((uint32_t)value));
 }
 
 #ifdef __SIZEOF_INT128__
@@ -367,7 +368,8 @@ static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
 /* Modulo 2^64. */
 static inline uint64_t davar_scale_u64(uint64_t a, uint32_t factor)
 {
-    return davar_multiply_u32((uint32_t)a, factor) + ((uint64_t)((uint32_t)(a >> 32U) * factor) << 32U);
+    return davar_multiply_u32((uint32_t)a, factor) +
+           ((uint64_t)((uint32_t)(a >> 32U) * factor) << 32U);
 }
 
 static inline davar_u128_t davar_u128_of_i64(int64_t a)

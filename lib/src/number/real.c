@@ -41,7 +41,8 @@ static inline uint32_t correction(estimate_t estimate)
 /* m as 2.30; the relative error is below 2e-6. 1.33542 - 0.41067 m + 0.05121 m^2 is the minimax polynomial. */
 static estimate_t estimate_of(uint32_t m)
 {
-    const uint32_t slope = UINT32_C(1763812533) - (davar_upper_product(m, UINT32_C(219924841)) << 2U);
+    const uint32_t slope =
+        UINT32_C(1763812533) - (davar_upper_product(m, UINT32_C(219924841)) << 2U);
     const uint32_t reciprocal = (UINT32_C(1433893834) - davar_upper_product(m, slope)) << 2U;
     estimate_t estimate = {reciprocal, davar_upper_product(m, reciprocal)};
     for (unsigned i = 0U; i < 2U; i++) {
@@ -61,16 +62,18 @@ static inline uint32_t halve_exponent(uint32_t exponent, uint32_t bias)
 uint32_t davar_root_of_mantissa_by_integers(uint32_t m)
 {
     const estimate_t estimate = estimate_of(m);
-    uint32_t root = (davar_upper_product(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
-    const uint32_t short_of = (m << 16U) - (root * root);                                  /* m - root^2, modulo 2^32 */
-    root += (root - short_of) >> 31U;                                                      /* beyond half a unit: up */
+    uint32_t root =
+        (davar_upper_product(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
+    const uint32_t short_of = (m << 16U) - (root * root); /* m - root^2, modulo 2^32 */
+    root += (root - short_of) >> 31U;                     /* beyond half a unit: up */
     return root;
 }
 
 static uint64_t root_of_mantissa_64(uint64_t m)
 {
     const estimate_t estimate = estimate_of((uint32_t)(m >> 32U));
-    const uint32_t reciprocal = davar_upper_product(estimate.reciprocal, correction(estimate)) << 1U;
+    const uint32_t reciprocal = davar_upper_product(estimate.reciprocal, correction(estimate))
+                                << 1U;
     const uint64_t s = top_64_of_96(m, reciprocal);
     const uint64_t u = ((uint64_t)THREE << 32U) - top_64_of_96(s, reciprocal);
     uint64_t root = (top_64(s, u) - 2U) >> 9U; /* 12.52, from 3.61 */
@@ -98,11 +101,13 @@ double davar_root_by_integers(double value)
 {
     uint64_t bits = davar_bits_of_double(value);
     uint32_t exponent = (uint32_t)(bits >> FRACTION_BITS);
-    if ((exponent >= 0x7FFU) || (bits == 0U)) { /* a set sign is an exponent beyond that of infinity */
+    if ((exponent >= 0x7FFU) ||
+        (bits == 0U)) { /* a set sign is an exponent beyond that of infinity */
         return special_root(value);
     }
     bits <<= 11U;
-    if (exponent == 0U) { /* subnormal: counted from the bit that would be the first of a mantissa */
+    if (exponent ==
+        0U) { /* subnormal: counted from the bit that would be the first of a mantissa */
         const uint32_t zeros = davar_leading_zeros(bits);
         bits <<= zeros;
         exponent = 1U - zeros;
@@ -136,8 +141,9 @@ static uint64_t reciprocal_of(uint64_t b)
  * two. */
 static uint64_t quotient_of_mantissas(uint64_t a, uint64_t b, uint64_t reciprocal)
 {
-    uint64_t quotient = (top_64(a << 10U, reciprocal) - 4U) >> 10U; /* the whole part, or one less */
-    uint64_t rest = (a << FRACTION_BITS) - (quotient * b);          /* modulo 2^64 */
+    uint64_t quotient =
+        (top_64(a << 10U, reciprocal) - 4U) >> 10U;        /* the whole part, or one less */
+    uint64_t rest = (a << FRACTION_BITS) - (quotient * b); /* modulo 2^64 */
     if (rest >= b) {
         quotient++;
         rest -= b;
@@ -173,11 +179,12 @@ double davar_divide_by_integers(double dividend, double divisor)
     }
     if (!is_normal(exponent_of(bits)) || !is_normal(exponent_of(by)) || !is_normal(exponent) ||
         !is_normal(exponent + 2U)) {
-        return dividend / divisor; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
+        return dividend /
+               divisor; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
     }
     const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
-    return davar_double_of_bits(
-        sign | (((uint64_t)exponent << FRACTION_BITS) + quotient_of_mantissas(a, b, reciprocal_of(b << 11U))));
+    return davar_double_of_bits(sign | (((uint64_t)exponent << FRACTION_BITS) +
+                                        quotient_of_mantissas(a, b, reciprocal_of(b << 11U))));
 }
 
 double davar_root_of_quotient_by_integers(double dividend, double divisor)
@@ -207,7 +214,8 @@ double davar_scale_by_integers(double a, double b)
     if (bits == 0U) {
         return 0.0;
     }
-    const davar_u128_t product = davar_multiply_u64(mantissa_of(bits) << 11U, mantissa_of(by) << 11U);
+    const davar_u128_t product =
+        davar_multiply_u64(mantissa_of(bits) << 11U, mantissa_of(by) << 11U);
     uint64_t mantissa = product.high;
     uint64_t rest = product.low;
     if ((mantissa >> 63U) == 0U) {

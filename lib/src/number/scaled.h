@@ -59,7 +59,8 @@ static inline scaled_t scaled_of_u64(uint64_t value, int32_t exponent)
 /* Cut to 24 bits; its exponent must be one of a float. */
 static inline float scaled_to_float(scaled_t scaled)
 {
-    return davar_float_of_bits(((uint32_t)(scaled.exponent + 127 + 31) << 23U) + ((scaled.mantissa << 1U) >> 9U));
+    return davar_float_of_bits(((uint32_t)(scaled.exponent + 127 + 31) << 23U) +
+                               ((scaled.mantissa << 1U) >> 9U));
 }
 
 /* 0 when it is too small for a normal double, infinity when too large. */
@@ -96,7 +97,8 @@ static inline scaled_t scaled_plus(scaled_t a, scaled_t b)
     const scaled_t large = swap ? b : a;
     const scaled_t small = swap ? a : b;
     const uint32_t shift = (uint32_t)(large.exponent - small.exponent);
-    const uint32_t sum = large.mantissa + ((shift > 31U) ? 0U : (small.mantissa >> shift)); /* modulo 2^32 */
+    const uint32_t sum =
+        large.mantissa + ((shift > 31U) ? 0U : (small.mantissa >> shift)); /* modulo 2^32 */
     const scaled_t within = {sum, large.exponent};
     const scaled_t beyond = {SCALED_TOP | (sum >> 1U), large.exponent + 1};
     return (sum < large.mantissa) ? beyond : within;

@@ -4,7 +4,8 @@
 #define DAVAR_SRC_STRICT_H
 
 #if defined(__FAST_MATH__)
-#error "davar needs IEEE arithmetic: compile its sources without -ffast-math (-Ofast, -ffp-model=fast)"
+#error                                                                                             \
+    "davar needs IEEE arithmetic: compile its sources without -ffast-math (-Ofast, -ffp-model=fast)"
 #endif
 #if defined(__FINITE_MATH_ONLY__)
 #if __FINITE_MATH_ONLY__ > 0
@@ -12,15 +13,16 @@
 #endif
 #endif
 #if defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
-#error "davar needs IEEE arithmetic: compile its sources without -funsafe-math-optimizations or a part of it"
+#error                                                                                             \
+    "davar needs IEEE arithmetic: compile its sources without -funsafe-math-optimizations or a part of it"
 #endif
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
 #error "davar needs doubles without excess precision: compile its sources with -msse2 -mfpmath=sse"
 #endif
 #endif
-_Static_assert(sizeof(1.0) == sizeof(double),
-               "davar needs constants of type double: compile its sources without -fsingle-precision-constant");
+_Static_assert(sizeof(1.0) == sizeof(double), "davar needs constants of type double: compile its "
+                                              "sources without -fsingle-precision-constant");
 
 /* No product may be fused with a sum. */
 #if defined(__clang__)

@@ -41,8 +41,9 @@ typedef struct {
 DAVAR_RARE static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
 {
     static const uint32_t TABLE[16] = {
-        0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU, 0x76DC4190U, 0x6B6B51F4U, 0x4DB26158U, 0x5005713CU,
-        0xEDB88320U, 0xF00F9344U, 0xD6D6A3E8U, 0xCB61B38CU, 0x9B64C2B0U, 0x86D3D2D4U, 0xA00AE278U, 0xBDBDF21CU,
+        0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU, 0x76DC4190U, 0x6B6B51F4U,
+        0x4DB26158U, 0x5005713CU, 0xEDB88320U, 0xF00F9344U, 0xD6D6A3E8U, 0xCB61B38CU,
+        0x9B64C2B0U, 0x86D3D2D4U, 0xA00AE278U, 0xBDBDF21CU,
     };
     const unsigned char *const byte = data;
     uint32_t crc = ~check;
@@ -55,8 +56,8 @@ DAVAR_RARE static uint32_t check_of(uint32_t check, const void *data, size_t byt
 
 DAVAR_RARE static uint32_t check_of_u32(uint32_t check, uint32_t value)
 {
-    const unsigned char bytes[4] = {(unsigned char)value, (unsigned char)(value >> 8U), (unsigned char)(value >> 16U),
-                                    (unsigned char)(value >> 24U)};
+    const unsigned char bytes[4] = {(unsigned char)value, (unsigned char)(value >> 8U),
+                                    (unsigned char)(value >> 16U), (unsigned char)(value >> 24U)};
     return check_of(check, bytes, sizeof bytes);
 }
 
@@ -65,7 +66,8 @@ DAVAR_RARE static uint32_t header_check(const header_t *header)
     return check_of(0U, header, offsetof(header_t, check));
 }
 
-DAVAR_RARE static uint32_t payload_check(const header_t *header, const saved_t *saved, const void *memory, size_t bytes)
+DAVAR_RARE static uint32_t payload_check(const header_t *header, const saved_t *saved,
+                                         const void *memory, size_t bytes)
 {
     return check_of(check_of(header_check(header), saved, sizeof *saved), memory, bytes);
 }
@@ -103,14 +105,16 @@ DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
     for (size_t i = 0U; i < (sizeof build / sizeof build[0]); i++) {
         check = check_of_u32(check, build[i]);
     }
-#define FIELD(member, kind, low, high, usual, status, option, unit, help) check = CHECK_##kind(check, config->member);
+#define FIELD(member, kind, low, high, usual, status, option, unit, help)                          \
+    check = CHECK_##kind(check, config->member);
 #include "davar/config_fields.inc"
     return check_of(check, config->taus, config->tau_count * sizeof config->taus[0]);
 }
 
 DAVAR_RARE static size_t memory_bytes(const davar_t *davar)
 {
-    return is_wide(davar) ? davar_q31_memory_size(davar->config) : davar_q15_memory_size(davar->config);
+    return is_wide(davar) ? davar_q31_memory_size(davar->config)
+                          : davar_q15_memory_size(davar->config);
 }
 
 DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
@@ -122,7 +126,8 @@ DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
 
 DAVAR_RARE static uint32_t swapped(uint32_t value)
 {
-    return (value >> 24U) | ((value >> 8U) & 0xFF00U) | ((value << 8U) & 0xFF0000U) | (value << 24U);
+    return (value >> 24U) | ((value >> 8U) & 0xFF00U) | ((value << 8U) & 0xFF0000U) |
+           (value << 24U);
 }
 
 /* All but the magic, which keeps the other byte order in mind. */
@@ -136,7 +141,8 @@ DAVAR_RARE static void swap_header(header_t *header)
 
 /* Reads a slot to its end. False: it cannot be read, as is usual for half-written flash. An image of the other byte order is
  * whole too; its magic remains swapped. */
-DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header, bool *whole)
+DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header,
+                                 bool *whole)
 {
     size_t offset = slot * storage->slot_bytes;
     *whole = false;
@@ -187,8 +193,8 @@ DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots
 
 /* Hazard: a second reading may differ from the first. So what has landed in the memory is checked, and nothing of it is used
  * before. */
-DAVAR_RARE static bool load(davar_t *davar, const davar_storage_t *storage, unsigned slot, const header_t *header,
-                            saved_t *saved)
+DAVAR_RARE static bool load(davar_t *davar, const davar_storage_t *storage, unsigned slot,
+                            const header_t *header, saved_t *saved)
 {
     const size_t offset = (slot * storage->slot_bytes) + sizeof *header;
     const size_t bytes = memory_bytes(davar);
@@ -236,7 +242,8 @@ DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storag
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
         const header_t *const header = &slots.header[slot];
-        const bool fits = (header->magic == MAGIC) && ((sizeof *header + header->bytes) == davar_state_bytes(davar));
+        const bool fits = (header->magic == MAGIC) &&
+                          ((sizeof *header + header->bytes) == davar_state_bytes(davar));
         if (slots.whole[slot] && fits && (header->fingerprint == own)) {
             if (read_payload(davar, storage, slot, header)) {
                 return DAVAR_OK;
@@ -280,8 +287,9 @@ DAVAR_RARE davar_status_t davar_state_save(const davar_t *davar, const davar_sto
     header_t header = {MAGIC, (uint32_t)(sizeof saved + bytes), fingerprint(davar), order, 0U};
     header.check = payload_check(&header, &saved, davar->stages, bytes);
     const size_t at = (slots.newest ^ 1U) * storage->slot_bytes;
-    const bool written = storage->write(storage->context, at + sizeof header, &saved, sizeof saved) &&
-                         storage->write(storage->context, at + sizeof header + sizeof saved, davar->stages, bytes) &&
-                         storage->write(storage->context, at, &header, sizeof header);
+    const bool written =
+        storage->write(storage->context, at + sizeof header, &saved, sizeof saved) &&
+        storage->write(storage->context, at + sizeof header + sizeof saved, davar->stages, bytes) &&
+        storage->write(storage->context, at, &header, sizeof header);
     return written ? DAVAR_OK : DAVAR_ERR_STATE_STORAGE;
 }

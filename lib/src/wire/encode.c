@@ -126,13 +126,15 @@ static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t ind
 static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
 {
     const davar_result_t *const result = encoder->result;
-    const double told[DAVAR_CHANGE_COUNT] = {0.0, result->change.older, result->change.newer, result->change.gain};
+    const double told[DAVAR_CHANGE_COUNT] = {0.0, result->change.older, result->change.newer,
+                                             result->change.gain};
     put(frame, signal_change_item, index);
     put(frame, signal_alarm, result->alarm ? 1U : 0U);
     put(frame, signal_young, result->young ? 1U : 0U);
     put(frame, signal_change_m, result->change.m);
     if (index == (uint8_t)DAVAR_CHANGE_CUT) {
-        put(frame, signal_cut_age, (result->cut_age_samples < CUT_AGE_MAX) ? result->cut_age_samples : CUT_AGE_MAX);
+        put(frame, signal_cut_age,
+            (result->cut_age_samples < CUT_AGE_MAX) ? result->cut_age_samples : CUT_AGE_MAX);
         put_scaled(frame, &scaled_dispersion, result->dispersion);
     } else {
         put_magnitude(frame, signal_value, told[index]);
@@ -145,13 +147,15 @@ static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t in
     const uint8_t t = (uint8_t)(first + index);
     const davar_adev_t *tau = &encoder->result->tau[t];
     put(frame, signal_tau_index, t);
-    put_scaled(frame, &scaled_adev_uncertainty, relative_uncertainty(tau->adev, tau->low, tau->high));
+    put_scaled(frame, &scaled_adev_uncertainty,
+               relative_uncertainty(tau->adev, tau->low, tau->high));
     put_magnitude(frame, signal_value, tau->adev);
 }
 
 static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
 {
-    const davar_coefficient_t *coefficient = &encoder->result->coefficient[index % DAVAR_COEFFICIENT_COUNT];
+    const davar_coefficient_t *coefficient =
+        &encoder->result->coefficient[index % DAVAR_COEFFICIENT_COUNT];
     const double shown[3] = {coefficient->value, coefficient->low, coefficient->high};
     const double value = shown[index / DAVAR_COEFFICIENT_COUNT];
     put(frame, signal_kind, index);
@@ -164,8 +168,8 @@ static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame, uin
 
 static void put_fd_floats(const davar_result_t *result, davar_frame_t *frame)
 {
-    static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY, DAVAR_RATE_RANDOM_WALK,
-                                     DAVAR_RATE_RAMP};
+    static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY,
+                                     DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
     for (uint8_t k = 0U; k < 4U; k++) {
         const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
         put_magnitude(frame, at, result->coefficient[kinds[k]].value);
@@ -234,7 +238,8 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
         put(frame, signal_value, config->stride);
     } else if (n < items) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_UNIT);
-        put_float(frame, signal_value, (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* floats: 1 */
+        put_float(frame, signal_value,
+                  (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* floats: 1 */
     } else {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
         put(frame, signal_value, config->taus[n - items]);
@@ -348,19 +353,21 @@ static const stage_t stages[] = {
 };
 #define STAGE_COUNT (sizeof stages / sizeof stages[0])
 
-bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base, uint8_t channel,
-                        uint8_t content)
+bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base,
+                        uint8_t channel, uint8_t content)
 {
     DAVAR_ASSERT((encoder != NULL) && (config != NULL));
     const uint32_t first = base + DAVAR_WIRE_STEP * channel;
     if (first + DAVAR_WIRE_STEP - 1U > DAVAR_WIRE_LAST_ID) {
         return false;
     }
-    *encoder = (davar_encoder_t){.config = config, .base = (uint16_t)first, .content = content, .stage = STAGE_COUNT};
+    *encoder = (davar_encoder_t){
+        .config = config, .base = (uint16_t)first, .content = content, .stage = STAGE_COUNT};
     return true;
 }
 
-void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result, const davar_wire_health_t *health)
+void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
+                         const davar_wire_health_t *health)
 {
     DAVAR_ASSERT((result != NULL) && (health != NULL));
     encoder->result = result;
@@ -392,7 +399,8 @@ void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *h
     encoder->index = 0U;
 }
 
-static void open_frame(const davar_encoder_t *encoder, davar_message_t message, davar_frame_t *frame)
+static void open_frame(const davar_encoder_t *encoder, davar_message_t message,
+                       davar_frame_t *frame)
 {
     *frame = (davar_frame_t){.identifier = (uint16_t)(encoder->base + (uint32_t)message),
                              .length = message_length((uint32_t)message)};
@@ -403,8 +411,8 @@ static void seal(davar_encoder_t *encoder, davar_message_t message, davar_frame_
 {
     uint8_t *counter = &encoder->counter[message];
     put(frame, signal_counter, *counter);
-    const bool of_result =
-        (message != DAVAR_MESSAGE_STATE) && (message != DAVAR_MESSAGE_RESULT_FD) && (message != DAVAR_MESSAGE_RAW);
+    const bool of_result = (message != DAVAR_MESSAGE_STATE) &&
+                           (message != DAVAR_MESSAGE_RESULT_FD) && (message != DAVAR_MESSAGE_RAW);
     if (of_result) {
         put(frame, signal_result, encoder->tag);
     }
@@ -414,7 +422,8 @@ static void seal(davar_encoder_t *encoder, davar_message_t message, davar_frame_
 
 bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    while ((encoder->stage < STAGE_COUNT) && (encoder->index == stages[encoder->stage].count(encoder))) {
+    while ((encoder->stage < STAGE_COUNT) &&
+           (encoder->index == stages[encoder->stage].count(encoder))) {
         encoder->stage++;
         encoder->index = 0U;
     }
@@ -433,7 +442,8 @@ bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
     return true;
 }
 
-static void open_raw(const davar_encoder_t *encoder, davar_raw_form_t form, uint32_t index, davar_frame_t *frame)
+static void open_raw(const davar_encoder_t *encoder, davar_raw_form_t form, uint32_t index,
+                     davar_frame_t *frame)
 {
     open_frame(encoder, DAVAR_MESSAGE_RAW, frame);
     put(frame, signal_form, (uint32_t)form);
@@ -457,7 +467,8 @@ bool davar_encoder_raw_rest(davar_encoder_t *encoder, davar_frame_t *frame)
     return true;
 }
 
-bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, davar_frame_t *frame)
+bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count,
+                       davar_frame_t *frame)
 {
     DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
     const bool follows = encoder->raw_held && ((uint32_t)index == encoder->raw_index + 1U);
@@ -476,7 +487,8 @@ bool davar_encoder_raw(davar_encoder_t *encoder, uint64_t index, int32_t count, 
     return sent;
 }
 
-void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps, davar_frame_t *frame)
+void davar_encoder_raw_f32(davar_encoder_t *encoder, uint64_t index, float rate_dps,
+                           davar_frame_t *frame)
 {
     DAVAR_ASSERT((encoder != NULL) && (frame != NULL));
     open_raw(encoder, DAVAR_RAW_RATE, (uint32_t)index, frame);

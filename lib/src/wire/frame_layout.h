@@ -20,7 +20,8 @@ typedef struct {
 /* Every frame. */
 static const davar_signal_t signal_crc = {0, 8};
 static const davar_signal_t signal_counter = {8, 4};
-static const davar_signal_t signal_result = {12, 4}; /* not in DAVAR_State, DAVAR_ResultFd, DAVAR_Raw */
+static const davar_signal_t signal_result = {12,
+                                             4}; /* not in DAVAR_State, DAVAR_ResultFd, DAVAR_Raw */
 static const davar_signal_t signal_value = {32, 32}; /* the float32, or the count */
 
 static const davar_scaled_t scaled_arw_uncertainty = {{16, 16}, 1e4F, 1e-4F};

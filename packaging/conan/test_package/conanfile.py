@@ -14,7 +14,9 @@ class TestPackage(ConanFile):
         self.requires(self.tested_reference_str)
 
     def layout(self):
-        cmake_layout(self, build_folder="../../../build/conan")  # of the checkout: nothing appears among the sources
+        cmake_layout(
+            self, build_folder="../../../build/conan"
+        )  # of the checkout: nothing appears among the sources
 
     def generate(self):
         CMakeDeps(self).generate()
@@ -29,4 +31,6 @@ class TestPackage(ConanFile):
 
     def test(self):
         if can_run(self):
-            self.run(str(Path(self.build_folder, self.cpp.build.bindir, "consumer")), env="conanrun")
+            self.run(
+                str(Path(self.build_folder, self.cpp.build.bindir, "consumer")), env="conanrun"
+            )

@@ -12,12 +12,20 @@ N, B = 0.3, 5.0  # ARW deg/sqrt(h), BI deg/h
 
 @dataclass
 class Truth:
-    kinds: dict = field(default_factory=dict)  # kind -> its true parameters, for the coverage of intervals
-    groups: list = field(default_factory=list)  # of each group one kind must be named: names of the same thing
-    extra: set = field(default_factory=set)  # kinds that may be named besides and are true of the recording too
+    kinds: dict = field(
+        default_factory=dict
+    )  # kind -> its true parameters, for the coverage of intervals
+    groups: list = field(
+        default_factory=list
+    )  # of each group one kind must be named: names of the same thing
+    extra: set = field(
+        default_factory=set
+    )  # kinds that may be named besides and are true of the recording too
     observations: set = field(default_factory=set)  # must be said; "a|b": one of them
     tolerated: set = field(default_factory=set)  # may be said
-    shape: dict = field(default_factory=dict)  # (kind, parameter) -> the range, or the word, that it must have
+    shape: dict = field(
+        default_factory=dict
+    )  # (kind, parameter) -> the range, or the word, that it must have
     said: str = ""  # words that must stand in the answer, outside the candidates
     unknown_is_right: bool = False  # no effect of the table describes it whole
     clean: bool = False
@@ -46,13 +54,15 @@ class Bench:
         rng, span = self.rng, self.t[-1]
         if how == "cycles":
             cycles = rng.uniform(3, 6)
-            return 25 + rng.uniform(2, 4) * np.sin(2 * np.pi * cycles * self.t / span + rng.uniform(0, 6))
+            return 25 + rng.uniform(2, 4) * np.sin(
+                2 * np.pi * cycles * self.t / span + rng.uniform(0, 6)
+            )
         if how == "warming":
             return 22 + rng.uniform(5, 9) * -np.expm1(-self.t / rng.uniform(0.1, 0.4) / span)
         if how == "walk":
             walk = np.interp(self.t, np.linspace(0, span, 40), np.cumsum(rng.standard_normal(40)))
             return 25 + rng.uniform(5, 8) * (walk - walk.min()) / np.ptp(walk)
-        steps = np.repeat(rng.permutation(np.linspace(-4, 4, 6)), -(-self.count // 6))[:self.count]
+        steps = np.repeat(rng.permutation(np.linspace(-4, 4, 6)), -(-self.count // 6))[: self.count]
         return 25 + self.lagged(steps, rng.uniform(60, 180))
 
     def lagged(self, x, lag_s):
@@ -74,7 +84,11 @@ class Bench:
     def columns(self):
         rng = self.rng
         y = self.white + self.slow
-        table = {"time_s": self.stamps, "gyro_z_dps": y + self.more.pop("bias", 0.2), "temp_degC": self.temperature + 0.02 * rng.standard_normal(self.count)}
+        table = {
+            "time_s": self.stamps,
+            "gyro_z_dps": y + self.more.pop("bias", 0.2),
+            "temp_degC": self.temperature + 0.02 * rng.standard_normal(self.count),
+        }
         for axis, gravity, felt in zip("xyz", self.gravity, self.accel):
             table[f"accel_{axis}_g"] = gravity + felt + 0.002 * rng.standard_normal(self.count)
         table.update(self.more)

@@ -34,14 +34,20 @@ def repeated_stale(bench):
 def jittered_stamps(bench):
     """An even clock; the stamps are of the arrival at a busy host, partly in bunches."""
     late = bench.rng.exponential(bench.rng.uniform(0.2, 1.5) / bench.rate, bench.count)
-    bench.stamps = np.maximum.accumulate(bench.t + late) + 1e-5 * np.arange(bench.count) / bench.count
+    bench.stamps = (
+        np.maximum.accumulate(bench.t + late) + 1e-5 * np.arange(bench.count) / bench.count
+    )
     bench.stamps = np.round(bench.stamps + 1e-6 * np.arange(bench.count), 6)
     bench.truth.observations.add("jitter")
 
 
 def uneven_clock(bench):
     """The samples themselves come at uneven times, as the stamps say: a line is a line in time, not in samples. First of the ingredients."""
-    steps = 1 + 0.3 * bench.rng.uniform(-1, 1, bench.count) + 0.01 * np.sin(2 * np.pi * np.arange(bench.count) / bench.count)
+    steps = (
+        1
+        + 0.3 * bench.rng.uniform(-1, 1, bench.count)
+        + 0.01 * np.sin(2 * np.pi * np.arange(bench.count) / bench.count)
+    )
     bench.t = bench.stamps = np.round((np.cumsum(steps) - steps[0]) / bench.rate, 6)
     bench.truth.tolerated.add("jitter")
 
@@ -51,6 +57,6 @@ def lost_samples(bench):
     lost, mean = np.zeros(bench.count, bool), bench.rng.uniform(1, 5)
     starts = bench.rng.choice(bench.count - 40, int(0.03 * bench.count / mean), replace=False)
     for start, length in zip(starts, bench.rng.geometric(1 / mean, len(starts))):
-        lost[start:start + length] = True
+        lost[start : start + length] = True
     bench.keep = np.flatnonzero(~lost)
     bench.truth.observations.add("lost_samples")

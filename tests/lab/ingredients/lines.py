@@ -9,12 +9,18 @@ from .bench import RATE
 def band(count, nu, half_width, rng):
     """Unit variance about a frequency: an oscillator whose amplitude and phase are kicked. All in cycles per sample."""
     decay = np.exp(-2 * np.pi * half_width)
-    return ar1(count, decay, rng) * np.cos(2 * np.pi * nu * np.arange(count)) + ar1(count, decay, rng) * np.sin(2 * np.pi * nu * np.arange(count))
+    return ar1(count, decay, rng) * np.cos(2 * np.pi * nu * np.arange(count)) + ar1(
+        count, decay, rng
+    ) * np.sin(2 * np.pi * nu * np.arange(count))
 
 
 def narrow_band(bench):
     scale = bench.rate / RATE
-    f, half_width, std = bench.rng.uniform(17, 38) * scale, bench.rng.uniform(0.15, 0.5) * scale, bench.rng.uniform(0.02, 0.06)
+    f, half_width, std = (
+        bench.rng.uniform(17, 38) * scale,
+        bench.rng.uniform(0.15, 0.5) * scale,
+        bench.rng.uniform(0.02, 0.06),
+    )
     bench.slow += std * band(bench.count, f / bench.rate, half_width / bench.rate, bench.rng)
     bench.hide("narrow_band", {"std_dps": std, "frequency_hz": f, "half_width_hz": half_width})
 
@@ -34,7 +40,9 @@ def two_lines(bench):
 def drifting_line(bench):
     f, moves = bench.rate * bench.rng.uniform(0.17, 0.38), bench.rng.uniform(0.3, 1.5)
     u = bench.t / bench.t[-1]
-    course = f + moves * (u if bench.rng.random() < 0.5 else np.sin(2 * np.pi * u * bench.rng.uniform(0.5, 2)) / 2)
+    course = f + moves * (
+        u if bench.rng.random() < 0.5 else np.sin(2 * np.pi * u * bench.rng.uniform(0.5, 2)) / 2
+    )
     amplitude = bench.rng.uniform(0.02, 0.05)
     bench.slow += amplitude * np.sin(2 * np.pi * np.cumsum(course) / bench.rate)
     bench.truth.groups.append({"narrow_band", "sinusoid", "intermittent_line"})
@@ -46,4 +54,7 @@ def intermittent_line(bench):
     start = bench.rng.uniform(0.05 * bench.t[-1], 0.95 * bench.t[-1] - length)
     on = (bench.t >= start) & (bench.t < start + length)
     bench.slow += on * amplitude * np.sin(2 * np.pi * f * bench.t + bench.rng.uniform(0, 6))
-    bench.hide("intermittent_line", {"frequency_hz": f, "amplitude_dps": amplitude, "start_s": start, "stop_s": start + length})
+    bench.hide(
+        "intermittent_line",
+        {"frequency_hz": f, "amplitude_dps": amplitude, "start_s": start, "stop_s": start + length},
+    )

@@ -11,7 +11,12 @@ def supply(bench):
     """Volts: loads that are switched, a battery that empties, ripple of the logger."""
     rng = bench.rng
     loads = np.cumsum(rng.exponential(200, 60))
-    volts = 5 - 0.1 * bench.t / bench.t[-1] - 0.15 * (np.searchsorted(loads, bench.t) % 2) + 0.05 * ar1(bench.count, np.exp(-1 / (30 * bench.rate)), rng)
+    volts = (
+        5
+        - 0.1 * bench.t / bench.t[-1]
+        - 0.15 * (np.searchsorted(loads, bench.t) % 2)
+        + 0.05 * ar1(bench.count, np.exp(-1 / (30 * bench.rate)), rng)
+    )
     bench.more["supply_V"] = volts + 0.002 * rng.standard_normal(bench.count)
     return volts
 
@@ -50,7 +55,9 @@ def common_cause(bench):
     sigma = N / 60 * np.sqrt(bench.rate)
     bench.slow += rng.uniform(0.005, 0.012) * through
     for axis in "xy":
-        bench.more[f"gyro_{axis}_dps"] = rng.uniform(0.004, 0.012) * through + sigma * rng.standard_normal(bench.count)
+        bench.more[f"gyro_{axis}_dps"] = rng.uniform(
+            0.004, 0.012
+        ) * through + sigma * rng.standard_normal(bench.count)
     bench.accel += rng.uniform(4e-4, 9e-4) * cause
     bench.truth.groups.append({"gauss_markov", "rate_random_walk", "common_cause"})
     bench.truth.extra |= {"low_pass"}
@@ -65,11 +72,15 @@ def decoys(bench):
         bench.accel += rng.uniform(0.02, 0.1) * on * rng.standard_normal((3, bench.count))
     sigma, turns = N / 60 * np.sqrt(bench.rate), np.zeros((2, bench.count))
     for axis, centre in enumerate(rng.uniform(0.1, 0.9, 2) * bench.t[-1]):
-        tilt = rng.uniform(0.3, 1.5) / (1 + np.exp(-np.clip((bench.t - centre) / rng.uniform(1, 5), -50, 50)))
+        tilt = rng.uniform(0.3, 1.5) / (
+            1 + np.exp(-np.clip((bench.t - centre) / rng.uniform(1, 5), -50, 50))
+        )
         turns[axis] = np.gradient(tilt, 1 / bench.rate)
         bench.accel[1 - axis] += np.sin(np.radians(tilt))
     for axis, turn in zip("xy", turns):
-        bench.more[f"gyro_{axis}_dps"] = turn + sigma * rng.standard_normal(bench.count) + flicker_fft(bench.count, B / DEG, rng)
+        bench.more[f"gyro_{axis}_dps"] = (
+            turn + sigma * rng.standard_normal(bench.count) + flicker_fft(bench.count, B / DEG, rng)
+        )
     supply(bench)
     bench.truth.tolerated.add("motion")
 

@@ -42,8 +42,12 @@ def motion_touched(bench):
     """The table is leant on and let go: wobbles of a second or three."""
     rng, wobble, held = bench.rng, np.zeros(bench.count), np.zeros(bench.count)
     for centre in places(bench, rng.integers(4, 9)):
-        shape = (bench.t >= centre) * np.exp(-np.clip(bench.t - centre, 0, 100) / rng.uniform(0.4, 1.2))
-        wobble += rng.uniform(0.4, 3) * shape * np.sin(2 * np.pi * rng.uniform(1, 6) * (bench.t - centre))
+        shape = (bench.t >= centre) * np.exp(
+            -np.clip(bench.t - centre, 0, 100) / rng.uniform(0.4, 1.2)
+        )
+        wobble += (
+            rng.uniform(0.4, 3) * shape * np.sin(2 * np.pi * rng.uniform(1, 6) * (bench.t - centre))
+        )
         held += shape
     bench.slow += wobble
     moved(bench, 0.5 * wobble, -0.7 * wobble, 0.01 * held)
@@ -52,10 +56,16 @@ def motion_touched(bench):
 def motion_tilt(bench):
     """Tilted about the axis that is measured, and nearly back some minutes later: gravity says so. The x axis points up."""
     rng = bench.rng
-    there, angle, width = rng.uniform(0.1, 0.5) * bench.t[-1], bench.sign() * rng.uniform(0.3, 1.0), rng.uniform(4, 15)
+    there, angle, width = (
+        rng.uniform(0.1, 0.5) * bench.t[-1],
+        bench.sign() * rng.uniform(0.3, 1.0),
+        rng.uniform(4, 15),
+    )
     back = there + rng.uniform(0.1, 0.3) * bench.t[-1]
+
     def rise(at):
         return 1 / (1 + np.exp(-np.clip((bench.t - at) / width, -50, 50)))
+
     course = angle * (rise(there) - rng.uniform(0.7, 1) * rise(back))
     bench.gravity = np.zeros(3)
     bench.accel[:2] += [np.cos(np.radians(course)), np.sin(np.radians(course))]

@@ -55,8 +55,15 @@ def rounded_angle(bench):
     per_sample = N / 60 / np.sqrt(bench.rate)
     count = per_sample * bench.rng.uniform(2, 6)
     bias = bench.rng.uniform(0.02, 0.35) * count * bench.rate
-    angle = np.cumsum(np.concatenate([[bench.rng.random() * count], (bench.white + bench.slow + bias) / bench.rate]))
-    bench.slow, bench.white = np.diff(np.round(angle / count)) * count * bench.rate, np.zeros(bench.count)
+    angle = np.cumsum(
+        np.concatenate(
+            [[bench.rng.random() * count], (bench.white + bench.slow + bias) / bench.rate]
+        )
+    )
+    bench.slow, bench.white = (
+        np.diff(np.round(angle / count)) * count * bench.rate,
+        np.zeros(bench.count),
+    )
     bench.more["bias"] = 0.0
     bench.truth.kinds["quantization"] = {"coefficient_deg": count / np.sqrt(12)}
     bench.truth.observations.add("coarse_counts|quantization")

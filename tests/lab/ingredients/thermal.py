@@ -34,7 +34,9 @@ def temperature_hysteresis(bench):
     every = np.arange(0, bench.count, int(bench.rate))
     felt = np.interp(bench.t, bench.t[every], played(bench.temperature[every], width))
     bench.slow += coefficient * (felt - 25)
-    bench.hide("temperature_hysteresis", {"coefficient_dps_per_degC": coefficient, "width_degC": width})
+    bench.hide(
+        "temperature_hysteresis", {"coefficient_dps_per_degC": coefficient, "width_degC": width}
+    )
 
 
 def temperature_squared(bench):
@@ -45,7 +47,9 @@ def temperature_squared(bench):
 
 
 def temperature_noise(bench):
-    bench.temperature = bench.celsius(str(bench.rng.choice(["walk", "cycles", "chamber", "warming"])))
+    bench.temperature = bench.celsius(
+        str(bench.rng.choice(["walk", "cycles", "chamber", "warming"]))
+    )
     kappa = bench.sign() * np.exp(bench.rng.uniform(np.log(0.0087), np.log(0.082)))
     bench.white = bench.white * np.exp(kappa * (bench.temperature - bench.temperature.mean()))
     bench.hide("temperature_noise", {"relative_per_degC": kappa})
@@ -53,6 +57,9 @@ def temperature_noise(bench):
 
 def warm_up_two(bench):
     rng, size = bench.rng, bench.sign()
-    bench.slow += size * (rng.uniform(0.04, 0.1) * np.exp(-bench.t / rng.uniform(20, 60)) + rng.uniform(0.04, 0.1) * np.exp(-bench.t / rng.uniform(400, 900)))
+    bench.slow += size * (
+        rng.uniform(0.04, 0.1) * np.exp(-bench.t / rng.uniform(20, 60))
+        + rng.uniform(0.04, 0.1) * np.exp(-bench.t / rng.uniform(400, 900))
+    )
     bench.truth.groups.append({"warm_up"})
     bench.truth.unknown_is_right = True

@@ -47,10 +47,14 @@ int sensor_attr_set(const struct device *dev, enum sensor_channel chan, enum sen
                     const struct sensor_value *val)
 {
     rate_hz = val->val1;
-    return (dev == &stub_gyro && chan == SENSOR_CHAN_GYRO_XYZ && attr == SENSOR_ATTR_SAMPLING_FREQUENCY) ? 0 : -1;
+    return (dev == &stub_gyro && chan == SENSOR_CHAN_GYRO_XYZ &&
+            attr == SENSOR_ATTR_SAMPLING_FREQUENCY)
+               ? 0
+               : -1;
 }
 
-int sensor_trigger_set(const struct device *dev, const struct sensor_trigger *trig, sensor_trigger_handler_t to)
+int sensor_trigger_set(const struct device *dev, const struct sensor_trigger *trig,
+                       sensor_trigger_handler_t to)
 {
     trigger = trig;
     handler = to;

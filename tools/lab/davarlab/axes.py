@@ -14,13 +14,20 @@ from .errors import BadInput
 from .model import ACCEL_KINDS, spoken
 
 TO_MPS2 = {"g": 9.80665, "mg": 9.80665e-3, "m_s2": 1.0, "mps2": 1.0}
-SHOWN = {"deg": ("m/s", 1.0), "deg/h": ("ug", 1e6 / 9.80665 / 3600), "deg/h/sqrt(h)": ("ug/sqrt(h)", 1e6 / 9.80665 / 3600), "deg/s": ("m/s^2", 1.0),
-         "deg/sqrt(h)": ("m/s/sqrt(h)", 1.0), "deg/h^2": ("ug/h", 1e6 / 9.80665 / 3600)}  # unit of a gyro's parameter: of an accelerometer's, factor
+SHOWN = {
+    "deg": ("m/s", 1.0),
+    "deg/h": ("ug", 1e6 / 9.80665 / 3600),
+    "deg/h/sqrt(h)": ("ug/sqrt(h)", 1e6 / 9.80665 / 3600),
+    "deg/s": ("m/s^2", 1.0),
+    "deg/sqrt(h)": ("m/s/sqrt(h)", 1.0),
+    "deg/h^2": ("ug/h", 1e6 / 9.80665 / 3600),
+}  # unit of a gyro's parameter: of an accelerometer's, factor
 
 
 @dataclass
 class Found:
     """One axis: its column, the exit status, what --json says of it, (model, estimates) for the table."""
+
     column: str
     status: int
     data: dict
@@ -38,9 +45,13 @@ def columns_of(recording, words):
     usable = [name for name in recording.columns if unit_of(name)]
     out = []
     for word in words.split(","):
-        found = [name for name in usable if name.startswith(kinds[word])] if word in kinds else [word]
+        found = (
+            [name for name in usable if name.startswith(kinds[word])] if word in kinds else [word]
+        )
         if not found or not set(found) <= set(usable):
-            raise BadInput(f"--axes {word}: {recording.name} has no such axis (there are: {', '.join(usable) or 'none'})")
+            raise BadInput(
+                f"--axes {word}: {recording.name} has no such axis (there are: {', '.join(usable) or 'none'})"
+            )
         out += found
     return list(dict.fromkeys(out))
 
@@ -56,8 +67,12 @@ def for_analysis(recording, model):
     if not is_accel(model.column):
         return recording, model
     force = recording.column(model.column) * TO_MPS2[unit_of(model.column) or "g"]
-    columns = {name: column for name, column in recording.columns.items() if not is_accel(name)} | {force_name(model.column): force}
-    return replace(recording, columns=columns, measured={}), replace(model, column=force_name(model.column))
+    columns = {name: column for name, column in recording.columns.items() if not is_accel(name)} | {
+        force_name(model.column): force
+    }
+    return replace(recording, columns=columns, measured={}), replace(
+        model, column=force_name(model.column)
+    )
 
 
 def force_name(column):
@@ -73,7 +88,11 @@ def in_units(text, column):
     """What is printed of a gyro, for a column: m/s for deg where it is an accelerometer's."""
     if not is_accel(column):
         return text
-    text = text.replace("deg/s^2", "m/s^3").replace("deg/s", "m/s^2").replace(force_name(column), column)
+    text = (
+        text.replace("deg/s^2", "m/s^3")
+        .replace("deg/s", "m/s^2")
+        .replace(force_name(column), column)
+    )
     for gyro, accel in ACCEL_KINDS.items():
         text = text.replace(gyro, accel)
     return re.sub(r"\bdeg\b(?=[/ )]|$)", "m/s", text)
@@ -84,7 +103,10 @@ def plain_in_units(data, column):
     if not is_accel(column):
         return data
     if isinstance(data, dict):
-        return {spoken(name, column) if isinstance(name, str) else name: plain_in_units(value, column) for name, value in data.items()}
+        return {
+            spoken(name, column) if isinstance(name, str) else name: plain_in_units(value, column)
+            for name, value in data.items()
+        }
     if isinstance(data, (list, tuple)):
         return [plain_in_units(value, column) for value in data]
     return in_units(data, column) if isinstance(data, str) else data
@@ -105,10 +127,24 @@ def rows_of(found):
                 value = entry.get(parameter.name)
                 if value is None or isinstance(value.value, str):
                     continue
-                unit, factor = SHOWN.get(parameter.unit, (parameter.unit, 1.0)) if is_accel(one.column) else (parameter.unit, 1.0)
+                unit, factor = (
+                    SHOWN.get(parameter.unit, (parameter.unit, 1.0))
+                    if is_accel(one.column)
+                    else (parameter.unit, 1.0)
+                )
                 kind = ACCEL_KINDS.get(term.kind, term.kind) if is_accel(one.column) else term.kind
-                label = f"{kind}" + ("" if parameter is table.find(term.kind).size else f" {parameter.name}") + (f" [{unit}]" if unit else "")
-                between = " undetermined" if value.undetermined else f" ({value.low * factor:.4g} .. {value.high * factor:.4g})" if value.low is not None else ""
+                label = (
+                    f"{kind}"
+                    + ("" if parameter is table.find(term.kind).size else f" {parameter.name}")
+                    + (f" [{unit}]" if unit else "")
+                )
+                between = (
+                    " undetermined"
+                    if value.undetermined
+                    else f" ({value.low * factor:.4g} .. {value.high * factor:.4g})"
+                    if value.low is not None
+                    else ""
+                )
                 rows.setdefault(label, {})[one.column] = f"{value.value * factor:.4g}{between}"
     return rows
 
@@ -118,13 +154,26 @@ def text(found):
     out = [f"{'axis':<14}{'effect':<44}value (95 %)"]
     rows = rows_of(found)
     for one in found:
-        own = [(label, values[one.column]) for label, values in rows.items() if one.column in values]
-        out += [f"{one.column if place == 0 else '':<14}{label:<44}{value:<34}".rstrip() for place, (label, value) in enumerate(own)]
+        own = [
+            (label, values[one.column]) for label, values in rows.items() if one.column in values
+        ]
+        out += [
+            f"{one.column if place == 0 else '':<14}{label:<44}{value:<34}".rstrip()
+            for place, (label, value) in enumerate(own)
+        ]
         steps = one.data.get("steps") or [one.data]
         last = one.data.get("refitted") or steps[0] if len(steps) == 1 else steps[-1]
-        error = f", error {last['error']:.4f} (floor {last['error_floor']:.4f})" if "error" in last else ""
-        out.append(f"{'' if own else one.column:<14}{'adequacy':<44}{one.data.get('final', one.data)['adequacy']}{error}")
+        error = (
+            f", error {last['error']:.4f} (floor {last['error_floor']:.4f})"
+            if "error" in last
+            else ""
+        )
+        out.append(
+            f"{'' if own else one.column:<14}{'adequacy':<44}{one.data.get('final', one.data)['adequacy']}{error}"
+        )
         if "missing" in one.data:  # a diagnosis
             named = ", ".join(one.data["missing"]) or "nothing"
-            out.append(f"{'':<14}{'missing':<44}{'nothing known explains it' if one.data['verdict'] == 'unknown' else named}")
+            out.append(
+                f"{'':<14}{'missing':<44}{'nothing known explains it' if one.data['verdict'] == 'unknown' else named}"
+            )
     return "\n".join(out)

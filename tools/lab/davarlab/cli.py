@@ -9,9 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import arithmetic, axes, files, kalibr, model as models, option_types, simulate
+from . import arithmetic, axes, files, kalibr, option_types, simulate
+from . import model as models
 from .data import recording as recordings
-from .diagnosis import compare, evidence, improve, state as state_of
+from .diagnosis import compare, evidence, improve
+from .diagnosis import state as state_of
 from .effects import own, table
 from .errors import BadInput, internal_error, outside_error, printable, shown
 from .logs import door
@@ -30,8 +32,16 @@ def emit(options, data, text):
 
 def log_options(options):
     """How a log is to be read, from the command line."""
-    return door.Options(options.rate, options.sensor, options.unit, getattr(options, "rename", []), getattr(options, "scale", []), options.types,
-                        options.names.split(",") if options.names else None, as_recorded=options.as_recorded)
+    return door.Options(
+        options.rate,
+        options.sensor,
+        options.unit,
+        getattr(options, "rename", []),
+        getattr(options, "scale", []),
+        options.types,
+        options.names.split(",") if options.names else None,
+        as_recorded=options.as_recorded,
+    )
 
 
 def given_model(options, path=None):
@@ -49,7 +59,9 @@ def recorded(options, path):
     if path not in kept:
         kept[path] = door.read(path, log_options(options), progress)
         if len(kept[path].gaps):
-            progress(f"{len(kept[path].gaps)} gaps: {(~kept[path].known).sum()} samples of the even grid are missing")
+            progress(
+                f"{len(kept[path].gaps)} gaps: {(~kept[path].known).sum()} samples of the even grid are missing"
+            )
     return kept[path]
 
 
@@ -77,35 +89,54 @@ def column_of(options):
 
 def output_of(options):
     """Where the model of this axis goes."""
-    return options.output and (str(axes.file_of(options.output, options.axis)) if getattr(options, "axis", None) else options.output)
+    return options.output and (
+        str(axes.file_of(options.output, options.axis))
+        if getattr(options, "axis", None)
+        else options.output
+    )
 
 
 def each_axis(one):
     """A command on the axis of the model, or on all that --axes names: one(options) -> axes.Found with the text of one axis."""
+
     def run(options):
         if not options.axes:
             found, text = one(options)
-            emit(options, axes.plain_in_units(found.data, found.column), axes.in_units(text, found.column))
+            emit(
+                options,
+                axes.plain_in_units(found.data, found.column),
+                axes.in_units(text, found.column),
+            )
             return found.status
         if getattr(options, "report", None):
             raise BadInput("--report: a page is of one axis (leave --axes out)")
         columns = axes.columns_of(recorded(options, options.recording), options.axes)
         if options.__dict__.get("output"):
-            files.check_outputs([axes.file_of(options.output, column) for column in columns], [options.recording])
+            files.check_outputs(
+                [axes.file_of(options.output, column) for column in columns], [options.recording]
+            )
         found = []
         for options.axis in columns:
             progress(f"axis {options.axis}")
             found.append(one(options)[0])
-        emit(options, {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in found}}, axes.text(found))
+        emit(
+            options,
+            {"axes": {one.column: axes.plain_in_units(one.data, one.column) for one in found}},
+            axes.text(found),
+        )
         return max(one.status for one in found)
+
     return run
 
 
 def run_simulate(options):
     recording = simulate.from_scenario(options.scenario, progress)
     recordings.write(recording, options.output)
-    emit(options, {"recording": options.output, "samples": recording.samples, "rate_hz": recording.rate_hz},
-         f"{options.output}: {recording.samples} samples at {recording.rate_hz:g} Hz")
+    emit(
+        options,
+        {"recording": options.output, "samples": recording.samples, "rate_hz": recording.rate_hz},
+        f"{options.output}: {recording.samples} samples at {recording.rate_hz:g} Hz",
+    )
     return 0
 
 
@@ -115,9 +146,16 @@ def fit_one(options):
     column, output = column_of(options), output_of(options)
     if output:
         models.write(axes.called(fitted, column), output)
-    data = {"effects": values.fitted(fitted, entries), "model": output, **values.judgement(state.judgement),
-            "observations": values.observations(state.seen), "intervals_hold": state.judgement.adequate}
-    return axes.Found(column, 0, data, fitted, entries), terminal.fit(fitted, entries, state.judgement, state.seen)
+    data = {
+        "effects": values.fitted(fitted, entries),
+        "model": output,
+        **values.judgement(state.judgement),
+        "observations": values.observations(state.seen),
+        "intervals_hold": state.judgement.adequate,
+    }
+    return axes.Found(column, 0, data, fitted, entries), terminal.fit(
+        fitted, entries, state.judgement, state.seen
+    )
 
 
 def report(options, recording, model, found, state=None):
@@ -125,13 +163,26 @@ def report(options, recording, model, found, state=None):
     if not options.report:
         return
     from .report import contents, page  # the pictures take a second to load
+
     progress("drawing the report")
-    named = {"recording": options.recording, "model": options.model, "held-out recording": getattr(options, "held_out", None)}
-    run = contents.Run(options.typed, recording, model,
-                       {role: path for role, path in named.items() if path},
-                       [word for path in options.effects for word in ("--effects", path)]
-                       + (["--rate", f"{options.rate:g}"] if options.rate else []), getattr(options, "output", None))
-    page.write(contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found), options.report)
+    named = {
+        "recording": options.recording,
+        "model": options.model,
+        "held-out recording": getattr(options, "held_out", None),
+    }
+    run = contents.Run(
+        options.typed,
+        recording,
+        model,
+        {role: path for role, path in named.items() if path},
+        [word for path in options.effects for word in ("--effects", path)]
+        + (["--rate", f"{options.rate:g}"] if options.rate else []),
+        getattr(options, "output", None),
+    )
+    page.write(
+        contents.of_comparison(run, found, state) if state else contents.of_improvement(run, found),
+        options.report,
+    )
 
 
 def compare_one(options):
@@ -139,8 +190,16 @@ def compare_one(options):
     state = state_of.judged(state_of.start(recording, model, progress))
     found = compare.compare(recording, model, progress, state)
     report(options, recording, model, found, state)
-    return (axes.Found(column_of(options), 0 if found.adequate else 1, values.comparison(found), model, improve.as_it_is(model)),
-            terminal.comparison(found, evidence.notes(recording, model)))
+    return (
+        axes.Found(
+            column_of(options),
+            0 if found.adequate else 1,
+            values.comparison(found),
+            model,
+            improve.as_it_is(model),
+        ),
+        terminal.comparison(found, evidence.notes(recording, model)),
+    )
 
 
 def diagnose_one(options):
@@ -148,7 +207,9 @@ def diagnose_one(options):
     held_out = load_held_out(options, model)
     found = improve.improve(recording, model, held_out, progress, DETAIL)
     report(options, recording, model, found)
-    return axes.Found(column_of(options), 0, values.diagnosis(found), found.model, found.estimates), terminal.diagnosis(found)
+    return axes.Found(
+        column_of(options), 0, values.diagnosis(found), found.model, found.estimates
+    ), terminal.diagnosis(found)
 
 
 def improve_one(options):
@@ -159,8 +220,16 @@ def improve_one(options):
     if output:
         models.write(axes.called(found.model, column), output)
     report(options, recording, model, found)
-    return (axes.Found(column, 0 if found.judgement.adequate else 1, values.improvement(found, output), found.model, found.estimates),
-            terminal.improvement(found))
+    return (
+        axes.Found(
+            column,
+            0 if found.judgement.adequate else 1,
+            values.improvement(found, output),
+            found.model,
+            found.estimates,
+        ),
+        terminal.improvement(found),
+    )
 
 
 def start_value(effect, parameter, rate_hz):
@@ -173,7 +242,9 @@ def start_value(effect, parameter, rate_hz):
     with contextlib.suppress(BadInput, LookupError):
         values = list(effect.grid[parameter.name](hour))
         return values[len(values) // 2] if parameter.values else float(values[len(values) // 2])
-    return parameter.values[0] if parameter.values else min(max(1e-3, parameter.low), parameter.high)
+    return (
+        parameter.values[0] if parameter.values else min(max(1e-3, parameter.low), parameter.high)
+    )
 
 
 def run_add(options):
@@ -194,25 +265,57 @@ def run_add(options):
     models.check_lines(model.terms, model.rate_hz, options.model)
     models.write(model, options.output)
     tell_assumed(effect, assumed)
-    emit(options, {"model": options.output, "effects": model.kinds}, f"{options.output}: {', '.join(model.kinds)}")
+    emit(
+        options,
+        {"model": options.output, "effects": model.kinds},
+        f"{options.output}: {', '.join(model.kinds)}",
+    )
     return 0
 
 
 def tell_assumed(effect, assumed):
     """Sizes are found by fit from any start; shapes only from near by."""
-    shapes = [name for name in effect.shape_names if name in assumed and next(p for p in effect.parameters if p.name == name).default is None]
+    shapes = [
+        name
+        for name in effect.shape_names
+        if name in assumed and next(p for p in effect.parameters if p.name == name).default is None
+    ]
     if assumed:
-        said = ", ".join(f"{name} = {value if isinstance(value, str) else format(value, '.6g')}" for name, value in assumed.items())
-        progress(f"{effect.kind}: assumed as a start for fit: {said}"
-                 + (f"; fit moves {', '.join(shapes)} little or not: give NAME=VALUE, or let improve find it" if shapes else ""))
+        said = ", ".join(
+            f"{name} = {value if isinstance(value, str) else format(value, '.6g')}"
+            for name, value in assumed.items()
+        )
+        progress(
+            f"{effect.kind}: assumed as a start for fit: {said}"
+            + (
+                f"; fit moves {', '.join(shapes)} little or not: give NAME=VALUE, or let improve find it"
+                if shapes
+                else ""
+            )
+        )
 
 
 def run_effects(options):
-    rows = [{"kind": e.kind, "physics": e.physics, "signature": e.signature, "confirm": e.confirm, "role": e.role,
-             "parameters": [{"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in e.parameters]}
-            for e in table.TABLE.values()]
-    text = "\n".join(f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
-                     + "\n".join(f"  {p['name']}" + (f" [{p['unit']}]" if p["unit"] else "") for p in r["parameters"]) for r in rows)
+    rows = [
+        {
+            "kind": e.kind,
+            "physics": e.physics,
+            "signature": e.signature,
+            "confirm": e.confirm,
+            "role": e.role,
+            "parameters": [
+                {"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in e.parameters
+            ],
+        }
+        for e in table.TABLE.values()
+    ]
+    text = "\n".join(
+        f"{r['kind']}: {r['physics']}\n  Allan deviation: {r['signature']}\n  confirm: {r['confirm']}\n"
+        + "\n".join(
+            f"  {p['name']}" + (f" [{p['unit']}]" if p["unit"] else "") for p in r["parameters"]
+        )
+        for r in rows
+    )
     emit(options, {"effects": rows}, text)
     return 0
 
@@ -220,6 +323,7 @@ def run_effects(options):
 def run_plot(options):
     files.check_ending(options.output, (".png", ".pdf", ".svg"))
     from .report import plot
+
     recording, model = load(options)
     found = compare.compare(recording, model, progress)
     plot.draw(found, options.output)
@@ -235,9 +339,12 @@ def run_export(options):
         emit(options, {"file": options.output, "format": options.to}, f"{made}{options.output}")
         return 0
     from .report import export
+
     files.check_ending(options.output, (".h", ".csv"))
     if len(given) > 1:
-        raise BadInput("export: a table for the device is of one model (--to FORMAT takes one for each axis)")
+        raise BadInput(
+            "export: a table for the device is of one model (--to FORMAT takes one for each axis)"
+        )
     table = export.table_of(given[0][1], options.window, options.tolerance, options.models[0])
     files.write_whole(options.output, export.text(table, options.output).encode())
     emit(options, {"table": options.output}, options.output)
@@ -247,9 +354,17 @@ def run_export(options):
 def run_sheet(options):
     if bool(options.kalibr) == bool(options.numbers):
         raise BadInput("sheet: numbers with their units, or --kalibr imu.yaml")
-    made = kalibr.of_file(options.kalibr, options.column, options.rate) if options.kalibr else kalibr.of_sheet(options.numbers, options.column, options.rate)
+    made = (
+        kalibr.of_file(options.kalibr, options.column, options.rate)
+        if options.kalibr
+        else kalibr.of_sheet(options.numbers, options.column, options.rate)
+    )
     models.write(made, options.output)
-    emit(options, {"model": options.output, "effects": made.kinds}, f"{options.output}: {', '.join(made.kinds)}")
+    emit(
+        options,
+        {"model": options.output, "effects": made.kinds},
+        f"{options.output}: {', '.join(made.kinds)}",
+    )
     return 0
 
 
@@ -257,8 +372,16 @@ def run_import(options):
     how = log_options(options)
     if options.list:
         found = door.listed(options.log, how)
-        emit(options, {"sensors": [{"name": one.name, "gives": sorted(one.gives), "samples": one.samples} for one in found]},
-             "\n".join(one.said for one in found) or "no sensors")
+        emit(
+            options,
+            {
+                "sensors": [
+                    {"name": one.name, "gives": sorted(one.gives), "samples": one.samples}
+                    for one in found
+                ]
+            },
+            "\n".join(one.said for one in found) or "no sensors",
+        )
         return 0
     if not options.output:
         raise BadInput("import: -o REC.csv is missing (or --list)")
@@ -269,44 +392,74 @@ def run_import(options):
         progress(line)
     for one in [] if options.as_recorded else door.doubts(found, rate):
         progress(f"{options.log}: doubtful: {one}")
-    emit(options, {"recording": options.output, "samples": count, "rate_hz": rate, "columns": columns, "guesses": [vars(one) for one in found.guesses]},
-         f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}")
+    emit(
+        options,
+        {
+            "recording": options.output,
+            "samples": count,
+            "rate_hz": rate,
+            "columns": columns,
+            "guesses": [vars(one) for one in found.guesses],
+        },
+        f"{options.output}: {count} samples at {rate:.6g} Hz: {', '.join(columns)}",
+    )
     return 0
 
 
 def run_benchmark(options):
     from .diagnosis import benchmark
-    result = benchmark.run(range(options.first_seed, options.first_seed + options.seeds), options.size, options.only, options.jobs, progress)
+
+    result = benchmark.run(
+        range(options.first_seed, options.first_seed + options.seeds),
+        options.size,
+        options.only,
+        options.jobs,
+        progress,
+    )
     emit(options, result, benchmark.text(result))
     return 0
 
 
 def run_live(options):
     from .wire import live  # python-can and cantools are needed here only
+
     return live.run(options)
 
 
 def run_open(options):
     from .workbench import server  # a web server is needed here only
+
     return server.run(options)
 
 
 def run_fleet(options):
     from .fleet import command  # Dask is needed here only
+
     return command.run(options, progress, emit)
 
 
 def run_dbc(options):
     from .wire import dbc
+
     channels = sorted(set(options.channel or [0]))
     files.write_whole(options.output, dbc.moved(options.base, channels).encode())
-    emit(options, {"dbc": options.output, "base": options.base, "channels": channels}, options.output)
+    emit(
+        options, {"dbc": options.output, "base": options.base, "channels": channels}, options.output
+    )
     return 0
 
 
 def run_nulls(options):
     from .diagnosis import nulls
-    result = nulls.run(options.recordings, options.first_seed, options.seconds, not options.adequacy_only, options.jobs, progress)
+
+    result = nulls.run(
+        options.recordings,
+        options.first_seed,
+        options.seconds,
+        not options.adequacy_only,
+        options.jobs,
+        progress,
+    )
     emit(options, result, nulls.text(result))
     return 0
 
@@ -315,91 +468,330 @@ def argument(*names, **settings):
     return names, settings
 
 
-REC = argument("recording", help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples")
+REC = argument(
+    "recording",
+    help=f"CSV, or a log of PX4, ArduPilot, ROS, MATLAB, NumPy or Parquet; at least {recordings.MINIMUM_SAMPLES} samples",
+)
 MODEL = argument("-m", "--model", required=True, help="model file (TOML), or a kalibr imu.yaml")
 OUT = argument("-o", "--output", required=True)
 OUT_MAYBE = argument("-o", "--output")
 HELD_OUT = argument("--held-out", help="a second recording of the same sensor")
-REPORT = argument("--report", metavar="R.html", help="one page with pictures that opens in any browser")
-BASE = argument("--base", type=option_types.identifier, default=0x5D0, metavar="HEX", help="identifier of channel 0 (default 5D0)")
-RATE = argument("--rate", type=option_types.positive, metavar="HZ", help="samples per second, when the recording has no time_s (which decides)")
+REPORT = argument(
+    "--report", metavar="R.html", help="one page with pictures that opens in any browser"
+)
+BASE = argument(
+    "--base",
+    type=option_types.identifier,
+    default=0x5D0,
+    metavar="HEX",
+    help="identifier of channel 0 (default 5D0)",
+)
+RATE = argument(
+    "--rate",
+    type=option_types.positive,
+    metavar="HZ",
+    help="samples per second, when the recording has no time_s (which decides)",
+)
 
-AXES = argument("--axes", metavar="AXES", help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
-                "and one model file for each axis (OUT_gyro_x.toml)")
-SENSOR = argument("--sensor", metavar="NAME", help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)")
-LOG = [RATE, SENSOR,
-       argument("--unit", action="append", default=[], metavar="NAME=UNIT", help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
-                "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s"),
-       argument("--as-recorded", action="store_true", help="accept the recorded rate, units and levels; skip the plausibility checks"),
-       argument("--types", action="append", default=[], metavar="PATH",
-                help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them"),
-       argument("--names", metavar="A,B,..", help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..")]
+AXES = argument(
+    "--axes",
+    metavar="AXES",
+    help="gyro, accel, all, or columns, comma-separated, instead of the column of the model: one table, "
+    "and one model file for each axis (OUT_gyro_x.toml)",
+)
+SENSOR = argument(
+    "--sensor",
+    metavar="NAME",
+    help="which of the sensors, topics or instances of a log (davarlab import LOG --list names them)",
+)
+LOG = [
+    RATE,
+    SENSOR,
+    argument(
+        "--unit",
+        action="append",
+        default=[],
+        metavar="NAME=UNIT",
+        help="over what was guessed: of a column, or of gyro, accel, temp or time; rad/s, "
+        "deg/s, mdeg/s, g, mg, m/s^2, degC, s, ms, us, ns, or a number: the factor to deg/s, g, degC or s",
+    ),
+    argument(
+        "--as-recorded",
+        action="store_true",
+        help="accept the recorded rate, units and levels; skip the plausibility checks",
+    ),
+    argument(
+        "--types",
+        action="append",
+        default=[],
+        metavar="PATH",
+        help="message types that a ROS 2 bag does not bring: PACKAGE/msg/NAME.msg, or a folder of them",
+    ),
+    argument(
+        "--names",
+        metavar="A,B,..",
+        help="names of the columns of a NumPy array without: time,gyro_x,gyro_y,gyro_z,temp ..",
+    ),
+]
 
 PARAMETER_FILES = {name: form.what for name, form in parameters.FORMATS.items()}
 
 # command: (function, what it does, arguments)
 COMMANDS = {
-    "simulate": (run_simulate, "makes a recording from listed effects", [argument("scenario"), OUT]),
-    "fit": (each_axis(fit_one), "fits the parameters, with 95 %% intervals", [REC, MODEL, OUT_MAYBE, AXES, *LOG]),
-    "compare": (each_axis(compare_one), "model against measurement: where it fails and by how much", [REC, MODEL, REPORT, AXES, *LOG]),
-    "diagnose": (each_axis(diagnose_one), "which physical effect is missing", [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG]),
-    "improve": (each_axis(improve_one), "adds what is missing until the model is adequate", [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG]),
-    "add": (run_add, "adds an effect to a model", [argument("model"), argument("kind"),
-                                                   argument("parameters", nargs="*", help="NAME=VALUE"), OUT]),
-    "open": (run_open, "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one", [
-        argument("recording", nargs="?", help="any log, columns of any name"), argument("-m", "--model", help="model file (TOML)"), SENSOR,
-        argument("--port", type=option_types.port, default=0, metavar="N", help="default: any that is free"),
-        argument("--no-browser", action="store_true", help="only print the address")]),
+    "simulate": (
+        run_simulate,
+        "makes a recording from listed effects",
+        [argument("scenario"), OUT],
+    ),
+    "fit": (
+        each_axis(fit_one),
+        "fits the parameters, with 95 %% intervals",
+        [REC, MODEL, OUT_MAYBE, AXES, *LOG],
+    ),
+    "compare": (
+        each_axis(compare_one),
+        "model against measurement: where it fails and by how much",
+        [REC, MODEL, REPORT, AXES, *LOG],
+    ),
+    "diagnose": (
+        each_axis(diagnose_one),
+        "which physical effect is missing",
+        [REC, MODEL, HELD_OUT, REPORT, AXES, *LOG],
+    ),
+    "improve": (
+        each_axis(improve_one),
+        "adds what is missing until the model is adequate",
+        [REC, MODEL, HELD_OUT, OUT_MAYBE, REPORT, AXES, *LOG],
+    ),
+    "add": (
+        run_add,
+        "adds an effect to a model",
+        [
+            argument("model"),
+            argument("kind"),
+            argument("parameters", nargs="*", help="NAME=VALUE"),
+            OUT,
+        ],
+    ),
+    "open": (
+        run_open,
+        "the workbench in a browser; without a recording it offers the tutorial's, and a place to drop one",
+        [
+            argument("recording", nargs="?", help="any log, columns of any name"),
+            argument("-m", "--model", help="model file (TOML)"),
+            SENSOR,
+            argument(
+                "--port",
+                type=option_types.port,
+                default=0,
+                metavar="N",
+                help="default: any that is free",
+            ),
+            argument("--no-browser", action="store_true", help="only print the address"),
+        ],
+    ),
     "effects": (run_effects, "lists every effect", []),
-    "plot": (run_plot, "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)", [REC, MODEL, OUT, *LOG]),
-    "export": (run_export, "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program", [
-        argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
-        argument("-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"),
-        argument("--to", choices=tuple(PARAMETER_FILES), help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items())),
-        argument("--inflate", type=option_types.positive, default=1.0, metavar="X", help="noise times X (the file says why, and why not)"),
-        argument("--bias-time", type=option_types.positive, default=300.0, metavar="SECONDS",
-                 help="a model without a walk of the bias gets the one that does the same in this time (default 300)"),
-        argument("--window", type=option_types.whole, default=6000, help="samples of the device's window (default 6000)"),
-        argument("--tolerance", type=float, default=0.02, help="how far the model itself may be off: one standard deviation of its Allan "
-                 "deviation, relative (default 0.02)")]),
-    "sheet": (run_sheet, "makes a model of a data sheet's numbers, or of a kalibr file, to compare with", [
-        argument("numbers", nargs="*", metavar="NUMBER",
-                 help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
-                 " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664"),
-        argument("--kalibr", metavar="IMU.yaml"), argument("--column", default="gyro_z_dps", help="of the recording it is for (default gyro_z_dps)"), OUT, RATE]),
-    "import": (run_import, "makes a recording of another log", [
-        argument("log", help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind"), OUT_MAYBE, *LOG,
-        argument("--list", action="store_true", help="the sensors in it"), argument("--rename", action="append", default=[], help="OLD=NEW"),
-        argument("--scale", action="append", default=[], help="NAME=FACTOR")]),
-    "live": (run_live, "checks, shows and records the stream of a CAN or serial source; waits for one that is lost", [
-        argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
-        argument("--record", metavar="FILE.csv", help="also write the results there, as they come; a file that is there "
-                 "is continued with a new stretch, or, when it has other columns, FILE-2.csv is written"),
-        argument("--raw", metavar="REC.csv", help="also write the raw samples there, a recording for every other command (the sender needs "
-                 "--raw too); one for each channel and restart: REC-2.csv ..."),
-        argument("--count", type=option_types.whole, metavar="N", help="stop after so many results"),
-        argument("--idle", type=option_types.positive, metavar="SECONDS", help="stop when nothing has come for so long"), BASE]),
-    "fleet": (run_fleet, "many recordings against one model: a table, and a page of the population", [
-        argument("files", nargs="+", metavar="FILES", help="recordings and logs: paths, globs, http:// and s3:// addresses"), MODEL,
-        argument("-o", "--output", dest="folder", required=True, metavar="OUT/", help="fleet.parquet, fleet.html, fleet.json and what is done so far; "
-                 "the same command goes on from there"),
-        argument("--batch", metavar="REGEX", help="the batch of a recording: what this finds in its path (its first group)"),
-        argument("--limits", metavar="L.toml", help="pass or fail of each unit"),
-        argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)"),
-        argument("--workers", type=option_types.whole, default=2, metavar="N", help="processes of this machine (default 2)"),
-        argument("--chance", type=option_types.natural, default=200, metavar="N", help="of so many units (default 200) also a recording is drawn where nothing "
-                 "is missing, to know what chance gives; 0: no effects of whole batches"), AXES, *LOG]),
-    "dbc": (run_dbc, "writes tools/davar.dbc for another base identifier or other channels", [OUT, BASE, argument(
-        "--channel", type=option_types.channel, action="append", metavar="N", help="default 0; may be given more than once")]),
-    "benchmark": (run_benchmark, "measures how often the verdict is right", [
-        argument("--seeds", type=option_types.whole, default=20), argument("--first-seed", type=option_types.natural, default=0),
-        argument("--size", choices=("visible", "hard"), default="visible"),
-        argument("--only", help="scenarios, comma-separated"), argument("--jobs", type=option_types.whole, default=2)]),
-    "nulls": (run_nulls, "measures what chance gives each candidate, by parametric bootstrap", [
-        argument("--recordings", type=option_types.whole, default=300), argument("--first-seed", type=option_types.natural, default=0),
-        argument("--seconds", type=option_types.positive, default=7200.0),
-        argument("--adequacy-only", action="store_true", help="p-values only, three times faster"),
-        argument("--jobs", type=option_types.whole, default=2)]),
+    "plot": (
+        run_plot,
+        "draws Allan deviation, failure map and residual spectrum (.png, .pdf or .svg)",
+        [REC, MODEL, OUT, *LOG],
+    ),
+    "export": (
+        run_export,
+        "writes the model as a table for the device (C, or CSV for davar-sim --model-table), or models as parameters of another program",
+        [
+            argument("models", nargs="+", metavar="model", help="one; with --to one for each axis"),
+            argument(
+                "-o", "--output", required=True, help="TABLE.h or TABLE.csv; with --to any name"
+            ),
+            argument(
+                "--to",
+                choices=tuple(PARAMETER_FILES),
+                help="; ".join(f"{name}: {what}" for name, what in PARAMETER_FILES.items()),
+            ),
+            argument(
+                "--inflate",
+                type=option_types.positive,
+                default=1.0,
+                metavar="X",
+                help="noise times X (the file says why, and why not)",
+            ),
+            argument(
+                "--bias-time",
+                type=option_types.positive,
+                default=300.0,
+                metavar="SECONDS",
+                help="a model without a walk of the bias gets the one that does the same in this time (default 300)",
+            ),
+            argument(
+                "--window",
+                type=option_types.whole,
+                default=6000,
+                help="samples of the device's window (default 6000)",
+            ),
+            argument(
+                "--tolerance",
+                type=float,
+                default=0.02,
+                help="how far the model itself may be off: one standard deviation of its Allan "
+                "deviation, relative (default 0.02)",
+            ),
+        ],
+    ),
+    "sheet": (
+        run_sheet,
+        "makes a model of a data sheet's numbers, or of a kalibr file, to compare with",
+        [
+            argument(
+                "numbers",
+                nargs="*",
+                metavar="NUMBER",
+                help="each with its unit: 0.005deg/s/sqrt(Hz) 10deg/h; an accelerometer's: 100ug/sqrt(Hz) 40ug. A bias instability is taken for "
+                " the coefficient B of IEEE 952; where a sheet means the lowest point of the Allan deviation, divide by 0.664",
+            ),
+            argument("--kalibr", metavar="IMU.yaml"),
+            argument(
+                "--column",
+                default="gyro_z_dps",
+                help="of the recording it is for (default gyro_z_dps)",
+            ),
+            OUT,
+            RATE,
+        ],
+    ),
+    "import": (
+        run_import,
+        "makes a recording of another log",
+        [
+            argument(
+                "log",
+                help="PX4 ULog, ArduPilot DataFlash, ROS 1 and 2 bags, MCAP, MATLAB, NumPy, Parquet, CSV of any kind",
+            ),
+            OUT_MAYBE,
+            *LOG,
+            argument("--list", action="store_true", help="the sensors in it"),
+            argument("--rename", action="append", default=[], help="OLD=NEW"),
+            argument("--scale", action="append", default=[], help="NAME=FACTOR"),
+        ],
+    ),
+    "live": (
+        run_live,
+        "checks, shows and records the stream of a CAN or serial source; waits for one that is lost",
+        [
+            argument("source", help="can:IFACE or slcan:PATH[@BAUD]"),
+            argument(
+                "--record",
+                metavar="FILE.csv",
+                help="also write the results there, as they come; a file that is there "
+                "is continued with a new stretch, or, when it has other columns, FILE-2.csv is written",
+            ),
+            argument(
+                "--raw",
+                metavar="REC.csv",
+                help="also write the raw samples there, a recording for every other command (the sender needs "
+                "--raw too); one for each channel and restart: REC-2.csv ...",
+            ),
+            argument(
+                "--count", type=option_types.whole, metavar="N", help="stop after so many results"
+            ),
+            argument(
+                "--idle",
+                type=option_types.positive,
+                metavar="SECONDS",
+                help="stop when nothing has come for so long",
+            ),
+            BASE,
+        ],
+    ),
+    "fleet": (
+        run_fleet,
+        "many recordings against one model: a table, and a page of the population",
+        [
+            argument(
+                "files",
+                nargs="+",
+                metavar="FILES",
+                help="recordings and logs: paths, globs, http:// and s3:// addresses",
+            ),
+            MODEL,
+            argument(
+                "-o",
+                "--output",
+                dest="folder",
+                required=True,
+                metavar="OUT/",
+                help="fleet.parquet, fleet.html, fleet.json and what is done so far; "
+                "the same command goes on from there",
+            ),
+            argument(
+                "--batch",
+                metavar="REGEX",
+                help="the batch of a recording: what this finds in its path (its first group)",
+            ),
+            argument("--limits", metavar="L.toml", help="pass or fail of each unit"),
+            argument(
+                "--scheduler",
+                metavar="ADDRESS",
+                help="of a Dask cluster with this davarlab on its workers (tcp://HOST:8786)",
+            ),
+            argument(
+                "--workers",
+                type=option_types.whole,
+                default=2,
+                metavar="N",
+                help="processes of this machine (default 2)",
+            ),
+            argument(
+                "--chance",
+                type=option_types.natural,
+                default=200,
+                metavar="N",
+                help="of so many units (default 200) also a recording is drawn where nothing "
+                "is missing, to know what chance gives; 0: no effects of whole batches",
+            ),
+            AXES,
+            *LOG,
+        ],
+    ),
+    "dbc": (
+        run_dbc,
+        "writes tools/davar.dbc for another base identifier or other channels",
+        [
+            OUT,
+            BASE,
+            argument(
+                "--channel",
+                type=option_types.channel,
+                action="append",
+                metavar="N",
+                help="default 0; may be given more than once",
+            ),
+        ],
+    ),
+    "benchmark": (
+        run_benchmark,
+        "measures how often the verdict is right",
+        [
+            argument("--seeds", type=option_types.whole, default=20),
+            argument("--first-seed", type=option_types.natural, default=0),
+            argument("--size", choices=("visible", "hard"), default="visible"),
+            argument("--only", help="scenarios, comma-separated"),
+            argument("--jobs", type=option_types.whole, default=2),
+        ],
+    ),
+    "nulls": (
+        run_nulls,
+        "measures what chance gives each candidate, by parametric bootstrap",
+        [
+            argument("--recordings", type=option_types.whole, default=300),
+            argument("--first-seed", type=option_types.natural, default=0),
+            argument("--seconds", type=option_types.positive, default=7200.0),
+            argument(
+                "--adequacy-only", action="store_true", help="p-values only, three times faster"
+            ),
+            argument("--jobs", type=option_types.whole, default=2),
+        ],
+    ),
 }
 
 
@@ -411,25 +803,52 @@ class Parser(argparse.ArgumentParser):
 
 
 def parser():
-    top = Parser(prog="davarlab", description="Model against measurement: find the missing effect, add it.")
+    top = Parser(
+        prog="davarlab", description="Model against measurement: find the missing effect, add it."
+    )
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (_, what, arguments) in COMMANDS.items():
         command = commands.add_parser(name, help=what, description=what.replace("%%", "%"))
         for names, settings in arguments:
             command.add_argument(*names, **settings)
-        command.add_argument("--json", action="store_true", help="one JSON object on standard output")
-        command.add_argument("--effects", action="append", default=[], metavar="FILE.py",
-                             help="more effects: Python code, which is run as it is; give only files that you trust")
+        command.add_argument(
+            "--json", action="store_true", help="one JSON object on standard output"
+        )
+        command.add_argument(
+            "--effects",
+            action="append",
+            default=[],
+            metavar="FILE.py",
+            help="more effects: Python code, which is run as it is; give only files that you trust",
+        )
     return top
 
 
 def check_files(options):
     """What is to be written can be, and is not what is read; a model may take the place of the one that it came from."""
-    given = {name: getattr(options, name, None) for name in ("kalibr", "recording", "held_out", "scenario", "log", "output", "report", "model")}
-    read = [given[name] for name in ("recording", "held_out", "scenario", "log", "kalibr") if given[name] is not None] + options.effects
+    given = {
+        name: getattr(options, name, None)
+        for name in (
+            "kalibr",
+            "recording",
+            "held_out",
+            "scenario",
+            "log",
+            "output",
+            "report",
+            "model",
+        )
+    }
+    read = [
+        given[name]
+        for name in ("recording", "held_out", "scenario", "log", "kalibr")
+        if given[name] is not None
+    ] + options.effects
     if given["report"] is not None:
         files.check_outputs([given["report"]], [given["model"]])
-    files.check_outputs([given[name] for name in ("output", "report") if given[name] is not None], read)
+    files.check_outputs(
+        [given[name] for name in ("output", "report") if given[name] is not None], read
+    )
 
 
 def main(arguments):
@@ -441,7 +860,10 @@ def main(arguments):
             own.load(path)
         options.typed = arguments
         check_files(options)
-        with np.errstate(all="ignore"), warnings.catch_warnings():  # what is no number is said where it is looked at
+        with (
+            np.errstate(all="ignore"),
+            warnings.catch_warnings(),
+        ):  # what is no number is said where it is looked at
             warnings.simplefilter("ignore", RuntimeWarning)
             return COMMANDS[options.command][0](options)
     except BadInput as why:

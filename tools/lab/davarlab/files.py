@@ -13,7 +13,11 @@ from pathlib import Path
 from .errors import BadInput
 
 WRITING = threading.RLock()  # held while a file is written: whoever ends the process takes it first
-OTHERS = ((stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a FIFO"), (stat.S_ISSOCK, "a socket"))  # any other is a device
+OTHERS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a FIFO"),
+    (stat.S_ISSOCK, "a socket"),
+)  # any other is a device
 
 
 def check_regular(path, found=None):
@@ -68,7 +72,9 @@ def unbroken():
     masks of their own."""
     came, before = [], {}
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if threading.current_thread() is threading.main_thread() and signal.getsignal(number) not in (signal.SIG_IGN, None):
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(
+            number
+        ) not in (signal.SIG_IGN, None):
             before[number] = signal.signal(number, lambda number, frame: came.append(number))
     try:
         yield came

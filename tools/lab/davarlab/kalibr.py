@@ -11,11 +11,15 @@ from .effects import table
 from .errors import BadInput
 from .model import Model, Term
 
-KINDS = {"gyroscope_noise_density": "angle_random_walk", "gyroscope_random_walk": "rate_random_walk"}  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
+KINDS = {
+    "gyroscope_noise_density": "angle_random_walk",
+    "gyroscope_random_walk": "rate_random_walk",
+}  # rad/s/sqrt(Hz), rad/s^2/sqrt(Hz)
 
 
 class Texts(yaml.SafeLoader):
     """YAML whose values are texts as they stand: YAML 1.1 takes 1:30 for ninety, and 1e-4 for a text."""
+
     yaml_implicit_resolvers = {}
 
 
@@ -35,22 +39,47 @@ def number(value, where):
     return found
 
 
-ACCEL_KINDS = {"accelerometer_noise_density": "angle_random_walk", "accelerometer_random_walk": "rate_random_walk"}  # m/s^2/sqrt(Hz), m/s^3/sqrt(Hz)
+ACCEL_KINDS = {
+    "accelerometer_noise_density": "angle_random_walk",
+    "accelerometer_random_walk": "rate_random_walk",
+}  # m/s^2/sqrt(Hz), m/s^3/sqrt(Hz)
 RAD = 180 / math.pi
 # unit of a data sheet: (kind, factor to deg and s; of an accelerometer to m and s)
-SHEET = {"deg/sqrt(h)": ("angle_random_walk", 1 / 60), "deg/s/sqrt(Hz)": ("angle_random_walk", 1.0), "mdeg/s/sqrt(Hz)": ("angle_random_walk", 1e-3),
-         "rad/s/sqrt(Hz)": ("angle_random_walk", RAD), "rad/sqrt(s)": ("angle_random_walk", RAD), "deg/h/sqrt(Hz)": ("angle_random_walk", 1 / 3600),
-         "deg/h": ("bias_instability", 1 / 3600), "deg/s": ("bias_instability", 1.0), "rad/s": ("bias_instability", RAD),
-         "deg/h/sqrt(h)": ("rate_random_walk", 1 / 216000), "rad/s^2/sqrt(Hz)": ("rate_random_walk", RAD), "deg/s^2/sqrt(Hz)": ("rate_random_walk", 1.0)}
+SHEET = {
+    "deg/sqrt(h)": ("angle_random_walk", 1 / 60),
+    "deg/s/sqrt(Hz)": ("angle_random_walk", 1.0),
+    "mdeg/s/sqrt(Hz)": ("angle_random_walk", 1e-3),
+    "rad/s/sqrt(Hz)": ("angle_random_walk", RAD),
+    "rad/sqrt(s)": ("angle_random_walk", RAD),
+    "deg/h/sqrt(Hz)": ("angle_random_walk", 1 / 3600),
+    "deg/h": ("bias_instability", 1 / 3600),
+    "deg/s": ("bias_instability", 1.0),
+    "rad/s": ("bias_instability", RAD),
+    "deg/h/sqrt(h)": ("rate_random_walk", 1 / 216000),
+    "rad/s^2/sqrt(Hz)": ("rate_random_walk", RAD),
+    "deg/s^2/sqrt(Hz)": ("rate_random_walk", 1.0),
+}
 G = 9.80665
-ACCEL_SHEET = {"m/s/sqrt(h)": ("angle_random_walk", 1 / 60), "m/s^2/sqrt(Hz)": ("angle_random_walk", 1.0), "ug/sqrt(Hz)": ("angle_random_walk", G * 1e-6),
-               "mg/sqrt(Hz)": ("angle_random_walk", G * 1e-3), "g/sqrt(Hz)": ("angle_random_walk", G), "ug": ("bias_instability", G * 1e-6),
-               "mg": ("bias_instability", G * 1e-3), "m/s^2": ("bias_instability", 1.0), "m/s^3/sqrt(Hz)": ("rate_random_walk", 1.0)}
+ACCEL_SHEET = {
+    "m/s/sqrt(h)": ("angle_random_walk", 1 / 60),
+    "m/s^2/sqrt(Hz)": ("angle_random_walk", 1.0),
+    "ug/sqrt(Hz)": ("angle_random_walk", G * 1e-6),
+    "mg/sqrt(Hz)": ("angle_random_walk", G * 1e-3),
+    "g/sqrt(Hz)": ("angle_random_walk", G),
+    "ug": ("bias_instability", G * 1e-6),
+    "mg": ("bias_instability", G * 1e-3),
+    "m/s^2": ("bias_instability", 1.0),
+    "m/s^3/sqrt(Hz)": ("rate_random_walk", 1.0),
+}
 
 
 def model_of(found, column, rate_hz):
     """A Model of kind -> size."""
-    return Model(rate_hz, column, [Term(kind, {table.find(kind).size.name: size}) for kind, size in found.items()])
+    return Model(
+        rate_hz,
+        column,
+        [Term(kind, {table.find(kind).size.name: size}) for kind, size in found.items()],
+    )
 
 
 def of_sheet(words, column, rate_hz):
@@ -73,7 +102,9 @@ def of_file(path, column, rate_hz=None):
         text = files.read_whole(path).decode("utf-8")
     except UnicodeDecodeError as why:
         raise BadInput(f"{path}: {why}") from None
-    return model_of(sizes(text, path, ACCEL_KINDS if column.startswith("accel") else KINDS), column, rate_hz)
+    return model_of(
+        sizes(text, path, ACCEL_KINDS if column.startswith("accel") else KINDS), column, rate_hz
+    )
 
 
 def sizes(text, where, kinds=KINDS):
@@ -89,7 +120,11 @@ def sizes(text, where, kinds=KINDS):
         value = data.get(key) if isinstance(data, dict) else None
         if value in (None, *NOTHING):
             continue
-        found[kind] = number(value, f"{where}: {key}") * (1 if kinds is ACCEL_KINDS else RAD) / table.find(kind).size.scale
+        found[kind] = (
+            number(value, f"{where}: {key}")
+            * (1 if kinds is ACCEL_KINDS else RAD)
+            / table.find(kind).size.scale
+        )
     if not found:
         raise BadInput(f"{where}: neither {' nor '.join(kinds)} is in it")
     return found

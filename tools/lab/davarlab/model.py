@@ -9,7 +9,6 @@ from . import files
 from .effects import table
 from .errors import BadInput
 
-
 MOST_BYTES = 1 << 20  # of a file
 HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 
@@ -17,6 +16,7 @@ HUGE = 1e100  # TOML has inf, nan and whole numbers without end
 @dataclass
 class Term:
     """One effect of a model with its parameters in the units of the table."""
+
     kind: str
     parameters: dict
 
@@ -35,7 +35,9 @@ class Model:
 def checked_value(effect, parameter, value, where):
     if parameter.values:
         if value not in parameter.values:
-            raise BadInput(f"{where}: {parameter.name} must be one of {', '.join(parameter.values)}")
+            raise BadInput(
+                f"{where}: {parameter.name} must be one of {', '.join(parameter.values)}"
+            )
         return value
     if parameter.text:
         if not isinstance(value, str) or not value or not set(value).isdisjoint(",\n\r"):
@@ -46,7 +48,9 @@ def checked_value(effect, parameter, value, where):
     if not abs(value) < HUGE:
         raise BadInput(f"{where}: {parameter.name} must be a finite number")
     if not parameter.low <= value <= parameter.high:
-        raise BadInput(f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}")
+        raise BadInput(
+            f"{where}: {parameter.name} = {value:g} is outside {parameter.low:g} .. {parameter.high:g}"
+        )
     if parameter.whole and value % 1:
         raise BadInput(f"{where}: {parameter.name} = {value:g} must be a whole number")
     return float(value)
@@ -60,13 +64,23 @@ def checked_term(entry, where):
     known = {parameter.name: parameter for parameter in effect.parameters}
     for name in entry:
         if name != "kind" and name not in known:
-            raise BadInput(f"{where}: {effect.kind} has no parameter {name} (it has: {', '.join(known)})")
-    missing = [name for name, parameter in known.items() if name not in entry and parameter.default is None]
+            raise BadInput(
+                f"{where}: {effect.kind} has no parameter {name} (it has: {', '.join(known)})"
+            )
+    missing = [
+        name for name, parameter in known.items() if name not in entry and parameter.default is None
+    ]
     if missing:
         raise BadInput(f"{where}: {effect.kind} needs {missing[0]}")
-    values = {name: checked_value(effect, p, entry[name], where) for name, p in known.items() if name in entry}
+    values = {
+        name: checked_value(effect, p, entry[name], where)
+        for name, p in known.items()
+        if name in entry
+    }
     if "start_s" in values and values["stop_s"] < values["start_s"]:
-        raise BadInput(f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}")
+        raise BadInput(
+            f"{where}: {effect.kind}: stop_s = {values['stop_s']:g} is before start_s = {values['start_s']:g}"
+        )
     return Term(effect.kind, values)
 
 
@@ -95,16 +109,24 @@ def parsed(text, path):
 def check_lines(terms, rate_hz, where):
     """A line above half the sample rate cannot be told from its alias below."""
     for term in terms:
-        if term.kind in ("sinusoid", "intermittent_line") and rate_hz and term.parameters["frequency_hz"] > rate_hz / 2:
-            raise BadInput(f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
-                           f"{rate_hz:g} Hz")
+        if (
+            term.kind in ("sinusoid", "intermittent_line")
+            and rate_hz
+            and term.parameters["frequency_hz"] > rate_hz / 2
+        ):
+            raise BadInput(
+                f"{where}: {term.kind}: frequency_hz = {term.parameters['frequency_hz']:g} is above half the sample rate of "
+                f"{rate_hz:g} Hz"
+            )
 
 
 def check_fits(model, recording, where):
     """Raises BadInput unless the recording has the rate and the columns that the model speaks of."""
     rates = [recording.rate_hz, recording.read_hz or recording.rate_hz]
     if model.rate_hz and all(abs(rate / model.rate_hz - 1) > 0.05 for rate in rates):
-        raise BadInput(f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz")
+        raise BadInput(
+            f"{where}: rate_hz = {model.rate_hz:g}, but {recording.name} has {recording.rate_hz:.6g} Hz"
+        )
     check_lines(model.terms, recording.rate_hz, where)
     recording.rate_dps(model.column)
     for kind in model.kinds:
@@ -117,7 +139,9 @@ def check_noise(model, where):
     """Raises BadInput where all noise of a model has the size 0."""
     noises = [term for term in model.terms if table.find(term.kind).role in ("spectrum", "states")]
     if noises and not any(table.find(term.kind).dps(term.parameters) for term in noises):
-        raise BadInput(f"{where}: its noise is 0: nothing can be compared with it (fit finds the sizes)")
+        raise BadInput(
+            f"{where}: its noise is 0: nothing can be compared with it (fit finds the sizes)"
+        )
 
 
 ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}
@@ -125,15 +149,27 @@ ACCEL_KINDS = {"angle_random_walk": "velocity_random_walk"}
 
 def spoken(name, column):
     """A parameter as a model file calls it: where the column is an accelerometer's, m/s stands for deg (coefficient_m_per_s_per_sqrt_h)."""
-    return re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2") if column.startswith("accel_") else name
+    return (
+        re.sub(r"deg(?![a-zA-Z])", "m_per_s", name).replace("dps", "mps2")
+        if column.startswith("accel_")
+        else name
+    )
 
 
 def unspoken(entry, column):
     """An [[effect]] of a file with the names of the table."""
-    if not column.startswith("accel_") or not isinstance(entry, dict) or not isinstance(entry.get("kind"), str):
+    if (
+        not column.startswith("accel_")
+        or not isinstance(entry, dict)
+        or not isinstance(entry.get("kind"), str)
+    ):
         return entry
     kind = next((own for own, said in ACCEL_KINDS.items() if said == entry["kind"]), entry["kind"])
-    names = {spoken(p.name, column): p.name for p in table.TABLE[kind].parameters} if kind in table.TABLE else {}
+    names = (
+        {spoken(p.name, column): p.name for p in table.TABLE[kind].parameters}
+        if kind in table.TABLE
+        else {}
+    )
     return {names.get(name, name): value for name, value in entry.items()} | {"kind": kind}
 
 
@@ -141,7 +177,10 @@ def terms_of(data, path, column):
     entries = data.get("effect", [])
     if not isinstance(entries, list):
         raise BadInput(f"{path}: effects are written as [[effect]]")
-    return [checked_term(unspoken(entry, column), f"{path}: effect {i}") for i, entry in enumerate(entries, 1)]
+    return [
+        checked_term(unspoken(entry, column), f"{path}: effect {i}")
+        for i, entry in enumerate(entries, 1)
+    ]
 
 
 def table_in(data, name, path):
@@ -161,7 +200,9 @@ def of(data, path):
     column, rate = sensor.get("column"), sensor.get("rate_hz")
     if not isinstance(column, str) or not column or not set(column).isdisjoint(",\n\r"):
         raise BadInput(f"{path}: [sensor] needs column, the name of the gyro column")
-    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < HUGE):
+    if rate is not None and (
+        isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < HUGE
+    ):
         raise BadInput(f"{path}: rate_hz must be a positive number")
     terms = terms_of(data, path, column)
     check_lines(terms, rate, path)
@@ -190,9 +231,15 @@ def text_of(model):
         lines.append(f"rate_hz = {float(model.rate_hz)!r}")
     lines.append(f"column = {quoted(model.column)}")
     for term in model.terms:
-        lines += ["", "[[effect]]", f'kind = "{ACCEL_KINDS.get(term.kind, term.kind) if model.column.startswith("accel_") else term.kind}"']
-        lines += [f"{spoken(name, model.column)} = {quoted(value) if isinstance(value, str) else repr(float(value))}"
-                  for name, value in term.parameters.items()]
+        lines += [
+            "",
+            "[[effect]]",
+            f'kind = "{ACCEL_KINDS.get(term.kind, term.kind) if model.column.startswith("accel_") else term.kind}"',
+        ]
+        lines += [
+            f"{spoken(name, model.column)} = {quoted(value) if isinstance(value, str) else repr(float(value))}"
+            for name, value in term.parameters.items()
+        ]
     return "\n".join(lines) + "\n"
 
 

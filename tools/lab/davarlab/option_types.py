@@ -33,7 +33,9 @@ def identifier(text):
     """The standard CAN identifier of channel 0, hexadecimal with or without 0x."""
     digits = text.lower().removeprefix("0x")
     if not digits or not set(digits) <= set("0123456789abcdef") or int(digits, 16) > 0x7F6:
-        raise argparse.ArgumentTypeError(f"a hexadecimal identifier up to 7F6 expected, found '{text}'")
+        raise argparse.ArgumentTypeError(
+            f"a hexadecimal identifier up to 7F6 expected, found '{text}'"
+        )
     return int(digits, 16)
 
 

@@ -3,19 +3,30 @@
 import numpy as np
 
 from . import model as models
-from .data import signals, table as tables
+from .data import signals
+from .data import table as tables
 from .data.recording import MINIMUM_SAMPLES, Recording
 from .effects import spectra, table
 from .errors import BadInput
 
-SAMPLES_MAX = 10 ** 8  # 6 GB
-DEFAULTS = {"duration_s": 7200.0, "seed": 1, "vibration_g": 0.05, "tilt_g": 0.01, "temperature_degC": 3.0}
+SAMPLES_MAX = 10**8  # 6 GB
+DEFAULTS = {
+    "duration_s": 7200.0,
+    "seed": 1,
+    "vibration_g": 0.05,
+    "tilt_g": 0.01,
+    "temperature_degC": 3.0,
+}
 
 
 def wandering_temperature(time, span, rng):
     """Warm-up of the box, a slow wave of the room, a random walk; then the thermometer's noise and its count of 0.01."""
     warm = -rng.uniform(0.3, 1) * span * np.exp(-time / rng.uniform(300, 2500))
-    room = rng.uniform(0.1, 0.5) * span * np.sin(2 * np.pi * time / rng.uniform(2000, 6000) + rng.uniform(0, 6))
+    room = (
+        rng.uniform(0.1, 0.5)
+        * span
+        * np.sin(2 * np.pi * time / rng.uniform(2000, 6000) + rng.uniform(0, 6))
+    )
     walk = np.cumsum(rng.standard_normal(len(time)))
     walk *= 0.2 * span / max(np.std(walk), 1e-12)
     return np.round(25 + warm + room + walk + 0.02 * rng.standard_normal(len(time)), 2)
@@ -27,8 +38,11 @@ def vibration_envelope(time, size, rng):
     for _ in range(rng.integers(3, 8)):
         start, length = rng.uniform(0, time[-1]), rng.uniform(60, 600)
         edge = rng.uniform(2, 20)
-        gate = 1 / (1 + np.exp(np.clip(-(time - start) / edge, -50, 50))) / (
-            1 + np.exp(np.clip((time - start - length) / edge, -50, 50)))
+        gate = (
+            1
+            / (1 + np.exp(np.clip(-(time - start) / edge, -50, 50)))
+            / (1 + np.exp(np.clip((time - start - length) / edge, -50, 50)))
+        )
         envelope = np.maximum(envelope, size * rng.uniform(0.5, 1.5) * gate)
     return envelope
 
@@ -62,7 +76,11 @@ def contribution(term, recording, rng, white):
         course = effect.dps(parameters) * effect.regressor(recording, effect.shape_of(parameters))
         return course if term.kind in ("sinusoid", "intermittent_line") else course - course.mean()
     return effect.dps(parameters) * spectra.from_spectrum(
-        lambda f: effect.spectrum(f, recording.rate_hz, parameters), recording.samples, recording.rate_hz, rng)
+        lambda f: effect.spectrum(f, recording.rate_hz, parameters),
+        recording.samples,
+        recording.rate_hz,
+        rng,
+    )
 
 
 def in_front(term):
@@ -72,17 +90,33 @@ def in_front(term):
 
 
 def white_noise(terms, recording, rng):
-    size = np.sqrt(sum(table.find(t.kind).dps(t.parameters) ** 2 for t in terms if t.kind == "angle_random_walk"))
+    size = np.sqrt(
+        sum(
+            table.find(t.kind).dps(t.parameters) ** 2
+            for t in terms
+            if t.kind == "angle_random_walk"
+        )
+    )
     return size * np.sqrt(recording.rate_hz) * rng.standard_normal(recording.samples)
 
 
 def behind_filters(terms, gyro, recording, rng):
     """What the sensor's filters leave of the gyro, and the noise behind them."""
-    filters = [(table.find(term.kind), term.parameters) for term in terms if table.find(term.kind).role == "filter"]
+    filters = [
+        (table.find(term.kind), term.parameters)
+        for term in terms
+        if table.find(term.kind).role == "filter"
+    ]
     if not filters:
         return gyro
     f = np.concatenate([[0.0], signals.frequencies(len(gyro), recording.rate_hz)])
-    gain = np.prod([effect.spectrum(f, recording.rate_hz, effect.shape_of(values)) for effect, values in filters], axis=0)
+    gain = np.prod(
+        [
+            effect.spectrum(f, recording.rate_hz, effect.shape_of(values))
+            for effect, values in filters
+        ],
+        axis=0,
+    )
     noise = np.sqrt(sum(values.get(effect.behind, 0.0) ** 2 for effect, values in filters))
     found = signals.inverse(signals.transform(gyro) * np.sqrt(gain))
     return found + noise * rng.standard_normal(len(gyro)) if noise else found
@@ -93,17 +127,28 @@ def make(terms, rate_hz, column="gyro_z_dps", **settings):
     settings = {**DEFAULTS, **settings}
     rng = np.random.default_rng(int(settings["seed"]))
     time = np.arange(int(settings["duration_s"] * rate_hz)) / rate_hz
-    columns = {"time_s": time, column: np.zeros(len(time)),
-               "temp_degC": wandering_temperature(time, settings["temperature_degC"], rng)}
+    columns = {
+        "time_s": time,
+        column: np.zeros(len(time)),
+        "temp_degC": wandering_temperature(time, settings["temperature_degC"], rng),
+    }
     for axis, gravity in zip("xyz", (0.0, 0.0, 1.0)):
         columns[f"accel_{axis}_g"] = accelerometer(time, gravity, settings, rng)
-    for name in dict.fromkeys(term.parameters["column"] for term in terms if term.kind == "follows"):
+    for name in dict.fromkeys(
+        term.parameters["column"] for term in terms if term.kind == "follows"
+    ):
         if name not in columns:
             columns[name] = wandering_column(name, time, int(settings["seed"]))
     recording = Recording(columns, rate_hz, notes={"description": "SIMULATED by davarlab"})
     gyro = white = white_noise(terms, recording, rng)
-    others = [term for term in terms if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"]
-    front, rest = ([term for term in others if in_front(term) == wanted] for wanted in (True, False))
+    others = [
+        term
+        for term in terms
+        if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"
+    ]
+    front, rest = (
+        [term for term in others if in_front(term) == wanted] for wanted in (True, False)
+    )
     for term in front:
         gyro = gyro + contribution(term, recording, rng, white)
     gyro = behind_filters(terms, gyro, recording, rng)
@@ -125,18 +170,26 @@ def from_scenario(path, progress):
     for name, value in settings.items():
         if name not in DEFAULTS:
             raise BadInput(f"{path}: [simulate] has no {name} (it has: {', '.join(DEFAULTS)})")
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < models.HUGE:
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, (int, float))
+            or not 0 <= value < models.HUGE
+        ):
             raise BadInput(f"{path}: [simulate] {name} must be a number, 0 or more")
     if settings.get("seed", 0) % 1:
         raise BadInput(f"{path}: [simulate] seed must be a whole number")
     model = models.of(defaulted(data, path), path)
     if not tables.is_name(model.column):
-        raise BadInput(f"{path}: [sensor] column: not a name that a recording holds: {model.column!r}")
+        raise BadInput(
+            f"{path}: [sensor] column: not a name that a recording holds: {model.column!r}"
+        )
     if not model.rate_hz:
         raise BadInput(f"{path}: [sensor] needs rate_hz")
     samples = settings.get("duration_s", DEFAULTS["duration_s"]) * model.rate_hz
     if not MINIMUM_SAMPLES <= samples <= SAMPLES_MAX:
-        raise BadInput(f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to {SAMPLES_MAX:g} can be made")
+        raise BadInput(
+            f"{path}: [simulate] duration_s: {samples:.6g} samples; {MINIMUM_SAMPLES} to {SAMPLES_MAX:g} can be made"
+        )
     if "simulate" not in data:
         said = ", ".join(f"{name} = {value:g}" for name, value in DEFAULTS.items())
         progress(f"{path} has no table [simulate]: taken as {said}")

@@ -18,25 +18,41 @@ SLOW_MOST = 16384  # samples of the recording of block means
 FINER = np.exp2(np.arange(-6, 7) / 8)  # about the best shape of the first round
 CLOSE = 3.0  # log-likelihood units for which an effect takes the place of another rather than stand beside it
 # As candidates.TRIALS, per case: alone, or where the temperature is in the model already.
-TRIALS = {"temperature": 3.2, "temperature beside": 5.1, "temperature_squared": 5.5, "temperature_hysteresis": 3.5, "temperature_noise": 1.4,
-          "follows": 4.4}  # per column
+TRIALS = {
+    "temperature": 3.2,
+    "temperature beside": 5.1,
+    "temperature_squared": 5.5,
+    "temperature_hysteresis": 3.5,
+    "temperature_noise": 1.4,
+    "follows": 4.4,
+}  # per column
 
 
 def block_means(x, length):
     count = len(x) // length
-    return x[:count * length].reshape(count, length).mean(axis=1)
+    return x[: count * length].reshape(count, length).mean(axis=1)
 
 
 def block_length(samples):
     """Samples per mean; of a few lengths the first that makes a fast transform."""
     least = -(-samples // SLOW_MOST)
-    return next((length for length in range(least, 2 * least) if fft.next_fast_len(samples // length, True) == samples // length), least)
+    return next(
+        (
+            length
+            for length in range(least, 2 * least)
+            if fft.next_fast_len(samples // length, True) == samples // length
+        ),
+        least,
+    )
 
 
 def coarse(recording, names):
     """The recording in block means, with these columns, denoised before they were averaged."""
     length = block_length(recording.samples)
-    small = recording.measured.setdefault("coarse", Recording({"index": np.arange(recording.samples // length)}, recording.rate_hz / length))
+    small = recording.measured.setdefault(
+        "coarse",
+        Recording({"index": np.arange(recording.samples // length)}, recording.rate_hz / length),
+    )
     for name in names:
         if name not in small.columns:
             small.columns[name] = block_means(recording.column(name), length)
@@ -51,9 +67,11 @@ class Scan:
         self.small = coarse(bench.recording, names)
         keys, data = bench.all_keys(parts), bench.data
         self.used = min(self.small.samples // 2, len(data.f))
-        self.weight = 1 / np.sqrt(np.interp(np.log(data.f[:self.used]), np.log(data.f_bin), level))
-        rest = data.without(coefficients, keys)[:self.used]
-        basis = np.array([data.columns[key][0][:self.used] * self.weight for key in keys]).reshape(len(keys), self.used)
+        self.weight = 1 / np.sqrt(np.interp(np.log(data.f[: self.used]), np.log(data.f_bin), level))
+        rest = data.without(coefficients, keys)[: self.used]
+        basis = np.array([data.columns[key][0][: self.used] * self.weight for key in keys]).reshape(
+            len(keys), self.used
+        )
         self.basis = np.linalg.qr(basis.T)[0].T if len(keys) else basis
         self.rest = self.without(rest * self.weight)
 
@@ -64,7 +82,7 @@ class Scan:
         """Of the course of a part, worked out once: they know nothing of the level."""
         if part.key not in self.small.measured:
             x = part.effect.variants.get(part.form, part.effect.regressor)(self.small, part.shape)
-            self.small.measured[part.key] = signals.transform(x - x.mean())[1:self.used + 1]
+            self.small.measured[part.key] = signals.transform(x - x.mean())[1 : self.used + 1]
         return self.small.measured[part.key]
 
     def gain(self, part):
@@ -76,15 +94,26 @@ class Scan:
 
 def with_lags(effect, shape):
     """Parts of this shape; what the gyro felt before the record began matters only where it feels late."""
-    return [Part(effect.kind, shape, form) for form in effect.forms
-            if form != "moving before" or shape.get("lag_s", 0.0) > 0]
+    return [
+        Part(effect.kind, shape, form)
+        for form in effect.forms
+        if form != "moving before" or shape.get("lag_s", 0.0) > 0
+    ]
 
 
 def finer(part, recording):
     """The part with its lag or width moved a little."""
     name = next((name for name in ("width_degC", "lag_s") if part.shape.get(name)), None)
     limit = columns.LAG_SHARE * recording.samples / recording.rate_hz
-    return [part.moved(name, part.shape[name] * step) for step in FINER if name != "lag_s" or part.shape[name] * step <= limit] if name else []
+    return (
+        [
+            part.moved(name, part.shape[name] * step)
+            for step in FINER
+            if name != "lag_s" or part.shape[name] * step <= limit
+        ]
+        if name
+        else []
+    )
 
 
 def best_of(bench, parts, fit, tried, names):
@@ -95,12 +124,22 @@ def best_of(bench, parts, fit, tried, names):
     scan = Scan(bench, parts, fit.level, fit.coefficients, names)
     part = max(tried, key=scan.gain)
     full = bench.fit(parts + [part], near=fit.level)
-    scan = Scan(bench, parts, full.level, bench.coefficients_of(bench.all_keys(parts), parts + [part], full), names)
+    scan = Scan(
+        bench,
+        parts,
+        full.level,
+        bench.coefficients_of(bench.all_keys(parts), parts + [part], full),
+        names,
+    )
     second = max(tried, key=scan.gain)
     second = max([second] + finer(second, bench.recording), key=scan.gain)
     if second.key != part.key:
         other = bench.fit(parts + [second], near=full.level)
-        part, full, loser = (second, other, part) if other.log_likelihood > full.log_likelihood else (part, full, second)
+        part, full, loser = (
+            (second, other, part)
+            if other.log_likelihood > full.log_likelihood
+            else (part, full, second)
+        )
         bench.forget(loser)
     return at_once_unless(bench, parts, part, full)
 
@@ -120,7 +159,13 @@ def thermal(bench, parts, fit, kind, shapes=None):
     if np.ptp(bench.recording.column("temp_degC")) <= 0:
         return None
     shapes = shapes_of(effect, bench.recording) if shapes is None else shapes
-    best = best_of(bench, parts, fit, [part for shape in shapes for part in with_lags(effect, shape)], ("temp_degC",))
+    best = best_of(
+        bench,
+        parts,
+        fit,
+        [part for shape in shapes for part in with_lags(effect, shape)],
+        ("temp_degC",),
+    )
     return best and Candidate(kind, best[0], best[1].log_likelihood - fit.log_likelihood, 0.0)
 
 
@@ -132,13 +177,19 @@ def judged(candidate, trials):
 
 def plain_temperature(parts):
     """The part that says that the temperature is felt at once; None when there is none."""
-    return next((part for part in parts if part.kind == "temperature" and not part.shape.get("lag_s")), None)
+    return next(
+        (part for part in parts if part.kind == "temperature" and not part.shape.get("lag_s")), None
+    )
 
 
 def replacing(bench, parts, fit, kind, old):
     """The best candidate of a kind in place of a part of the model; its gain is over the model with that part."""
     rest = [part for part in parts if part is not old]
-    shapes = [shape for shape in shapes_of(table.find(kind), bench.recording) if kind != "temperature" or shape["lag_s"] > 0]
+    shapes = [
+        shape
+        for shape in shapes_of(table.find(kind), bench.recording)
+        if kind != "temperature" or shape["lag_s"] > 0
+    ]
     without = bench.fit(rest)
     found = thermal(bench, rest, without, kind, shapes)
     if found:
@@ -151,15 +202,22 @@ def on_temperature(bench, parts, fit):
     """Temperature and what may be mistaken for it: alone, or in place of or beside one that the model has."""
     kinds, plain = [part.kind for part in parts], plain_temperature(parts)
     if plain:
-        yield judged(replacing(bench, parts, fit, "temperature", plain), TRIALS["temperature beside"])
+        yield judged(
+            replacing(bench, parts, fit, "temperature", plain), TRIALS["temperature beside"]
+        )
     elif "temperature" not in kinds:
         yield judged(thermal(bench, parts, fit, "temperature"), TRIALS["temperature"])
     if "temperature_squared" not in kinds:
-        yield judged(thermal(bench, parts, fit, "temperature_squared"), TRIALS["temperature_squared"])
+        yield judged(
+            thermal(bench, parts, fit, "temperature_squared"), TRIALS["temperature_squared"]
+        )
     if "temperature_hysteresis" not in kinds:
         beside = thermal(bench, parts, fit, "temperature_hysteresis")
         instead = plain and replacing(bench, parts, fit, "temperature_hysteresis", plain)
-        yield judged(instead if instead and instead.gain > beside.gain - CLOSE else beside, TRIALS["temperature_hysteresis"])
+        yield judged(
+            instead if instead and instead.gain > beside.gain - CLOSE else beside,
+            TRIALS["temperature_hysteresis"],
+        )
 
 
 def in_the_noise(bench, parts, blocks):
@@ -167,8 +225,15 @@ def in_the_noise(bench, parts, blocks):
     is divided by what stays restless."""
     relative, gain = modulation.best_growth(parts, bench.recording, blocks)
     part = Part("temperature_noise", {"relative_per_degC": relative})
-    variance = changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[1]
-    return judged(Candidate(part.kind, part, gain / changes.restless(blocks.energy / variance, blocks.length), 0.0), TRIALS["temperature_noise"])
+    variance = changes.fit(
+        blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks)
+    )[1]
+    return judged(
+        Candidate(
+            part.kind, part, gain / changes.restless(blocks.energy / variance, blocks.length), 0.0
+        ),
+        TRIALS["temperature_noise"],
+    )
 
 
 def following(bench, parts, fit, gyro):
@@ -177,12 +242,22 @@ def following(bench, parts, fit, gyro):
     names = [name for name in columns.may_follow(bench.recording, gyro) if name not in known]
     effect, found = table.find("follows"), []
     for name in names:
-        lags = (0.0,) if name.startswith("gyro_") else columns.lags(bench.recording)  # axes that are askew leak at once
-        tried = [Part("follows", {"column": name, "lag_s": lag}, form) for lag in lags for form in effect.forms]
+        lags = (
+            (0.0,) if name.startswith("gyro_") else columns.lags(bench.recording)
+        )  # axes that are askew leak at once
+        tried = [
+            Part("follows", {"column": name, "lag_s": lag}, form)
+            for lag in lags
+            for form in effect.forms
+        ]
         part, full = best_of(bench, parts, fit, tried, (name,))
         at_once = tried[0]
         other = full if part.key == at_once.key else bench.fit(parts + [at_once], near=fit.level)
-        part, full = (at_once, other) if other.log_likelihood > full.log_likelihood - (CLOSE if part.shape["lag_s"] else 0.0) else (part, full)
+        part, full = (
+            (at_once, other)
+            if other.log_likelihood > full.log_likelihood - (CLOSE if part.shape["lag_s"] else 0.0)
+            else (part, full)
+        )
         one = Candidate("follows", part, full.log_likelihood - fit.log_likelihood, 0.0)
         found.append(judged(one, TRIALS["follows"] * len(names)))
     return sorted(found, key=lambda one: one.log_p - 1e-9 * one.gain)

@@ -13,8 +13,15 @@ from .columns import coarse
 EDGES = (0.0, 0.002, 0.01, 0.05, 0.25, 0.5, 2.5)
 WORKED_OUT_HZ = 0.05  # up to here a course worked out of a column (a square of vibration, a slope) has no scatter of its own to speak of
 ORDINATES_LEAST = 8  # in a band; one with fewer goes with the next
-SEEN, APART, FACTOR = 3.0, 3.5, 2.0  # standard errors of one band and of a difference; ratio of coefficients
-TURNING_HZ, TURNING = 0.05, 0.75  # from where on, and from which share of real motion on, another axis of the gyro counts as turned
+SEEN, APART, FACTOR = (
+    3.0,
+    3.5,
+    2.0,
+)  # standard errors of one band and of a difference; ratio of coefficients
+TURNING_HZ, TURNING = (
+    0.05,
+    0.75,
+)  # from where on, and from which share of real motion on, another axis of the gyro counts as turned
 SHARE_LEAST = 0.1  # of real motion in an accelerometer's power, below which its noise is not divided out further
 SLOW_HZ, COHERENT, ALIKE = 0.01, 0.4, 1.5
 QUIET = 0.05  # of the seconds, whose noise is taken for the sensor's own
@@ -24,6 +31,7 @@ QUIET = 0.05  # of the seconds, whose noise is taken for the sensor's own
 class CommonCause:
     """confirmed: two bands agree; disagrees: two bands contradict each other, or the axes of the accelerometer move as one.
     bands: (from Hz, to Hz, coefficient, standard error), in deg/s per unit of the column."""
+
     confirmed: bool
     disagrees: bool
     bands: list = field(default_factory=list)
@@ -47,8 +55,8 @@ def sensor_noise(x, rate_hz):
     """Density per ordinate of what the column's own sensor adds: white noise of the quietest seconds."""
     length = max(64, int(rate_hz))
     count = len(x) // length
-    steps = np.diff(x[:count * length].reshape(count, length), axis=1)
-    return float(np.quantile((steps ** 2).mean(axis=1), QUIET)) / 2
+    steps = np.diff(x[: count * length].reshape(count, length), axis=1)
+    return float(np.quantile((steps**2).mean(axis=1), QUIET)) / 2
 
 
 def band_places(f):
@@ -70,14 +78,19 @@ def in_bands(bench, parts, part):
     floor = sensor_noise(x, data.rate_hz) if name and name.startswith(("accel_", "gyro_")) else 0.0
     used = int(np.searchsorted(data.f, EDGES[-1] if name else WORKED_OUT_HZ))
     keys = bench.all_keys(parts)
-    c, rest = signals.transform(x - x.mean())[1:used + 1], data.without(bench.coefficients_of(keys, parts + [part], fit), keys)[:used]
+    c, rest = (
+        signals.transform(x - x.mean())[1 : used + 1],
+        data.without(bench.coefficients_of(keys, parts + [part], fit), keys)[:used],
+    )
     level, found = np.interp(np.log(data.f[:used]), np.log(data.f_bin), fit.level), []
     for low, high, place in band_places(data.f[:used]):
         power = float(np.sum(c[place] ** 2 / level[place]))
         if power <= 0:
             continue
         beta = float(np.sum(c[place] * rest[place] / level[place])) / power
-        scatter = np.sum((rest[place] - beta * c[place]) ** 2 / level[place]) / (place.stop - place.start - 1)
+        scatter = np.sum((rest[place] - beta * c[place]) ** 2 / level[place]) / (
+            place.stop - place.start - 1
+        )
         share = max(SHARE_LEAST, 1 - floor / float(np.mean(c[place] ** 2)))
         found.append((low, high, beta, float(np.sqrt(scatter / power)), share))
     return found
@@ -85,21 +98,29 @@ def in_bands(bench, parts, part):
 
 def mean_of(found):
     """Coefficient over the bands: those count most that know it best."""
-    weights = [error ** -2 for _, _, _, error, _ in found]
-    return sum(band[2] * weight for band, weight in zip(found, weights)) / sum(weights) if found else 0.0
+    weights = [error**-2 for _, _, _, error, _ in found]
+    return (
+        sum(band[2] * weight for band, weight in zip(found, weights)) / sum(weights)
+        if found
+        else 0.0
+    )
 
 
 def contradict(one, other):
     """Two bands (coefficient, error): is one seen, are they apart, and by more than chance and dilution explain."""
     (a, error_a), (b, error_b) = one, other
-    if max(abs(a) / error_a, abs(b) / error_b) <= SEEN or abs(a - b) <= APART * np.hypot(error_a, error_b):
+    if max(abs(a) / error_a, abs(b) / error_b) <= SEEN or abs(a - b) <= APART * np.hypot(
+        error_a, error_b
+    ):
         return False
     return a * b <= 0 or max(abs(a), abs(b)) > FACTOR * min(abs(a), abs(b))
 
 
 def agree(one, other):
     (a, error_a), (b, error_b) = one, other
-    return min(abs(a) / error_a, abs(b) / error_b) > SEEN and a * b > 0 and not contradict(one, other)
+    return (
+        min(abs(a) / error_a, abs(b) / error_b) > SEEN and a * b > 0 and not contradict(one, other)
+    )
 
 
 def judge(bench, parts, part):
@@ -115,7 +136,11 @@ def judge(bench, parts, part):
         return CommonCause(True, False, bands, coefficient=mean)
     pairs = list(combinations(range(len(found)), 2))
     # An accelerometer that is shaken all the time has no quiet second; its noise is then taken too large. So: with it and without it.
-    apart = [pair for pair in pairs if all(contradict(values[pair[0]], values[pair[1]]) for values in (plain, true))]
+    apart = [
+        pair
+        for pair in pairs
+        if all(contradict(values[pair[0]], values[pair[1]]) for values in (plain, true))
+    ]
     confirmed = any(agree(true[i], true[j]) for i, j in pairs) and not apart
     if apart:
         return CommonCause(False, True, bands, contradiction(bands, apart), mean)
@@ -125,7 +150,9 @@ def judge(bench, parts, part):
 
 def is_turned(part, band):
     """Is the part on another axis of the gyro that is turned, in a band of in_bands()."""
-    return (column_of(part) or "").startswith("gyro_") and band[0] >= TURNING_HZ and band[4] > TURNING
+    return (
+        (column_of(part) or "").startswith("gyro_") and band[0] >= TURNING_HZ and band[4] > TURNING
+    )
 
 
 def unseen(part, found, confirmed):
@@ -134,15 +161,34 @@ def unseen(part, found, confirmed):
     name = column_of(part)
     if confirmed or not found or not name or not name.startswith(("accel_", "gyro_")):
         return ""
-    seen = [band for band in found if abs(band[2]) > SEEN * band[3] and (is_turned(part, band) or not name.startswith("gyro_"))]
-    return "" if seen else "no band of frequencies confirms the coefficient: a common cause that was not logged"
+    seen = [
+        band
+        for band in found
+        if abs(band[2]) > SEEN * band[3] and (is_turned(part, band) or not name.startswith("gyro_"))
+    ]
+    return (
+        ""
+        if seen
+        else "no band of frequencies confirms the coefficient: a common cause that was not logged"
+    )
 
 
 def contradiction(bands, pairs):
     """The clearest of the pairs in words."""
-    first, second = (bands[i] for i in max(pairs, key=lambda pair: abs(bands[pair[0]][2] - bands[pair[1]][2])
-                                           / np.hypot(bands[pair[0]][3], bands[pair[1]][3])))
-    said = [f"{beta:.2g} ± {error:.1g} between {low:g} and {high:g} Hz" for low, high, beta, error in (first, second)]
+    first, second = (
+        bands[i]
+        for i in max(
+            pairs,
+            key=lambda pair: (
+                abs(bands[pair[0]][2] - bands[pair[1]][2])
+                / np.hypot(bands[pair[0]][3], bands[pair[1]][3])
+            ),
+        )
+    )
+    said = [
+        f"{beta:.2g} ± {error:.1g} between {low:g} and {high:g} Hz"
+        for low, high, beta, error in (first, second)
+    ]
     return f"the coefficient is {said[0]} and {said[1]}: no coefficient, but a common cause that was not logged"
 
 
@@ -166,9 +212,17 @@ def as_one(bench, parts, part, confirmed):
 def same_on_all(bench, parts, part):
     if part.kind != "g_sensitivity":
         return False
-    best = [max(in_bands(bench, parts, part.moved("axis", axis)), key=lambda band: abs(band[2]) / band[3]) for axis in "xyz"]
+    best = [
+        max(
+            in_bands(bench, parts, part.moved("axis", axis)),
+            key=lambda band: abs(band[2]) / band[3],
+        )
+        for axis in "xyz"
+    ]
     sizes = [abs(beta) for _, _, beta, _, _ in best]
-    return all(abs(beta) > SEEN * error for _, _, beta, error, _ in best) and max(sizes) < ALIKE * min(sizes)
+    return all(abs(beta) > SEEN * error for _, _, beta, error, _ in best) and max(
+        sizes
+    ) < ALIKE * min(sizes)
 
 
 def flattened(x, rate_hz):
@@ -178,7 +232,7 @@ def flattened(x, rate_hz):
     c, f = c[f < SLOW_HZ], f[f < SLOW_HZ]
     if len(c) < 20 or not np.any(c):
         return None
-    slope, level = np.polyfit(np.log(f), np.log(np.maximum(c ** 2, 1e-300)), 1)
+    slope, level = np.polyfit(np.log(f), np.log(np.maximum(c**2, 1e-300)), 1)
     return c / np.exp((slope * np.log(f) + level) / 2)
 
 
@@ -198,9 +252,19 @@ def together(recording, a, b):
 
 def several_axes(recording, column):
     """A sentence where other gyro axes share the slow drift of this one; "" where none does."""
-    others = [name for name in recording.columns if name.startswith("gyro_") and name != column and np.ptp(recording.columns[name]) > 0
-              and not columns.clocklike(recording.columns[name])]
-    shared = [(name, slow_coherence(recording, column, name)[0]) for name in others if together(recording, column, name)]
+    others = [
+        name
+        for name in recording.columns
+        if name.startswith("gyro_")
+        and name != column
+        and np.ptp(recording.columns[name]) > 0
+        and not columns.clocklike(recording.columns[name])
+    ]
+    shared = [
+        (name, slow_coherence(recording, column, name)[0])
+        for name in others
+        if together(recording, column, name)
+    ]
     if not shared:
         return ""
     said = " and ".join(f"{name} (r = {r:.2f})" for name, r in shared)

@@ -33,7 +33,9 @@ def share_of_motion(seen):
 
 def of_motion(seen, part):
     """What motion leaves behind is sudden, loud, and in every sensor of the board."""
-    if not was_moved(seen) or not (part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)):
+    if not was_moved(seen) or not (
+        part.kind in SUDDEN or part.kind != "g_sensitivity" and common_cause.in_acceleration(part)
+    ):
         return ""
     return f"the sensor was moved in {100 * share_of_motion(seen):.2g} % of the record, and what is left of motion looks the same: record it at rest"
 
@@ -43,16 +45,22 @@ def of_rotation(seen, part, coefficient):
     column = part.shape.get("column", "")
     if not column.startswith("gyro_"):
         return ""
-    leak = coefficient / next((factor for unit, factor in recordings.TO_DPS.items() if column.endswith("_" + unit)), 1.0)
+    leak = coefficient / next(
+        (factor for unit, factor in recordings.TO_DPS.items() if column.endswith("_" + unit)), 1.0
+    )
     if abs(leak) < (LEAK if was_moved(seen) else LEAK_AT_REST):
         return ""
-    return (f"{leak:.2g} of {column} is more than an axis leaks into another: the sensor turns about an axis between them, or both share a "
-            "cause that was not logged")
+    return (
+        f"{leak:.2g} of {column} is more than an axis leaks into another: the sensor turns about an axis between them, or both share a "
+        "cause that was not logged"
+    )
 
 
 def of_software(parts, part):
     """Heat, a warm-up, a ramp beside a software that subtracts the bias."""
-    if part.kind not in ("warm_up", "rate_ramp") and (part.role != "mean" or "temp_degC" not in part.effect.needs):
+    if part.kind not in ("warm_up", "rate_ramp") and (
+        part.role != "mean" or "temp_degC" not in part.effect.needs
+    ):
         return ""
     if not any(one.kind == "high_pass" for one in parts):
         return ""
@@ -65,13 +73,22 @@ def times_of(bench, base_hz, part):
         return 0
     times = max(1, round(part.shape["frequency_hz"] / base_hz))
     doubt_hz = (1 + times) * bench.recording.rate_hz / len(bench.y) / 4
-    return times if doubt_hz < NEAR * base_hz and abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz else 0
+    return (
+        times
+        if doubt_hz < NEAR * base_hz
+        and abs(part.shape["frequency_hz"] - times * base_hz) < doubt_hz
+        else 0
+    )
 
 
 def wave_of(bench, parts):
     """Frequency of a course that repeats and is no sine wave, of which the lines among the parts are harmonics; None without one."""
-    base = min((part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=SLOWEST_HZ)
-    found = {times_of(bench, base, part) for part in parts} - {0} if 0 < base < SLOWEST_HZ else set()
+    base = min(
+        (part.shape["frequency_hz"] for part in parts if part.kind in LINES), default=SLOWEST_HZ
+    )
+    found = (
+        {times_of(bench, base, part) for part in parts} - {0} if 0 < base < SLOWEST_HZ else set()
+    )
     return base if len(found) >= HARMONICS else None
 
 
@@ -80,5 +97,7 @@ def of_one_wave(bench, parts, part):
     base = wave_of(bench, [*parts, part]) if part.kind in LINES else None
     if base is None or not times_of(bench, base, part):
         return ""
-    return (f"lines at harmonics of {base:.4g} Hz are one course that repeats every {1 / base:.4g} s and is no sine wave: look for what switches or "
-            "moves so often")
+    return (
+        f"lines at harmonics of {base:.4g} Hz are one course that repeats every {1 / base:.4g} s and is no sine wave: look for what switches or "
+        "moves so often"
+    )

@@ -10,12 +10,16 @@ from .candidate import Candidate, log_chance
 
 MEMORY = {"low_pass", "moving_average"}
 APART = 2.33  # standard deviations of a gain over a rival, by which it is one (1 %)
-CRUDE = 6.0  # log-likelihood units of the best of a grid, from which a filter is worth a closer look
+CRUDE = (
+    6.0  # log-likelihood units of the best of a grid, from which a filter is worth a closer look
+)
 
 
 def worth(bench, parts):
     """Log-likelihood less the price of noise behind a filter, a size of its own (half the logarithm of the samples)."""
-    return bench.fit(parts).log_likelihood - 0.5 * np.log(bench.data.samples) * sum(bool(part.behind) for part in parts)
+    return bench.fit(parts).log_likelihood - 0.5 * np.log(bench.data.samples) * sum(
+        bool(part.behind) for part in parts
+    )
 
 
 def unsaid(part):
@@ -23,7 +27,9 @@ def unsaid(part):
     found = [part]
     for parameter in part.effect.parameters:
         if parameter.values and parameter.default is not None:
-            found = [one.moved(parameter.name, value) for one in found for value in parameter.values]
+            found = [
+                one.moved(parameter.name, value) for one in found for value in parameter.values
+            ]
     return found
 
 
@@ -32,7 +38,12 @@ def responding(bench, parts):
     for index, part in enumerate(parts):
         if part.role == "filter":
             others = [replace(one, form=form) for one in unsaid(part) for form in part.effect.forms]
-            trials = [refine.refined(bench, parts[:index] + [other] + parts[index + 1:], only=(part.kind,)) for other in others]
+            trials = [
+                refine.refined(
+                    bench, parts[:index] + [other] + parts[index + 1 :], only=(part.kind,)
+                )
+                for other in others
+            ]
             parts = max([parts] + trials, key=lambda trial: worth(bench, trial))
     return parts
 
@@ -58,7 +69,12 @@ def simpler_memory(bench, parts, found):
     where it is likelier by more than the bins scatter about their difference (Vuong 1989: both models may be wrong)."""
     by_kind = {candidate.kind: candidate for candidate in found}
     mean, low = by_kind.get("moving_average"), by_kind.get("low_pass")
-    if mean is None or low is None or not low.part.behind or min(mean.gain, low.gain - mean.gain) < 0:
+    if (
+        mean is None
+        or low is None
+        or not low.part.behind
+        or min(mean.gain, low.gain - mean.gain) < 0
+    ):
         return
     gains = terms_per_bin(bench, parts + [low.part]) - terms_per_bin(bench, parts + [mean.part])
     if gains.sum() < APART * np.sqrt(gains @ gains):

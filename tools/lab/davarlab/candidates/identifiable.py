@@ -8,7 +8,9 @@ import numpy as np
 from ..effects import table
 from ..inference import modulation, refine
 from ..inference.parts import Part
-from . import candidate as candidate_of, columns, ranking as candidates
+from . import candidate as candidate_of
+from . import columns
+from . import ranking as candidates
 from .candidate import Candidate, log_tail
 
 NOISE = ("rate_random_walk", "gauss_markov")
@@ -17,28 +19,52 @@ HEAT = ("temperature", "temperature_squared", "temperature_hysteresis", "tempera
 CLOSE = 3.0  # log-likelihood units within which a recording cannot tell two effects
 LAG_LEAST = 8.0  # gain of a lag over the temperature felt at once, below which a random walk does as well (REALITY: prototype)
 CHANCE = 0.01
-TRIALS = {"temperature": columns.TRIALS["temperature beside"], "temperature_squared": columns.TRIALS["temperature_squared"],
-          "temperature_hysteresis": columns.TRIALS["temperature_hysteresis"], "temperature_rate": candidate_of.TRIALS["temperature_rate"]}
-NAMES = {"temperature": "temperature lag", "temperature_squared": "square of the temperature", "temperature_hysteresis": "temperature hysteresis",
-         "temperature_rate": "slope of the temperature", "rate_random_walk": "random walk", "gauss_markov": "Gauss-Markov noise",
-         "rate_ramp": "ramp", "warm_up": "warm-up"}
+TRIALS = {
+    "temperature": columns.TRIALS["temperature beside"],
+    "temperature_squared": columns.TRIALS["temperature_squared"],
+    "temperature_hysteresis": columns.TRIALS["temperature_hysteresis"],
+    "temperature_rate": candidate_of.TRIALS["temperature_rate"],
+}
+NAMES = {
+    "temperature": "temperature lag",
+    "temperature_squared": "square of the temperature",
+    "temperature_hysteresis": "temperature hysteresis",
+    "temperature_rate": "slope of the temperature",
+    "rate_random_walk": "random walk",
+    "gauss_markov": "Gauss-Markov noise",
+    "rate_ramp": "ramp",
+    "warm_up": "warm-up",
+}
 AGAIN = "take the temperature through two full cycles, or change it in one step, and once more: heat has the same effect each time, {other} takes another way"
 DECIDES = {
-    frozenset(("temperature", "temperature_rate")): "change the temperature in one step and hold it: after the corner a lag fades in its own time, "
+    frozenset(
+        ("temperature", "temperature_rate")
+    ): "change the temperature in one step and hold it: after the corner a lag fades in its own time, "
     "the effect of the slope ends with the slope",
-    frozenset(("temperature", "temperature_hysteresis")): "heat and cool twice, once quickly and once slowly: the gap between the ways up and down "
+    frozenset(
+        ("temperature", "temperature_hysteresis")
+    ): "heat and cool twice, once quickly and once slowly: the gap between the ways up and down "
     "shrinks for a lag and stays for hysteresis",
-    frozenset(("temperature", "temperature_squared")): "heat and cool slowly over the whole range: a square takes the same curve both ways, a lag two",
-    frozenset(("temperature_squared", "temperature_hysteresis")): "heat and cool slowly over the whole range: a square takes the same curve both ways, "
+    frozenset(
+        ("temperature", "temperature_squared")
+    ): "heat and cool slowly over the whole range: a square takes the same curve both ways, a lag two",
+    frozenset(
+        ("temperature_squared", "temperature_hysteresis")
+    ): "heat and cool slowly over the whole range: a square takes the same curve both ways, "
     "hysteresis two",
-    frozenset(("temperature_hysteresis", "temperature_rate")): "heat and cool, then hold the temperature: hysteresis stays, the effect of the slope ends",
-    frozenset(("temperature_squared", "temperature_rate")): "hold the temperature at both ends of its range: a square stays, the effect of the slope ends",
+    frozenset(
+        ("temperature_hysteresis", "temperature_rate")
+    ): "heat and cool, then hold the temperature: hysteresis stays, the effect of the slope ends",
+    frozenset(
+        ("temperature_squared", "temperature_rate")
+    ): "hold the temperature at both ends of its range: a square stays, the effect of the slope ends",
 }
 
 
 @dataclass
 class Alternative:
     """A kind that this recording cannot tell from the one that is named, and the measurement that would."""
+
     kind: str
     confirm: str
 
@@ -46,6 +72,7 @@ class Alternative:
 @dataclass
 class Rival:
     """An explanation: its gain over the temperature felt at once, the candidate that would join first for it, and whether that is all of it."""
+
     kind: str
     gain: float
     first: Candidate | None
@@ -59,7 +86,9 @@ class Rival:
 
 def alternative(named, other):
     apart = other if named in HEAT else named
-    how = DECIDES.get(frozenset((named, other))) or AGAIN.format(other="a " + NAMES[apart] if apart != "gauss_markov" else NAMES[apart])
+    how = DECIDES.get(frozenset((named, other))) or AGAIN.format(
+        other="a " + NAMES[apart] if apart != "gauss_markov" else NAMES[apart]
+    )
     return Alternative(other, f"Undecided: {NAMES[named]} or {NAMES[other]}. To decide, {how}.")
 
 
@@ -74,7 +103,11 @@ class Bed:
     """Parts, those with the temperature felt at once, and the candidates that were found."""
 
     def __init__(self, found, bench, parts):
-        self.found, self.bench, self.parts = {candidate.kind: candidate for candidate in reversed(found)}, bench, parts
+        self.found, self.bench, self.parts = (
+            {candidate.kind: candidate for candidate in reversed(found)},
+            bench,
+            parts,
+        )
         self.fit = bench.fit(parts)
         self.refine_lag()
         self.in_model = any(part.kind == "temperature" for part in parts)
@@ -82,7 +115,16 @@ class Bed:
         self.base = parts if self.in_model else parts + [at_once]
         self.base_fit = bench.fit(self.base)
         self.step = self.base_fit.log_likelihood - self.fit.log_likelihood
-        self.plain = None if self.in_model else Candidate("temperature", at_once, self.step, log_tail(self.step, columns.TRIALS["temperature"]))
+        self.plain = (
+            None
+            if self.in_model
+            else Candidate(
+                "temperature",
+                at_once,
+                self.step,
+                log_tail(self.step, columns.TRIALS["temperature"]),
+            )
+        )
 
     def refine_lag(self):
         """The lag at the maximum of the likelihood, in the candidate itself: a few units decide."""
@@ -102,10 +144,18 @@ class Bed:
 
     def beside(self, kind):
         """Beside the temperature felt at once; of the two, what gains more joins first."""
-        best = self.found.get(kind) if self.in_model else best_beside(self.bench, self.base, self.base_fit, kind)
+        best = (
+            self.found.get(kind)
+            if self.in_model
+            else best_beside(self.bench, self.base, self.base_fit, kind)
+        )
         if best is None:
             return None
-        first = self.found.get(kind) if self.in_model else max((c for c in (self.plain, self.found.get(kind)) if c), key=lambda c: c.gain)
+        first = (
+            self.found.get(kind)
+            if self.in_model
+            else max((c for c in (self.plain, self.found.get(kind)) if c), key=lambda c: c.gain)
+        )
         return Rival(kind, best.gain, first, self.in_model)
 
     def rivals(self):
@@ -133,7 +183,9 @@ def likeliest_heat(rivals):
     heat = [rival for rival in rivals if rival.kind in HEAT]
     best = max((rival.score for rival in heat if beyond_chance(rival)), default=np.inf)
     near = [rival for rival in heat if rival.score > best - CLOSE]
-    return max(near, key=lambda rival: (rival.kind == "temperature", rival.whole, rival.gain), default=None)
+    return max(
+        near, key=lambda rival: (rival.kind == "temperature", rival.whole, rival.gain), default=None
+    )
 
 
 def beyond_chance(rival):
@@ -142,23 +194,39 @@ def beyond_chance(rival):
 
 def at_stake(found, bed):
     """Is any way to feel heat beyond doubt by itself, or in the model already."""
-    ways = [candidate.log_p for candidate in found if candidate.kind in HEAT] + ([bed.plain.log_p] if bed.plain else [])
+    ways = [candidate.log_p for candidate in found if candidate.kind in HEAT] + (
+        [bed.plain.log_p] if bed.plain else []
+    )
     return bed.in_model or min(ways, default=0.0) + np.log(len(found)) < np.log(CHANCE)
 
 
 def at_once(found, bed):
     """The candidates with a temperature that is felt at once, not late by chance; in their order."""
-    changed = [replace(bed.plain) if candidate.kind == "temperature" and bed.plain else candidate for candidate in found]
-    late = [candidate for candidate in changed if candidate.kind == "temperature" and candidate.replaces]
-    return sorted([c for c in changed if c not in late], key=lambda c: c.log_p - 1e-9 * c.gain) + late
+    changed = [
+        replace(bed.plain) if candidate.kind == "temperature" and bed.plain else candidate
+        for candidate in found
+    ]
+    late = [
+        candidate for candidate in changed if candidate.kind == "temperature" and candidate.replaces
+    ]
+    return (
+        sorted([c for c in changed if c not in late], key=lambda c: c.log_p - 1e-9 * c.gain) + late
+    )
 
 
 def first(found, candidate):
     """The candidates with this one before the others, as unlikely by chance as any."""
     if candidate is None:
         return found
-    rest = [other for other in found if other is not candidate and not (other.kind == candidate.kind and other.kind != "follows")]
-    return [replace(candidate, log_p=min([candidate.log_p] + [other.log_p for other in rest])), *rest]
+    rest = [
+        other
+        for other in found
+        if other is not candidate and not (other.kind == candidate.kind and other.kind != "follows")
+    ]
+    return [
+        replace(candidate, log_p=min([candidate.log_p] + [other.log_p for other in rest])),
+        *rest,
+    ]
 
 
 def settled(found, bench, parts):
@@ -173,14 +241,22 @@ def settled(found, bench, parts):
         return found, None
     rivals = sorted(bed.rivals(), key=lambda rival: -rival.score)
     heat = likeliest_heat(rivals)
-    other = max((rival for rival in rivals if rival.kind in NOISE + COURSES), key=lambda rival: rival.score, default=None)
+    other = max(
+        (rival for rival in rivals if rival.kind in NOISE + COURSES),
+        key=lambda rival: rival.score,
+        default=None,
+    )
     if heat is None:
         return outdone(found, bed), None
     if other and other.score > heat.score + CLOSE:
         return outdone(found, bed), None
     if other and other.score > heat.score:
         return outdone(found, bed), [alternative(other.kind, heat.kind)]
-    named = [rival.kind for rival in rivals if rival is not heat and abs(rival.gain - heat.gain) < CLOSE and rival.gain > 0]
+    named = [
+        rival.kind
+        for rival in rivals
+        if rival is not heat and abs(rival.gain - heat.gain) < CLOSE and rival.gain > 0
+    ]
     if heat.gain < LAG_LEAST and not set(named) & set(NOISE):
         named.append("rate_random_walk")
     return first(found, heat.first), [alternative(heat.kind, kind) for kind in named]
@@ -189,7 +265,14 @@ def settled(found, bench, parts):
 def noise_of_heat(found, bench, parts):
     """A noise step may be the best interval of noise that goes with the temperature: that one comes first when it explains more. Its gain in the
     ranking was divided by what stays restless, that of the step was not."""
-    heat = next((c for c in found if c.kind == "temperature_noise" and c.log_p + np.log(len(found)) < np.log(CHANCE)), None)
+    heat = next(
+        (
+            c
+            for c in found
+            if c.kind == "temperature_noise" and c.log_p + np.log(len(found)) < np.log(CHANCE)
+        ),
+        None,
+    )
     if heat is None:
         return found, None
     blocks = bench.blocks(parts, bench.fit(parts))
@@ -200,4 +283,10 @@ def noise_of_heat(found, bench, parts):
 def outdone(found, bed):
     """Nothing is beyond the temperature felt at once, or noise or a course explains more: the temperature, if it is worth anything, is felt at once."""
     found = at_once(found, bed)
-    return first(found, next((c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces), None))
+    return first(
+        found,
+        next(
+            (c for c in found if c.kind not in HEAT or c.kind == "temperature" and not c.replaces),
+            None,
+        ),
+    )

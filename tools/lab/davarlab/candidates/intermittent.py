@@ -26,14 +26,28 @@ def strongest(w, bands=()):
         if length < SHORTEST:
             break
         points = fft.next_fast_len(2 * length, real=True)
-        nu, starts = np.arange(points // 2 + 1) / points, np.arange(0, len(w) - length + 1, max(1, length // 2))
+        nu, starts = (
+            np.arange(points // 2 + 1) / points,
+            np.arange(0, len(w) - length + 1, max(1, length // 2)),
+        )
         known = sum(((nu >= low) & (nu <= high) for low, high in bands), np.zeros(len(nu), bool))
         for chunk in np.array_split(starts, max(1, len(starts) * length // 4_000_000)):
-            power = np.abs(fft.rfft(w[chunk[:, None] + np.arange(length)], points, axis=1)) ** 2 / length
-            power[:, :2 * TURNS] = power[:, -2:] = 0
+            power = (
+                np.abs(fft.rfft(w[chunk[:, None] + np.arange(length)], points, axis=1)) ** 2
+                / length
+            )
+            power[:, : 2 * TURNS] = power[:, -2:] = 0
             power[:, known] = 0
             row, column = np.unravel_index(np.argmax(power), power.shape)
-            best = max(best, (float(power[row, column]), float(nu[column]), int(chunk[row]), int(chunk[row]) + length))
+            best = max(
+                best,
+                (
+                    float(power[row, column]),
+                    float(nu[column]),
+                    int(chunk[row]),
+                    int(chunk[row]) + length,
+                ),
+            )
     return best
 
 
@@ -44,7 +58,11 @@ def best_interval(w, nu):
     total = np.concatenate([[0], np.cumsum(np.add.reduceat(turned, edges[:-1]))])
     first, last = np.triu_indices(len(edges), 1)
     length = edges[last] - edges[first]
-    gain = np.where((length * nu >= TURNS) & (length < MOST * len(w)), np.abs(total[last] - total[first]) ** 2 / length, 0)
+    gain = np.where(
+        (length * nu >= TURNS) & (length < MOST * len(w)),
+        np.abs(total[last] - total[first]) ** 2 / length,
+        0,
+    )
     best = int(np.argmax(gain))
     low, high = edges[first[best]], edges[last[best]]
     fine = np.concatenate([[0], np.cumsum(turned)])
@@ -86,7 +104,14 @@ def search(bench, parts, fit):
     if gain <= 0 or not low < high:
         return None
     time = bench.recording.time_s
-    part = Part("intermittent_line", {"frequency_hz": nu * rate, "start_s": float(time[low]), "stop_s": float(time[high - 1] + 1 / rate)})
+    part = Part(
+        "intermittent_line",
+        {
+            "frequency_hz": nu * rate,
+            "start_s": float(time[low]),
+            "stop_s": float(time[high - 1] + 1 / rate),
+        },
+    )
     noise = max((float(np.sum(w[low:high] ** 2)) - 2 * gain) / (high - low), 1.0)
     gain = (bench.fit(parts + [part]).log_likelihood - fit.log_likelihood) / noise
     bench.forget(part)

@@ -7,7 +7,10 @@ from ..inference import modulation, refine
 from ..inference.parts import Part
 from .candidate import Candidate, log_tail_of_line
 
-APART, APART_BINS = 0.1, 20  # of a line's frequency, and half bins: how far another one is a line of its own
+APART, APART_BINS = (
+    0.1,
+    20,
+)  # of a line's frequency, and half bins: how far another one is a line of its own
 LOWEST = 30  # ordinates: what is slower has no spectrum of its own in the record
 WIDEST = 0.03  # of the sample rate: what is wider is no line
 NARROWEST = 1.5  # ordinates: what is narrower is sharp
@@ -25,8 +28,13 @@ def sharp(bench, parts, fit):
     spacing = bench.recording.rate_hz / (2 * len(w))
     for known in [part.shape["frequency_hz"] for part in parts if part.kind == "sinusoid"]:
         reach = APART * known + APART_BINS * spacing
-        power[max(0, int(np.ceil((known - reach) / spacing))):int((known + reach) / spacing) + 1] = 0
-    part, peak = Part("sinusoid", {"frequency_hz": float(np.argmax(power) * spacing)}), float(power.max())
+        power[
+            max(0, int(np.ceil((known - reach) / spacing))) : int((known + reach) / spacing) + 1
+        ] = 0
+    part, peak = (
+        Part("sinusoid", {"frequency_hz": float(np.argmax(power) * spacing)}),
+        float(power.max()),
+    )
     if peak < np.log(len(w)):  # chance, as nearly every time
         return Candidate("sinusoid", part, peak, log_tail_of_line(part.kind, peak, len(w)))
     part = refine.refined(bench, parts + [part], only=("sinusoid",))[-1]
@@ -68,9 +76,17 @@ def wide_at(bench, parts, fit, f_hz):
     """A line with a width where somebody saw one, from that of the box about it which stands out most."""
     energy, scale = bench.whitened(parts, fit) ** 2, bench.recording.rate_hz / (2 * len(bench.y))
     centre = f_hz / scale
-    widths = np.unique(np.geomspace(4, max(4, min(centre, 4 * WIDEST * len(energy))), 40).astype(int))
-    gains = [gain_of(width, energy[max(0, int(centre - width / 2)):int(centre + width / 2) + 1].mean()) for width in widths]
-    part = Part("narrow_band", {"frequency_hz": f_hz, "half_width_hz": float(widths[int(np.argmax(gains))] / 4 * scale)})
+    widths = np.unique(
+        np.geomspace(4, max(4, min(centre, 4 * WIDEST * len(energy))), 40).astype(int)
+    )
+    gains = [
+        gain_of(width, energy[max(0, int(centre - width / 2)) : int(centre + width / 2) + 1].mean())
+        for width in widths
+    ]
+    part = Part(
+        "narrow_band",
+        {"frequency_hz": f_hz, "half_width_hz": float(widths[int(np.argmax(gains))] / 4 * scale)},
+    )
     return refine.refined(bench.resolving([*parts, part]), [*parts, part], only_last=True)[-1]
 
 
@@ -82,9 +98,14 @@ def wide(bench, parts, fit, scatter_of):
     scale, best = bench.recording.rate_hz / (2 * len(bench.y)), None
     for centre, half_width, crude in places(energy):
         width = min(max(half_width, NARROWEST), WIDEST * 2 * len(bench.y), refine.TURNING * centre)
-        part = Part("narrow_band", {"frequency_hz": float(centre * scale), "half_width_hz": float(width * scale)})
+        part = Part(
+            "narrow_band",
+            {"frequency_hz": float(centre * scale), "half_width_hz": float(width * scale)},
+        )
         if crude < HOPEFUL:
-            best = best or Candidate("narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y)))
+            best = best or Candidate(
+                "narrow_band", part, crude, log_tail_of_line(part.kind, crude, len(bench.y))
+            )
             continue
         fine = bench.resolving(parts + [part])
         part = refine.refined(fine, parts + [part], only_last=True)[-1]
@@ -93,5 +114,7 @@ def wide(bench, parts, fit, scatter_of):
         if scatter is not None:
             gain = modulation.discounted(gain, before.level, after.level, fine.data.counts, scatter)
         if best is None or gain > best.gain:
-            best = Candidate("narrow_band", part, gain, log_tail_of_line(part.kind, gain, len(bench.y)))
+            best = Candidate(
+                "narrow_band", part, gain, log_tail_of_line(part.kind, gain, len(bench.y))
+            )
     return best

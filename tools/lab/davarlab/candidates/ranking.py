@@ -18,13 +18,30 @@ SCREENED = 4  # shapes of an effect that are fitted
 SEEN = 8.0  # log-likelihood units from which two levels count as seen
 FLICKER_ROUNDS = 3
 ROBUST_FROM = 3.0  # log-likelihood units from which the scatter of the products themselves is asked
-REPEATED = {"sinusoid": 4, "narrow_band": 16, "intermittent_line": 4, "bias_step": 4}  # effects of which a sensor may have more than one
+REPEATED = {
+    "sinusoid": 4,
+    "narrow_band": 16,
+    "intermittent_line": 4,
+    "bias_step": 4,
+}  # effects of which a sensor may have more than one
 CONSTANTS = 2  # that a warm-up may have: of the chip and of the case
 SEARCHES = {"bias_step": steps.search, "intermittent_line": intermittent.search}
-SIMPLER = ("rate_random_walk", "gauss_markov", "rate_ramp", "warm_up", "temperature", "telegraph_noise")  # than a step
+SIMPLER = (
+    "rate_random_walk",
+    "gauss_markov",
+    "rate_ramp",
+    "warm_up",
+    "temperature",
+    "telegraph_noise",
+)  # than a step
 BEND = 3.3  # log-likelihood units: half of the 99 % point of one chi-square
-BENDS = (("rate_ramp", "warm_up"), ("rate_random_walk", "gauss_markov"), ("rate_random_walk", "telegraph_noise"),
-         ("sinusoid", "narrow_band"), ("warm_up", "high_pass"))
+BENDS = (
+    ("rate_ramp", "warm_up"),
+    ("rate_random_walk", "gauss_markov"),
+    ("rate_random_walk", "telegraph_noise"),
+    ("sinusoid", "narrow_band"),
+    ("warm_up", "high_pass"),
+)
 
 
 def shapes_of(effect, recording):
@@ -34,7 +51,11 @@ def shapes_of(effect, recording):
         parameter = next(p for p in effect.parameters if p.name == name)
         late = effect.role == "filter" and parameter.default is not None
         values = [parameter.default] if late else effect.grid.get(name, lambda _: [])(recording)
-        found = [{**shape, name: value if isinstance(value, (str, int)) else float(value)} for shape in found for value in values]
+        found = [
+            {**shape, name: value if isinstance(value, (str, int)) else float(value)}
+            for shape in found
+            for value in values
+        ]
     return found
 
 
@@ -48,27 +69,42 @@ def robust_gain(bench, parts, part):
     white = np.sqrt(bench.data.at_ordinates(full.level))
     column = np.zeros(len(white) + 1)
     known = bench.data.columns[bench.keys(part)[0]][0]
-    column[1:len(known) + 1] = known / white[:len(known)]
+    column[1 : len(known) + 1] = known / white[: len(known)]
     x = signals.inverse(column)
     spread = np.sum((x * bench.residual(parts + [part], full)) ** 2)
-    return float((bench.coefficients_of(bench.keys(part)[:1], parts + [part], full)[0] * np.sum(x ** 2)) ** 2 / max(spread, 1e-300) / 2)
+    return float(
+        (bench.coefficients_of(bench.keys(part)[:1], parts + [part], full)[0] * np.sum(x**2)) ** 2
+        / max(spread, 1e-300)
+        / 2
+    )
 
 
 def screened(bench, parts, fit, effect):
     """The shapes and forms of an effect that score best beside the model: those that are worth a fit."""
     forms = ("raw",) if effect.role == "filter" else effect.forms
-    found = [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in forms]
+    found = [
+        Part(effect.kind, shape, form)
+        for shape in shapes_of(effect, bench.recording)
+        for form in forms
+    ]
     if effect.role == "filter" or len(found) <= SCREENED:
         return found
     if effect.role == "mean":
         keys = bench.all_keys(parts)
-        scores = [score_of_column(bench.data, keys, fit.level, bench.keys(part)[0]) for part in found]
+        scores = [
+            score_of_column(bench.data, keys, fit.level, bench.keys(part)[0]) for part in found
+        ]
     else:
         gain, rows = bench.gain(parts), bench.rows(parts)
         residual = generalised_least_squares(bench.data, bench.all_keys(parts), fit.level)[2]
-        scores = [score_of_row(bench.data, rows, residual, fit.level, bench.row(part, gain)) for part in found]
+        scores = [
+            score_of_row(bench.data, rows, residual, fit.level, bench.row(part, gain))
+            for part in found
+        ]
     best = np.argsort(scores)[::-1][:SCREENED]
-    for index in set(range(len(found))) - set(best) if effect.role == "mean" and not effect.slow else ():
+    for index in (
+        set(range(len(found))) - set(best) if effect.role == "mean" and not effect.slow else ()
+    ):
         bench.forget(found[index])
     return [found[index] for index in sorted(best)]
 
@@ -86,9 +122,13 @@ def stationary(bench, parts, fit, effect, scatter=None):
             gain = min(gain, robust_gain(bench, parts, part))
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, 0.0)
-    if best and effect.kind not in table.BUILT_IN and best.gain > filters.CRUDE:  # of its grid nobody knows how fine it is
+    if (
+        best and effect.kind not in table.BUILT_IN and best.gain > filters.CRUDE
+    ):  # of its grid nobody knows how fine it is
         best.part = refine.refined(bench, parts + [best.part], only_last=True)[-1]
-        best.gain = max(best.gain, bench.fit(parts + [best.part]).log_likelihood - fit.log_likelihood)
+        best.gain = max(
+            best.gain, bench.fit(parts + [best.part]).log_likelihood - fit.log_likelihood
+        )
     if best:
         best.log_p = log_chance(effect.kind, best.gain)
     return filters.candidate(bench, parts, fit, best) if best and effect.role == "filter" else best
@@ -108,12 +148,18 @@ def vibration(bench, parts, blocks):
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     before, best = changes.fit(blocks, rows)[1], None
     effect = table.find("vibration_noise")
-    for part in [Part(effect.kind, shape, form) for shape in shapes_of(effect, bench.recording) for form in effect.forms]:
+    for part in [
+        Part(effect.kind, shape, form)
+        for shape in shapes_of(effect, bench.recording)
+        for form in effect.forms
+    ]:
         square = modulation.variance_shapes([part], bench.recording, blocks)[1]
         if square.max() <= 0:
             continue
         variance = changes.fit(blocks, np.vstack([rows, square]))[1]
-        gain = changes.steady_gain(blocks, before, variance) / changes.restless(blocks.energy / variance, blocks.length)
+        gain = changes.steady_gain(blocks, before, variance) / changes.restless(
+            blocks.energy / variance, blocks.length
+        )
         if best is None or gain > best.gain:
             best = Candidate(effect.kind, part, gain, log_chance(effect.kind, gain))
     return best
@@ -124,19 +170,34 @@ def noise_step(bench, parts, blocks):
     sizes, variance, before = changes.fit(blocks, rows)
     low, high, _, _ = changes.best_interval(blocks, variance)
     part = Part("noise_step", {"start_s": low * blocks.period_s, "stop_s": high * blocks.period_s})
-    gain = changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[2] - before
+    gain = (
+        changes.fit(blocks, modulation.variance_shapes(parts + [part], bench.recording, blocks))[2]
+        - before
+    )
     shaken = [part.kind for part in parts if part.role == "variance"]
     if "vibration_noise" in shaken:
         where = 1 + shaken.index("vibration_noise")
-        gain /= float(np.mean(changes.excess_scatter(blocks, variance, sizes[where] * rows[where] / variance)[low:high]))
+        gain /= float(
+            np.mean(
+                changes.excess_scatter(blocks, variance, sizes[where] * rows[where] / variance)[
+                    low:high
+                ]
+            )
+        )
     return Candidate("noise_step", part, gain, log_chance("noise_step", gain))
 
 
 def with_states(bench, parts, fit, found):
     """Tells telegraph noise from Gauss-Markov: moves the gain of two levels over a continuum to the one that has it."""
     telegraph = next((c for c in found if c.kind == "telegraph_noise"), None)
-    best = max((c.gain * (1.0 if c.part.role == "filter" or c.kind in SOUGHT_TOGETHER else HOPELESS) for c in found if c.kind not in LORENTZIAN),
-               default=0.0)
+    best = max(
+        (
+            c.gain * (1.0 if c.part.role == "filter" or c.kind in SOUGHT_TOGETHER else HOPELESS)
+            for c in found
+            if c.kind not in LORENTZIAN
+        ),
+        default=0.0,
+    )
     if telegraph is not None and telegraph.log_p < np.log(1e-4) and telegraph.gain > best:
         decode_states(bench, parts, telegraph)
 
@@ -150,11 +211,17 @@ def decode_states(bench, parts, telegraph):
     index = [p.kind for p in trial if p.role == "spectrum"].index("telegraph_noise")
     levels = telegraph.part.shape.get("levels", 2.0)
     dwell = 2 * telegraph.part.shape["mean_dwell_s"] * (levels - 1) / levels
-    start = (float(np.sqrt(max(joint.sizes[index], 1e-30) * states.mean_square(levels))), dwell, white_beside(bench, joint, dwell))
+    start = (
+        float(np.sqrt(max(joint.sizes[index], 1e-30) * states.mean_square(levels))),
+        dwell,
+        white_beside(bench, joint, dwell),
+    )
     likelihood, level, dwell, _, part = best_levels(bench, parts, rest, start)
     more = likelihood - states.fit_continuum(rest, bench.recording.rate_hz, *start)
     if more <= SEEN and states.many_switches(dwell, rest, bench.recording.rate_hz):
-        beside, better = beside_flicker(bench, parts, part, rest, level, start[2], joint.log_likelihood)
+        beside, better = beside_flicker(
+            bench, parts, part, rest, level, start[2], joint.log_likelihood
+        )
         more, part = (beside, better) if beside > SEEN else (more, part)
     if not states.many_switches(part.shape["mean_dwell_s"], rest, bench.recording.rate_hz):
         more = min(more, 0.0)
@@ -192,23 +259,30 @@ def best_levels(bench, parts, rest, start):
 def lower_bound(bench, parts, part, divergence, doubt):
     """Of the likelihood of levels beside other parts (6.3)."""
     fit = bench.fit(parts + [part])
-    amplitude = bench.coefficients_of(bench.keys(part), parts + [part], fit)[0] / (bench.data.scale(bench.keys(part)[0]) or np.inf)
-    return float(fit.log_likelihood - amplitude ** 2 * doubt - divergence)
+    amplitude = bench.coefficients_of(bench.keys(part), parts + [part], fit)[0] / (
+        bench.data.scale(bench.keys(part)[0]) or np.inf
+    )
+    return float(fit.log_likelihood - amplitude**2 * doubt - divergence)
 
 
 def white_beside(bench, fit, dwell_s):
     """The noise that levels of this dwell are seen against, as that of single samples: its density where blocks of a small part of a dwell
     see it, not at the end of the spectrum, which the sensor's own low-pass may have emptied."""
     f = min(states.BLOCKS_PER_DWELL / (2 * dwell_s), bench.data.f_bin[-1])
-    return float(np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz))
+    return float(
+        np.sqrt(np.interp(np.log(f), np.log(bench.data.f_bin), fit.level) / bench.recording.rate_hz)
+    )
 
 
 def decoded_part(bench, rest, found, white, levels):
     """The decoded course as a part; its divergence from what the chain says beforehand; what doubt costs per squared amplitude."""
     _, level, dwell, middle = found
-    part = Part("telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded")
+    part = Part(
+        "telegraph_noise", {"mean_dwell_s": float(dwell), "levels": float(levels)}, "decoded"
+    )
     bench.decoded[part.key], divergence, doubt, bench.squares[part.key] = states.decoded(
-        rest - middle, bench.recording.rate_hz, level, dwell, white, levels)
+        rest - middle, bench.recording.rate_hz, level, dwell, white, levels
+    )
     return part, divergence, doubt
 
 
@@ -225,7 +299,10 @@ def beside_flicker(bench, parts, part, rest, level, white, continuum):
         if not states.many_switches(dwell, rest, rate):
             break
         levels = int(part.shape["levels"])
-        start = level * np.sqrt(states.mean_square(levels)), 2 * dwell * (levels - 1) / levels  # of two levels with the same spectrum
+        start = (
+            level * np.sqrt(states.mean_square(levels)),
+            2 * dwell * (levels - 1) / levels,
+        )  # of two levels with the same spectrum
         found = states.fit_levels(rest - slow, rate, *start, white, levels)
         level, dwell = found[1:3]
         part, divergence, doubt = decoded_part(bench, rest - slow, found, white, levels)
@@ -248,13 +325,27 @@ def simplest_first(found):
     significant (likelihood ratio at 1 %)."""
     by_kind = {candidate.kind: candidate for candidate in found}
     for straight, bent in BENDS:
-        if straight in by_kind and bent in by_kind and by_kind[bent].gain - by_kind[straight].gain < BEND:
+        if (
+            straight in by_kind
+            and bent in by_kind
+            and by_kind[bent].gain - by_kind[straight].gain < BEND
+        ):
             by_kind[bent].log_p = max(by_kind[bent].log_p, min(0.0, by_kind[straight].log_p + 1e-6))
-    own = max((c for c in found if c.kind not in table.BUILT_IN), key=lambda candidate: candidate.gain, default=None)
-    if own and own.log_p < 0 and own.gain > max(candidate.gain for candidate in found) - BEND:  # somebody knows his sensor
+    own = max(
+        (c for c in found if c.kind not in table.BUILT_IN),
+        key=lambda candidate: candidate.gain,
+        default=None,
+    )
+    if (
+        own and own.log_p < 0 and own.gain > max(candidate.gain for candidate in found) - BEND
+    ):  # somebody knows his sensor
         own.log_p = min(own.log_p, min(candidate.log_p for candidate in found) - 1e-6)
     single = by_kind.get("bias_step")
-    rival = max((by_kind[kind] for kind in SIMPLER if kind in by_kind), key=lambda candidate: candidate.gain, default=None)
+    rival = max(
+        (by_kind[kind] for kind in SIMPLER if kind in by_kind),
+        key=lambda candidate: candidate.gain,
+        default=None,
+    )
     if single and rival and single.gain - rival.gain < BEND:
         single.log_p = max(single.log_p, min(0.0, rival.log_p + 1e-6))
 
@@ -287,13 +378,24 @@ def ranked(bench, parts, fit, skip=(), more=(), progress=lambda kind, found: Non
     scatter = scatter_of(bench, parts, fit, blocks)
     have |= {"vibration_noise", "noise_step"} if bench.counts and bench.counts.unsteady else set()
     for effect in table.TABLE.values():
-        if effect.kind in have or effect.kind in ("shocks", *SOUGHT_TOGETHER) or not available(effect, bench.recording):
+        if (
+            effect.kind in have
+            or effect.kind in ("shocks", *SOUGHT_TOGETHER)
+            or not available(effect, bench.recording)
+        ):
             continue
         progress(effect.kind, [*found, *more])
         if effect.kind == "sinusoid":
             found.append(lines.sharp(bench, parts, fit))
         elif effect.kind == "narrow_band":
-            found.append(lines.wide(bench, parts, fit, lambda fine, full: scatter_of(fine, parts, full, blocks, modulation.crowding)))
+            found.append(
+                lines.wide(
+                    bench,
+                    parts,
+                    fit,
+                    lambda fine, full: scatter_of(fine, parts, full, blocks, modulation.crowding),
+                )
+            )
         elif effect.kind in SEARCHES:
             one = SEARCHES[effect.kind](bench, parts, fit)
             found.append(Candidate(effect.kind, *one) if one else None)

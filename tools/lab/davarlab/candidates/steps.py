@@ -39,7 +39,7 @@ def log_chance(peak, same, n):
     norm = 0.5 * (same[0] - same[2 * marks])
     inner = 0.5 * (same[np.diff(marks)] - same[marks[1:] + marks[:-1]])
     apart = np.maximum(1 - inner / np.sqrt(norm[1:] * norm[:-1]), 0)
-    tries = 1 + np.sum(np.maximum(np.minimum(1, peak * np.sqrt(apart / np.pi)), apart * peak ** 2))
+    tries = 1 + np.sum(np.maximum(np.minimum(1, peak * np.sqrt(apart / np.pi)), apart * peak**2))
     return min(0.0, float(np.log(2 * tries) + stats.norm.logsf(peak)))
 
 
@@ -50,7 +50,9 @@ def search(bench, parts, fit):
     score = np.abs(scores(c, level, same))
     edge = max(EDGE, len(score) // MARKS)
     score[:edge] = score[-edge:] = 0
-    for known in [part.shape["time_s"] for part in parts if part.kind == "bias_step"]:  # two at one instant are one
+    for known in [
+        part.shape["time_s"] for part in parts if part.kind == "bias_step"
+    ]:  # two at one instant are one
         score[np.abs(bench.recording.time_s[1:] - known) * bench.recording.rate_hz < EDGE] = 0
     place = int(np.argmax(score))
     part = Part("bias_step", {"time_s": float(bench.recording.time_s[place + 1])})

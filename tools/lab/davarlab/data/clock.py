@@ -25,6 +25,7 @@ class Clock:
     """places: index on the grid of each sample, None when they follow each other. kind: even, late (stamps jitter about an even clock),
     uneven. rows: of the file that have a place, None: all.
     cut: (index on the grid, seconds left out before it) of gaps too long to be filled. jitter_s: rms of the stamps about the grid."""
+
     rate_hz: float
     places: object = None
     kind: str = "even"
@@ -36,8 +37,10 @@ class Clock:
 def agreed(rate_hz, stamped_hz, path):
     """The rate that was given, if any; time stamps that contradict it win, so it is refused."""
     if rate_hz and abs(stamped_hz / rate_hz - 1) > DOUBTFUL_RATE:
-        raise BadInput(f"--rate: {rate_hz:g} Hz, but column time_s of {path} says {stamped_hz:.6g} Hz; it decides: leave --rate out, "
-                       "or mend time_s")
+        raise BadInput(
+            f"--rate: {rate_hz:g} Hz, but column time_s of {path} says {stamped_hz:.6g} Hz; it decides: leave --rate out, "
+            "or mend time_s"
+        )
     return float(rate_hz or stamped_hz)
 
 
@@ -57,7 +60,7 @@ def gathered(steps):
     line = np.cumsum(steps - steps.mean())
     span = max(2, count // 30)
     moved = line[span:] - line[:-span]
-    return float(np.mean(moved ** 2) / (span * steps.var())) if steps.var() > 0 else 0.0
+    return float(np.mean(moved**2) / (span * steps.var())) if steps.var() > 0 else 0.0
 
 
 def period_of(steps):
@@ -66,10 +69,15 @@ def period_of(steps):
     for share in (50, 25, 10):
         period = np.percentile(steps, share)
         if period > 0 and (share == 50 or gathered(steps) > MEMORYLESS):
-            near = steps[np.abs(steps - period) < 0.5 * period]  # none, where a percentile lies between two far ones
+            near = steps[
+                np.abs(steps - period) < 0.5 * period
+            ]  # none, where a percentile lies between two far ones
             period = near.mean() if len(near) else period
             whole = np.round(steps / period)
-            if len(near) and np.mean((np.abs(steps / period - whole) < NEAR) & (whole > 0)) >= WHOLE:
+            if (
+                len(near)
+                and np.mean((np.abs(steps / period - whole) < NEAR) & (whole > 0)) >= WHOLE
+            ):
                 return period
     return None
 
@@ -83,7 +91,9 @@ def one_phase(stamps, period):
     steps = np.diff(stamps) / period
     turns = np.concatenate([[0.0], np.cumsum(steps)])
     starts = np.flatnonzero(steps > LONG) + 1
-    for run, before in zip(np.split(turns, starts)[1:], np.split(turns, starts)):  # views: each is moved in its place
+    for run, before in zip(
+        np.split(turns, starts)[1:], np.split(turns, starts)
+    ):  # views: each is moved in its place
         apart = phase(run[:PHASE_SAMPLES]) - phase(before[-PHASE_SAMPLES:])
         run -= apart - np.round(apart)
     return turns
@@ -94,12 +104,18 @@ def lost_before(stamps, period):
     turns = one_phase(stamps, period)
     around = np.exp(2j * np.pi * (turns % 1))
     width = min(PHASE_SAMPLES, len(turns))
-    mean = ndimage.uniform_filter1d(around.real, width) + 1j * ndimage.uniform_filter1d(around.imag, width)
-    excess = np.round(turns - np.unwrap(np.angle(mean)) / (2 * np.pi)).astype(np.int64) - np.arange(len(turns))
+    mean = ndimage.uniform_filter1d(around.real, width) + 1j * ndimage.uniform_filter1d(
+        around.imag, width
+    )
+    excess = np.round(turns - np.unwrap(np.angle(mean)) / (2 * np.pi)).astype(np.int64) - np.arange(
+        len(turns)
+    )
     excess -= excess[0]
     if not np.any(excess):
         return excess
-    ahead = ndimage.minimum_filter1d(excess, min(LATE, len(excess)), mode="nearest", origin=-(min(LATE, len(excess)) // 2))
+    ahead = ndimage.minimum_filter1d(
+        excess, min(LATE, len(excess)), mode="nearest", origin=-(min(LATE, len(excess)) // 2)
+    )
     return np.maximum.accumulate(np.maximum(ahead, 0))
 
 
@@ -129,7 +145,11 @@ def of(stamps, rate_hz, path, line):
     mean = (stamps[-1] - stamps[0]) / len(steps)
     if steps.min() > (1 - NEAR) * mean and steps.max() < (1 + NEAR) * mean:
         jitter = float(steps.std() / np.sqrt(2))
-        return without_places(stamps, rate_hz, path) if jitter > JITTER * mean else Clock(agreed(rate_hz, 1.0 / mean, path), jitter_s=jitter)
+        return (
+            without_places(stamps, rate_hz, path)
+            if jitter > JITTER * mean
+            else Clock(agreed(rate_hz, 1.0 / mean, path), jitter_s=jitter)
+        )
     period = period_of(steps)
     if period is None:
         return without_places(stamps, rate_hz, path)
@@ -155,7 +175,9 @@ def without_places(stamps, rate_hz, path):
     rate = agreed(rate_hz, 1.0 / steps.mean(), path)
     if gathered(steps) < MEMORYLESS:
         return Clock(rate, None, "late", (), float(late.std()))
-    places, rows = np.unique(np.round((stamps - stamps[0]) * rate).astype(np.int64), return_index=True)
+    places, rows = np.unique(
+        np.round((stamps - stamps[0]) * rate).astype(np.int64), return_index=True
+    )
     if len(rows) < CROWDED * len(stamps):
         return Clock(rate, None, "uneven", (), float(late.std()))
     return Clock(rate, places, "uneven", (), float(late.std()), rows)
@@ -166,10 +188,19 @@ def with_places(stamps, steps, period, lost, rate):
     longest = longest_kept(gaps, LOST_MOST * len(stamps))
     kept = np.minimum(gaps, longest)
     places = np.concatenate([[0], np.cumsum(1 + kept)])
-    cut = tuple((int(places[i + 1]), float((gaps[i] - longest) * period)) for i in np.flatnonzero(gaps > longest))
+    cut = tuple(
+        (int(places[i + 1]), float((gaps[i] - longest) * period))
+        for i in np.flatnonzero(gaps > longest)
+    )
     off = steps - (1 + gaps) * period
     jitter = float(np.std(off[gaps < LATE]) / np.sqrt(2)) if len(off) else 0.0
-    return Clock(rate, places if np.any(gaps) else None, "late" if jitter > JITTER * period else "even", cut, jitter)
+    return Clock(
+        rate,
+        places if np.any(gaps) else None,
+        "late" if jitter > JITTER * period else "even",
+        cut,
+        jitter,
+    )
 
 
 def behind_repeats(time, rate_hz, share, path):

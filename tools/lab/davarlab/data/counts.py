@@ -7,8 +7,10 @@ from scipy import ndimage, optimize, stats
 
 from . import signals
 
-SAMPLES = 10 ** 6
-ANGLE_UP_TO = 3.0  # counts of noise, from which nobody can tell what is counted, and nothing hangs on it
+SAMPLES = 10**6
+ANGLE_UP_TO = (
+    3.0  # counts of noise, from which nobody can tell what is counted, and nothing hangs on it
+)
 DISTINCT = 20  # samples per distinct value, from which values repeat
 UNEVEN = 0.12  # of a count: how far the values may lie from an even grid (root mean square)
 ON_GRID = 0.95  # length of the mean of the values as directions, one count a turn
@@ -35,6 +37,7 @@ PHASES = np.linspace(-0.5, 0.5, 401)
 class Counts:
     """q: the step, deg/s; of: "rate" or "angle"; sigma and mean per sample in counts; `added`: the variance per ordinate that the rounding
     adds, over q^2, on an even grid of frequencies from 0 to half the rate; kurtosis: excess that the rounding gives to samples (rates)."""
+
     q: float
     of: str
     rate_hz: float
@@ -45,7 +48,9 @@ class Counts:
 
     def level(self, f):
         """Variance per ordinate, (deg/s)^2, behind any filter."""
-        return self.q ** 2 * np.interp(np.asarray(f) / self.rate_hz, np.linspace(0, 0.5, len(self.added)), self.added)
+        return self.q**2 * np.interp(
+            np.asarray(f) / self.rate_hz, np.linspace(0, 0.5, len(self.added)), self.added
+        )
 
     @property
     def coarse(self):
@@ -67,22 +72,35 @@ class Counts:
         """Tests of adequacy that such counts fail by themselves."""
         if not self.coarse:
             return ()
-        return ("amplitudes", "time and frequency", "largest cell") if self.unsteady else ("amplitudes", "jumps") if self.kurtosis > 1 else \
-            ("amplitudes",)
+        return (
+            ("amplitudes", "time and frequency", "largest cell")
+            if self.unsteady
+            else ("amplitudes", "jumps")
+            if self.kurtosis > 1
+            else ("amplitudes",)
+        )
 
     @property
     def detail(self):
-        what = f"one count is {self.q:.4g} deg/s" if self.of == "rate" else \
-            f"the angle comes in counts of {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s over one sample)"
+        what = (
+            f"one count is {self.q:.4g} deg/s"
+            if self.of == "rate"
+            else f"the angle comes in counts of {self.q / self.rate_hz:.4g} deg ({self.q:.4g} deg/s over one sample)"
+        )
         said = f"{what}, the noise {self.sigma_counts:.2g} counts per sample"
         if not self.coarse:
             return said + "; the noise of the rounding is known and taken into account"
         if self.of == "angle":
-            return said + ": its rounding makes moving lines, which are known and taken into account" + (
-                "; whether the noise changes with time is not asked" if self.unsteady else "")
-        return said + (": noise and bias seem to change as the bias moves through a count; the change of the noise is known and taken into "
-                       "account, the bias is off by up to "
-                       f"{np.abs(rounded(self.sigma_counts)[0] - PHASES).max():.2g} counts")
+            return (
+                said
+                + ": its rounding makes moving lines, which are known and taken into account"
+                + ("; whether the noise changes with time is not asked" if self.unsteady else "")
+            )
+        return said + (
+            ": noise and bias seem to change as the bias moves through a count; the change of the noise is known and taken into "
+            "account, the bias is off by up to "
+            f"{np.abs(rounded(self.sigma_counts)[0] - PHASES).max():.2g} counts"
+        )
 
 
 # The grid ----------------------------------------------------------------------------------------------------------------------------
@@ -119,12 +137,14 @@ def step_of(levels):
 def step(x):
     """The count in which x comes, whatever its offset, scale and the digits of its file; 0 where there is none. The wildest samples
     are not asked, and no more than SAMPLES of the others."""
-    x = x[::max(1, len(x) // SAMPLES)]
+    x = x[:: max(1, len(x) // SAMPLES)]
     low, high = np.quantile(x, [0.005, 0.995])
     x = x[(x >= low) & (x <= high)]
     found = (levels_of(x), levels_of(x, True))
     steps = [step_of(levels) for levels in found if levels is not None]
-    return next((q for q in steps if q and abs(np.mean(np.exp(2j * np.pi * (x - x[0]) / q))) > ON_GRID), 0.0)
+    return next(
+        (q for q in steps if q and abs(np.mean(np.exp(2j * np.pi * (x - x[0]) / q))) > ON_GRID), 0.0
+    )
 
 
 # A rate in counts --------------------------------------------------------------------------------------------------------------------
@@ -144,33 +164,48 @@ def rounded(sigma, phase=PHASES):
     mean = p @ k
     square = (k - mean[:, None]) ** 2
     variance = np.maximum(np.sum(p * square, axis=1), 1e-12)
-    return mean, variance, (np.sum(p * square ** 2, axis=1) / variance ** 2 - 1) / 2
+    return mean, variance, (np.sum(p * square**2, axis=1) / variance**2 - 1) / 2
 
 
 def phase_of(mean, sigma):
     """The true mean, in counts, behind means of rounded samples."""
     whole = np.round(mean)
-    known = np.maximum.accumulate(rounded(sigma)[0]) + 1e-12 * np.arange(len(PHASES))  # flat where there is hardly any noise
+    known = np.maximum.accumulate(rounded(sigma)[0]) + 1e-12 * np.arange(
+        len(PHASES)
+    )  # flat where there is hardly any noise
     return whole + np.interp(mean - whole, known, PHASES)
 
 
 def probit_sigma(k):
     """Noise of rounded samples k (whole numbers), by ordered probit in short blocks with a mean of their own."""
-    blocks = k[:len(k) // PROBIT * PROBIT].reshape(-1, PROBIT)
-    blocks = blocks[::max(1, len(blocks) // PROBIT_BLOCKS)]
+    blocks = k[: len(k) // PROBIT * PROBIT].reshape(-1, PROBIT)
+    blocks = blocks[:: max(1, len(blocks) // PROBIT_BLOCKS)]
     means = blocks.mean(axis=1)
     whole = np.round(means)
     reach = 6
-    tally = np.stack([(np.clip(blocks - whole[:, None], -reach, reach) == j).sum(axis=1) for j in range(-reach, reach + 1)], axis=1)
+    tally = np.stack(
+        [
+            (np.clip(blocks - whole[:, None], -reach, reach) == j).sum(axis=1)
+            for j in range(-reach, reach + 1)
+        ],
+        axis=1,
+    )
 
     def loss(log_sigma):
         sigma = np.exp(log_sigma)
         phase = phase_of(means, sigma) - whole
         edges = (np.arange(-reach, reach) + 0.5 - phase[:, None]) / sigma
-        p = np.diff(stats.norm.cdf(np.pad(edges, ((0, 0), (1, 1)), constant_values=((0, 0), (-np.inf, np.inf)))), axis=1)
+        p = np.diff(
+            stats.norm.cdf(
+                np.pad(edges, ((0, 0), (1, 1)), constant_values=((0, 0), (-np.inf, np.inf)))
+            ),
+            axis=1,
+        )
         return -float(np.sum(tally * np.log(np.maximum(p, 1e-12))))
 
-    found = optimize.minimize_scalar(loss, bounds=(np.log(0.05), np.log(1.5)), method="bounded", options={"xatol": 1e-3})
+    found = optimize.minimize_scalar(
+        loss, bounds=(np.log(0.05), np.log(1.5)), method="bounded", options={"xatol": 1e-3}
+    )
     return float(np.exp(found.x)) * np.sqrt(PROBIT / (PROBIT - 1))
 
 
@@ -183,8 +218,12 @@ def block_variances(k, sigma, length):
     """Variance, in counts, that the bias gives to each block of `length` samples, and the scatter of rounded()."""
     phase = slow_phase(k, sigma)
     count = len(k) // length
-    return [np.interp(phase - np.round(phase), PHASES, course)[:count * length].reshape(count, length).mean(axis=1)
-            for course in rounded(sigma)[1:]]
+    return [
+        np.interp(phase - np.round(phase), PHASES, course)[: count * length]
+        .reshape(count, length)
+        .mean(axis=1)
+        for course in rounded(sigma)[1:]
+    ]
 
 
 # An angle in counts ------------------------------------------------------------------------------------------------------------------
@@ -195,16 +234,22 @@ def error_spectrum(increments, mean):
     true angle's steps per sample; mean: the course of their mean. Exact for Gaussian steps:
     cov(L) = sum over k of cos(2 pi k mean L) exp(-2 pi^2 k^2 var(angle over L samples)) / (2 pi^2 k^2)."""
     lag = np.arange(len(increments))
-    spread = np.concatenate([[0.0], np.cumsum(increments[0] + 2 * np.concatenate([[0.0], np.cumsum(increments[1:])]))])[:len(lag)]
-    spread = np.maximum(spread, LEAST ** 2 * lag)
+    spread = np.concatenate(
+        [[0.0], np.cumsum(increments[0] + 2 * np.concatenate([[0.0], np.cumsum(increments[1:])]))]
+    )[: len(lag)]
+    spread = np.maximum(spread, LEAST**2 * lag)
     covariance = np.zeros(len(lag))
     covariance[0] = 1 / 12
     for k in range(1, HARMONICS + 1):
         fade = np.exp(-2 * (np.pi * k) ** 2 * spread[1:]) / (2 * (np.pi * k) ** 2)
         seen = np.flatnonzero(fade > 1e-9)
         last = seen[-1] + 1 if len(seen) else 0
-        turns = np.cos(2 * np.pi * k * np.outer(mean, lag[1:last + 1])).mean(axis=0) if last else np.zeros(0)
-        covariance[1:last + 1] += fade[:last] * turns
+        turns = (
+            np.cos(2 * np.pi * k * np.outer(mean, lag[1 : last + 1])).mean(axis=0)
+            if last
+            else np.zeros(0)
+        )
+        covariance[1 : last + 1] += fade[:last] * turns
     return np.maximum(even_transform(covariance), 0)
 
 
@@ -234,7 +279,9 @@ def responses(nu):
     decay = np.exp(-2 * np.pi * np.geomspace(0.02, 0.7, 12))[:, None]
     poles = (1 - decay) ** 2 / ((1 - decay) ** 2 + decay * 4 * np.sin(np.pi * nu) ** 2)
     b = np.array([0.05, 0.1, 0.17, 0.25, 0.4])[:, None]
-    return np.vstack([np.ones((1, len(nu))), poles, 1 - 4 * b / (1 + b) ** 2 * np.sin(np.pi * nu) ** 2])
+    return np.vstack(
+        [np.ones((1, len(nu))), poles, 1 - 4 * b / (1 + b) ** 2 * np.sin(np.pi * nu) ** 2]
+    )
 
 
 def misfit(level, count, rows, known=0.0):
@@ -248,7 +295,9 @@ def misfit(level, count, rows, known=0.0):
 
 
 def as_rate(nu, level, count):
-    return min(misfit(level, count, np.vstack([gain, np.ones_like(nu)]))[0] for gain in responses(nu))
+    return min(
+        misfit(level, count, np.vstack([gain, np.ones_like(nu)]))[0] for gain in responses(nu)
+    )
 
 
 def as_angle(nu, level, count, mean, gain, dense):
@@ -257,8 +306,8 @@ def as_angle(nu, level, count, mean, gain, dense):
     for _ in range(ROUNDS):
         known = np.interp(nu, grid, differenced() * error)
         loss, sizes = misfit(level, count, gain[None, :], known)
-        increments = np.fft.irfft(np.maximum(sizes[0], 1e-6) * dense)[:LAGS + 1]
-        if increments[0] > FINE ** 2:
+        increments = np.fft.irfft(np.maximum(sizes[0], 1e-6) * dense)[: LAGS + 1]
+        if increments[0] > FINE**2:
             break
         error = error_spectrum(increments, mean)
     free = misfit(level, count, np.vstack([gain, known]))[1][1]
@@ -272,7 +321,9 @@ def of_angle(k):
     gains = list(zip(responses(nu), responses(np.linspace(0, 0.5, LAGS + 1))))
     loss, error, sigma, size = first = as_angle(nu, level, count, pieces, *gains[0])
     if loss > ENOUGH * len(nu):
-        loss, error, sigma, size = min((as_angle(nu, level, count, pieces, *one) for one in gains[1:]), key=lambda one: one[0])
+        loss, error, sigma, size = min(
+            (as_angle(nu, level, count, pieces, *one) for one in gains[1:]), key=lambda one: one[0]
+        )
         if first[0] < loss + SIMPLER:
             loss, error, sigma, size = first
     if AS_KNOWN[0] < size < AS_KNOWN[1] and as_rate(nu, level, count) - loss > TELLING:
@@ -290,11 +341,19 @@ def of(y, rate_hz):
     found = of_angle(k - np.round(k.mean())) if crude < ANGLE_UP_TO else None
     if found:
         return Counts(q, "angle", rate_hz, found[1], float(k.mean()), differenced() * found[0])
-    sigma = probit_sigma(k) if crude < 0.75 else float(np.sqrt(max(crude ** 2 - 1 / 12, 1e-6)))
+    sigma = probit_sigma(k) if crude < 0.75 else float(np.sqrt(max(crude**2 - 1 / 12, 1e-6)))
     if sigma >= FINE:
         return Counts(q, "rate", rate_hz, sigma, float(k.mean()), np.array([1, 1]) / 12)
     variance, scatter = (float(course.mean()) for course in block_variances(k, sigma, 1))
-    return Counts(q, "rate", rate_hz, sigma, float(k.mean()), np.full(2, variance - sigma ** 2), max(0.0, 2 * (scatter - 1)))
+    return Counts(
+        q,
+        "rate",
+        rate_hz,
+        sigma,
+        float(k.mean()),
+        np.full(2, variance - sigma**2),
+        max(0.0, 2 * (scatter - 1)),
+    )
 
 
 def whole_numbers(y, q):
@@ -324,11 +383,17 @@ def explained(y, counts, length):
     give them: a slope of 1 says that the counts explain why the noise changes."""
     k = whole_numbers(y, counts.q)
     expected, scatter = block_variances(k, counts.sigma_counts, length)
-    measured = k[:len(expected) * length].reshape(-1, length).var(axis=1, ddof=1)
-    weight = (length - 1) / 2 / (expected ** 2 * np.maximum(scatter, 0.1))
-    x, z = expected - np.average(expected, weights=weight), measured - np.average(measured, weights=weight)
-    power = float(np.sum(weight * x ** 2))
+    measured = k[: len(expected) * length].reshape(-1, length).var(axis=1, ddof=1)
+    weight = (length - 1) / 2 / (expected**2 * np.maximum(scatter, 0.1))
+    x, z = (
+        expected - np.average(expected, weights=weight),
+        measured - np.average(measured, weights=weight),
+    )
+    power = float(np.sum(weight * x**2))
     slope = float(np.sum(weight * x * z)) / max(power, 1e-300)
     relative = measured / expected
-    chi = [float(np.var(v / v.mean()) * (length - 1) / 2 / scatter.mean()) for v in (measured, relative)]
+    chi = [
+        float(np.var(v / v.mean()) * (length - 1) / 2 / scatter.mean())
+        for v in (measured, relative)
+    ]
     return slope, float(np.sqrt(max(chi[1], 1) / max(power, 1e-300))), chi[0], chi[1]

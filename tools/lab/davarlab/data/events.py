@@ -37,7 +37,9 @@ def local_scale(w, block):
     median alone says nothing where a few counts are all that there is."""
     block = min(block, len(w))
     blocks = len(w) // block
-    sizes = np.partition(np.abs(w[:blocks * block].reshape(blocks, block)), [block // 2, 4 * block // 5], axis=1)
+    sizes = np.partition(
+        np.abs(w[: blocks * block].reshape(blocks, block)), [block // 2, 4 * block // 5], axis=1
+    )
     spread = np.maximum(sizes[:, block // 2] / 0.6745, sizes[:, 4 * block // 5] / 1.2816)
     spread = ndimage.maximum_filter1d(spread, 3)
     return np.interp(np.arange(len(w)), (np.arange(blocks) + 0.5) * block, spread)
@@ -72,5 +74,13 @@ def find(y, rate_hz, reach_dps=0.0):
     log_p = stats.poisson.logsf(len(groups) - 1, expected)
     log_p = min(log_p, np.log(len(y)) + np.log(2) + stats.norm.logsf(peaks.max()))
     gain = float(np.sum(score[wild] ** 2 / 2 - np.log(len(y))))
-    return Shocks(len(groups), float(np.median(sizes)), np.array([g[0] for g in groups]), float(log_p), gain, clean, y,
-                  float(1.25 * np.std(y[good] - clean.mean()) / np.sqrt(len(groups))))
+    return Shocks(
+        len(groups),
+        float(np.median(sizes)),
+        np.array([g[0] for g in groups]),
+        float(log_p),
+        gain,
+        clean,
+        y,
+        float(1.25 * np.std(y[good] - clean.mean()) / np.sqrt(len(groups))),
+    )

@@ -9,24 +9,59 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 RATES = {"deg/s": 1.0, "mdeg/s": 1e-3, "rad/s": 180 / np.pi}
 FORCES = {"g": 1.0, "mg": 1e-3, "m/s^2": 1 / 9.80665}
 DEGREES = {"degC": 1.0, "0.01 degC": 0.01}
-UNITS = {"time": SECONDS, "gyro": RATES, "accel": FORCES, "temp": DEGREES}  # factor to s, deg/s, g, degC; of counts a person must say it
-AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z", "roll": "x", "pitch": "y", "yaw": "z"}
+UNITS = {
+    "time": SECONDS,
+    "gyro": RATES,
+    "accel": FORCES,
+    "temp": DEGREES,
+}  # factor to s, deg/s, g, degC; of counts a person must say it
+AXES = {
+    "x": "x",
+    "y": "y",
+    "z": "z",
+    "0": "x",
+    "1": "y",
+    "2": "z",
+    "roll": "x",
+    "pitch": "y",
+    "yaw": "z",
+}
 QUIET_RAD = 0.006  # scatter from sample to sample, below which a rate without a unit is in rad/s: 0.3 deg/s are a bad gyro's
-STEPS = (("ns", 1e5), ("us", 50.0), ("ms", 0.5), ("s", 0.0))  # least time from sample to sample, for rates up to 10 kHz
-WORDS = {"time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec|micros|millis|nanos|(micro|milli|nano)seconds)$",
-         "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
-         "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
-         "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$"}
+STEPS = (
+    ("ns", 1e5),
+    ("us", 50.0),
+    ("ms", 0.5),
+    ("s", 0.0),
+)  # least time from sample to sample, for rates up to 10 kHz
+WORDS = {
+    "time": r"^(time|times|timestamp|stamp|t|clock|sec|seconds|us|ms|ns|usec|msec|nsec|micros|millis|nanos|(micro|milli|nano)seconds)$",
+    "gyro": r"^(gyr|gyro|gyros|giro|gyroscope|omega|w|g[xyz]|w[xyz]|gyr[xyz]|gyro[xyz]|angvel|angular|rate|p|q|r)$",
+    "accel": r"^(a|acc|accel|accelerometer|acceleration|specific|a[xyz]|acc[xyz]|accel[xyz])$",
+    "temp": r"^(temp|temps|temperature|temperatura|degc|celsius|imutemp)$",
+}
 STAMP = r"^(time|times|timestamp|timestamps|stamp|stamps)$"
-DEGREE = re.compile("[\u00b0\u00ba\ufffd](?=/s)")  # the sign, and what is left of it in another encoding
-SAID = (("mdeg/s", r"mdps|mdeg"), ("rad/s", r"rad"), ("deg/s", r"dps|deg"), ("m/s^2", r"m_?s_?2|mps2|m/s"), ("mg", r"(^|[^a-z])mg($|[^a-z])"),
-        ("g", r"(^|[^a-z])g($|[^a-z])"), ("counts", r"raw|lsb|count|adc"), ("ns", r"ns(ec)?\]?\)?$|nano"), ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
-        ("ms", r"(ms|msec|milli\w*)\]?\)?$"), ("s", r"(^|[^a-z])(s|sec|seconds)\]?\)?$"))
+DEGREE = re.compile(
+    "[\u00b0\u00ba\ufffd](?=/s)"
+)  # the sign, and what is left of it in another encoding
+SAID = (
+    ("mdeg/s", r"mdps|mdeg"),
+    ("rad/s", r"rad"),
+    ("deg/s", r"dps|deg"),
+    ("m/s^2", r"m_?s_?2|mps2|m/s"),
+    ("mg", r"(^|[^a-z])mg($|[^a-z])"),
+    ("g", r"(^|[^a-z])g($|[^a-z])"),
+    ("counts", r"raw|lsb|count|adc"),
+    ("ns", r"ns(ec)?\]?\)?$|nano"),
+    ("us", r"(us|usec|micro\w*|µs)\]?\)?$"),
+    ("ms", r"(ms|msec|milli\w*)\]?\)?$"),
+    ("s", r"(^|[^a-z])(s|sec|seconds)\]?\)?$"),
+)
 
 
 @dataclass
 class Guess:
     """A column of the file: what it is (time, gyro, accel, temp, other), its axis, its unit, and the factor to s, deg/s, g or degC."""
+
     name: str
     quantity: str
     axis: str = ""
@@ -37,8 +72,12 @@ class Guess:
     @property
     def column(self):
         """The name that davarlab gives it."""
-        return {"time": "time_s", "gyro": f"gyro_{self.axis}_dps", "accel": f"accel_{self.axis}_g", "temp": "temp_degC"}.get(
-            self.quantity, self.name)
+        return {
+            "time": "time_s",
+            "gyro": f"gyro_{self.axis}_dps",
+            "accel": f"accel_{self.axis}_g",
+            "temp": "temp_degC",
+        }.get(self.quantity, self.name)
 
 
 def tokens(name):
@@ -49,7 +88,11 @@ def tokens(name):
 def quantity_of(name):
     """time, gyro, accel, temp or other: by the first word that says one of them."""
     words = tokens(name)
-    if words and (words[0] == "t" or any(re.match(STAMP, word) for word in words)) and not axis_of(name):  # t_gyro, gyro_time
+    if (
+        words
+        and (words[0] == "t" or any(re.match(STAMP, word) for word in words))
+        and not axis_of(name)
+    ):  # t_gyro, gyro_time
         return "time"
     for quantity in ("gyro", "accel", "temp", "time"):
         if any(re.match(WORDS[quantity], word) for word in words):
@@ -62,13 +105,22 @@ def axis_of(name):
     for word in reversed(words):
         if word in AXES:
             return AXES[word]
-    last = next((word[-1] for word in words if re.match(r"^(gyro?|w|g|a|acc|accel)[xyz]$", word)), "")
+    last = next(
+        (word[-1] for word in words if re.match(r"^(gyro?|w|g|a|acc|accel)[xyz]$", word)), ""
+    )
     return last or {"p": "x", "q": "y", "r": "z"}.get(words[-1] if words else "", "")
 
 
 def said_unit(name, quantity):
     found = [unit for unit, pattern in SAID if re.search(pattern, DEGREE.sub("deg", name.lower()))]
-    return next((unit for unit in found if unit in UNITS[quantity] or unit == "counts" and quantity in ("gyro", "accel")), "")
+    return next(
+        (
+            unit
+            for unit in found
+            if unit in UNITS[quantity] or unit == "counts" and quantity in ("gyro", "accel")
+        ),
+        "",
+    )
 
 
 def whole(values):
@@ -96,13 +148,23 @@ def units_of(name, values):
     values = np.asarray(values, float)
     told = {quantity: said_unit(name, quantity) for quantity in UNITS}
     rising = bool(np.all(np.diff(values) >= 0))
-    return {quantity: told[quantity] or ("s" if quantity == "time" and not rising else unit_by_numbers(quantity, values)[0]) for quantity in UNITS}
+    return {
+        quantity: told[quantity]
+        or ("s" if quantity == "time" and not rising else unit_by_numbers(quantity, values)[0])
+        for quantity in UNITS
+    }
 
 
 def of_column(name, values):
     """The guess for one column; of one that cannot be told it stays `other`, by its own name."""
     quantity, axis = quantity_of(name), axis_of(name)
-    if quantity == "other" or quantity in ("gyro", "accel") and not axis or quantity == "time" and not np.all(np.diff(values) >= 0):
+    if (
+        quantity == "other"
+        or quantity in ("gyro", "accel")
+        and not axis
+        or quantity == "time"
+        and not np.all(np.diff(values) >= 0)
+    ):
         return Guess(name, "other")
     unit = said_unit(name, quantity)
     if unit == "counts" or not unit:
@@ -116,7 +178,9 @@ def of(columns):
     accelerometer says its unit where its name does not."""
     found, taken = {}, set()
     guesses = [of_column(name, np.asarray(values, float)) for name, values in columns.items()]
-    for guess in sorted(guesses, key=lambda guess: guess.column != guess.name):  # who bears a name already keeps it
+    for guess in sorted(
+        guesses, key=lambda guess: guess.column != guess.name
+    ):  # who bears a name already keeps it
         if guess.quantity != "other" and guess.column in taken:
             guess = Guess(guess.name, "other")
         taken.add(guess.column)

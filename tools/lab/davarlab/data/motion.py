@@ -3,11 +3,15 @@
 import numpy as np
 from scipy import ndimage, stats
 
-from . import events, recording as recordings, signals
+from . import events, signals
+from . import recording as recordings
 
 BLOCKS = (16, 64, 256, 1024)
 MEDIAN_BLOCKS = 9
-SCORE, RATIO = 6.5, 1.25  # robust standard deviations, and times the running median, from which a block is loud
+SCORE, RATIO = (
+    6.5,
+    1.25,
+)  # robust standard deviations, and times the running median, from which a block is loud
 WITNESS = 12.0  # over the square root of a block's samples: by so much the accelerometer must be louder than usual to bear the gyro out
 PIECE = 1_000_000  # samples that are asked at once
 MINIMUM = 500  # samples that a level at rest takes
@@ -17,19 +21,32 @@ VIOLENT = 50.0  # times that level, which no noise of a sensor reaches
 SMOOTH_S, SPAN_S, RING_S = 0.25, 2.0, 1.2
 SLOW = 5.0  # by as much more than differences of samples must slow rates have grown, or noise has (by chance up to 3.5)
 SHORT_S = 0.5  # what is shorter may be a shock of the sensor, unless the accelerometer saw it
-TILT_S, TILT = 10.0, 7.0  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
+TILT_S, TILT = (
+    10.0,
+    7.0,
+)  # over which gravity is averaged; robust standard deviations, all axes, from which it has moved
 TILT_BLOCKS = 9  # before and after, that the course of a tilt is compared in
 STEADY_S = 5.0  # what is longer may be noise that has grown, a line, or a level
 
 
 def gyros(recording):
     """Every gyro column in deg/s that moves at all."""
-    return [recording.column(name) * factor for name in recording.columns for unit, factor in recordings.TO_DPS.items()
-            if name.startswith("gyro_") and name.endswith("_" + unit) and np.ptp(recording.columns[name]) > 0]
+    return [
+        recording.column(name) * factor
+        for name in recording.columns
+        for unit, factor in recordings.TO_DPS.items()
+        if name.startswith("gyro_")
+        and name.endswith("_" + unit)
+        and np.ptp(recording.columns[name]) > 0
+    ]
 
 
 def accelerometers(recording):
-    return [recording.column(name) for name in recording.columns if name.startswith("accel_") and np.ptp(recording.columns[name]) > 0]
+    return [
+        recording.column(name)
+        for name in recording.columns
+        if name.startswith("accel_") and np.ptp(recording.columns[name]) > 0
+    ]
 
 
 def stretches(mask):
@@ -52,13 +69,13 @@ def holes_kept(mask, samples):
 
 def averaged(x, length):
     blocks = len(x) // length
-    return x[:blocks * length].reshape(blocks, length).mean(axis=1)
+    return x[: blocks * length].reshape(blocks, length).mean(axis=1)
 
 
 def spread(x, span):
     """Standard deviation over `span` values around each."""
     mean = ndimage.uniform_filter1d(x, span)
-    return np.sqrt(np.maximum(ndimage.uniform_filter1d(x ** 2, span) - mean ** 2, 0))
+    return np.sqrt(np.maximum(ndimage.uniform_filter1d(x**2, span) - mean**2, 0))
 
 
 def slow_and_fast(y, good, rate_hz):
@@ -70,7 +87,11 @@ def slow_and_fast(y, good, rate_hz):
     mean = averaged(np.where(good, y, 0), length) / np.maximum(count, 1e-9)
     there = count > min(0.5, count.max() / 2)
     slow = spread(recordings.filled(mean[there], there), span)
-    fast = np.sqrt(np.maximum(ndimage.uniform_filter1d(averaged(np.diff(y, append=y[-1]) ** 2, length), span), 0))
+    fast = np.sqrt(
+        np.maximum(
+            ndimage.uniform_filter1d(averaged(np.diff(y, append=y[-1]) ** 2, length), span), 0
+        )
+    )
     whole = ndimage.uniform_filter1d(averaged(good.astype(float), length), span) > 0.9
     return slow, fast, whole
 
@@ -86,7 +107,11 @@ def turning(y, good, rate_hz):
     slow, fast, whole = slow_and_fast(y, good, rate_hz)
     grown = slow / low_level(slow, whole, 0.1)
     noise = fast / low_level(fast, whole, 0.1)
-    return expanded((grown > TURN) & ((grown > SLOW * noise) | (grown > VIOLENT)), max(1, int(SMOOTH_S * rate_hz)), len(y))
+    return expanded(
+        (grown > TURN) & ((grown > SLOW * noise) | (grown > VIOLENT)),
+        max(1, int(SMOOTH_S * rate_hz)),
+        len(y),
+    )
 
 
 def expanded(mask, length, count):
@@ -122,7 +147,11 @@ def loud(energy, good, length):
     count = averaged(good.astype(float), length)
     mean = averaged(energy, length) / np.maximum(count, 1e-9)
     mean = np.where(count > 0.5, mean, np.nan)
-    mean = np.interp(np.arange(len(mean)), np.flatnonzero(count > 0.5), mean[count > 0.5]) if np.any(count > 0.5) else np.ones_like(mean)
+    mean = (
+        np.interp(np.arange(len(mean)), np.flatnonzero(count > 0.5), mean[count > 0.5])
+        if np.any(count > 0.5)
+        else np.ones_like(mean)
+    )
     usual = np.maximum(ndimage.median_filter(mean, MEDIAN_BLOCKS, mode="nearest"), 1e-12)
     ratio = mean / usual
     normal = np.cbrt(ratio)
@@ -146,17 +175,26 @@ def steady(w, first, end):
     power = signals.transform(part)[1:] ** 2
     bands = np.array([band.mean() for band in np.array_split(power, 4)])
     doubt = 5 * np.sqrt(2 * 4 / len(power))
-    blocks = averaged(part ** 2, 64)
-    even = np.all(blocks < ndimage.uniform_filter1d(blocks, 9) * (1 + 7 * np.sqrt(2 / 64)))  # it may grow and fade slowly
-    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(doubt, 0.5)  # what is not white need not grow with it
+    blocks = averaged(part**2, 64)
+    even = np.all(
+        blocks < ndimage.uniform_filter1d(blocks, 9) * (1 + 7 * np.sqrt(2 / 64))
+    )  # it may grow and fade slowly
+    return even and np.ptp(np.log(np.maximum(bands, 1e-12))) < max(
+        doubt, 0.5
+    )  # what is not white need not grow with it
 
 
 def passing(energy, seen, first, end):
     """Is a loud stretch louder than what came before and than what comes after: not the beginning of vibration or of noise that stays."""
     reach = max(256, end - first)
-    sides = [energy[part][seen[part]] for part in (slice(max(0, first - reach), first), slice(end, end + reach))]
+    sides = [
+        energy[part][seen[part]]
+        for part in (slice(max(0, first - reach), first), slice(end, end + reach))
+    ]
     inside = energy[first:end][seen[first:end]]
-    return not len(inside) or all(inside.mean() > RATIO * side.mean() for side in sides if len(side) >= 64)
+    return not len(inside) or all(
+        inside.mean() > RATIO * side.mean() for side in sides if len(side) >= 64
+    )
 
 
 def courses(accels, first, end, rate_hz):
@@ -165,7 +203,7 @@ def courses(accels, first, end, rate_hz):
     rows = [np.ones(count), np.linspace(-1, 1, count)]
     for a in accels:
         part = a[first:end] - a[first:end].mean()
-        rows += [part, ndimage.uniform_filter1d(part ** 2, max(3, int(rate_hz)))]
+        rows += [part, ndimage.uniform_filter1d(part**2, max(3, int(rate_hz)))]
     return rows
 
 
@@ -179,8 +217,8 @@ def without_courses(y, rows):
         step = (np.arange(len(y)) >= place).astype(float)
         step -= basis @ (basis.T @ step)
         size = step @ rest / max(step @ step, 1e-12)
-        if size ** 2 * (step @ step) > gain:
-            best, gain = rest - size * step, size ** 2 * (step @ step)
+        if size**2 * (step @ step) > gain:
+            best, gain = rest - size * step, size**2 * (step @ step)
     return best
 
 
@@ -213,8 +251,11 @@ def explained(y, levels, accels, first, end, rate_hz):
     rest = without_courses(y[low:high], courses(accels, low, high, rate_hz))
     for rest in (rest, without_lines(rest)):
         slow = spread(averaged(rest, length), max(8, int(SPAN_S / SMOOTH_S))).max(initial=0)
-        fast = np.sqrt(np.mean(spread(rest, second)[first - low:end - low] ** 2))
-        if slow < 0.75 * TURN * levels[0] and fast < (1.12 + 3 / np.sqrt(2 * (end - first))) * levels[1]:
+        fast = np.sqrt(np.mean(spread(rest, second)[first - low : end - low] ** 2))
+        if (
+            slow < 0.75 * TURN * levels[0]
+            and fast < (1.12 + 3 / np.sqrt(2 * (end - first))) * levels[1]
+        ):
             return True
     return False
 
@@ -224,7 +265,9 @@ def turns(rates, levels, accels, good, rate_hz):
     found = np.zeros(len(good), bool)
     for y, level in zip(rates, levels):
         for first, end in stretches(widened(turning(y, good, rate_hz), RING_S * rate_hz / 2)):
-            if end - first > SHORT_S * rate_hz and not explained(y, level, accels, first, end, rate_hz):
+            if end - first > SHORT_S * rate_hz and not explained(
+                y, level, accels, first, end, rate_hz
+            ):
                 found[first:end] = True
     return widened(found, RING_S * rate_hz / 2)
 
@@ -233,7 +276,7 @@ def touches(rates, levels, accels, good, rate_hz):
     """Where the sensor was touched: rates are louder for a while, and the accelerometer felt it too."""
     ws = [whitened(y, good) for y in rates]
     alone = [lone(w, good) for w in ws]
-    energies = [np.where(near, 0, w ** 2) for w, (_, near) in zip(ws, alone)]
+    energies = [np.where(near, 0, w**2) for w, (_, near) in zip(ws, alone)]
     seen = good & ~np.any([near for _, near in alone], axis=0)
     heard = loud_anywhere(sum(energies), seen)
     wild = np.any([at for at, _ in alone], axis=0)
@@ -244,11 +287,15 @@ def touches(rates, levels, accels, good, rate_hz):
     if found.any():  # what these leave in the whitened record is asked about when they, and how they fade, are out
         return widened(found, SMOOTH_S * rate_hz)
     for first, end in stretches(widened(heard, rate_hz / 2)):
-        if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(sum(energies), seen, first, end):
+        if not any(borne_out(felt, good, first, end) for felt in witness[0]) or not passing(
+            sum(energies), seen, first, end
+        ):
             continue
         if end - first > STEADY_S * rate_hz and all(steady(w, first, end) for w in ws):
             continue
-        if not all(explained(y, level, accels, first, end, rate_hz) for y, level in zip(rates, levels)):
+        if not all(
+            explained(y, level, accels, first, end, rate_hz) for y, level in zip(rates, levels)
+        ):
             found[first:end] = True
     return found
 
@@ -257,7 +304,7 @@ def witnesses(accels, energies, good):
     """Energies that bear the gyro out, and where one is wild: of the accelerometer; without one, of the second loudest axis of the gyro."""
     if accels:
         ws = [whitened(a, good) for a in accels]
-        return [sum(w ** 2 for w in ws)], widened(np.any([wilder(w, good) for w in ws], axis=0), 2)
+        return [sum(w**2 for w in ws)], widened(np.any([wilder(w, good) for w in ws], axis=0), 2)
     return ([np.sort(energies, axis=0)[-2]] if len(energies) > 1 else []), np.zeros(len(good), bool)
 
 
@@ -266,20 +313,30 @@ def borne_out(energy, good, first, end):
     reach = max(256, end - first)
     low, high = max(0, first - reach), min(len(energy), end + reach)
     beside = good[low:high].copy()
-    beside[first - low:end - low] = False
+    beside[first - low : end - low] = False
     inside = np.where(good[first:end], energy[first:end], 0)
     if beside.sum() < 64 or not len(inside):
         return False
-    usual, peak = energy[low:high][beside].mean(), ndimage.uniform_filter1d(inside, 16, mode="constant").max()
-    return inside.mean() > (1 + WITNESS / np.sqrt(len(inside))) * usual or peak > (1 + WITNESS / 4) * usual
+    usual, peak = (
+        energy[low:high][beside].mean(),
+        ndimage.uniform_filter1d(inside, 16, mode="constant").max(),
+    )
+    return (
+        inside.mean() > (1 + WITNESS / np.sqrt(len(inside))) * usual
+        or peak > (1 + WITNESS / 4) * usual
+    )
 
 
 def find(recording, good):
     """True where the recording holds motion. A long recording is asked in pieces."""
     rates, accels = gyros(recording), accelerometers(recording)
     marks = np.linspace(0, len(good), max(1, len(good) // PIECE) + 1).astype(int)
-    return np.concatenate([between([y[a:b] for y in rates], [x[a:b] for x in accels], good[a:b], recording.rate_hz)
-                           for a, b in zip(marks, marks[1:])])
+    return np.concatenate(
+        [
+            between([y[a:b] for y in rates], [x[a:b] for x in accels], good[a:b], recording.rate_hz)
+            for a, b in zip(marks, marks[1:])
+        ]
+    )
 
 
 def between(rates, accels, good, rate_hz):
@@ -312,34 +369,58 @@ def tilts(rates, accels, good, rate_hz):
     gravity, shaken = levels(accels, good, count, length)
     rate, noisy = levels(rates, good, count, length)
     moved = gravity[:, 2:] - gravity[:, :-2]
-    scores = np.sqrt(np.sum(moved ** 2 / (robust(moved) ** 2 + 2 * shaken), axis=0))
-    apart = scores * (ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99)  # not beside what was cut
-    edges = [i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3):i + 4].max()]
+    scores = np.sqrt(np.sum(moved**2 / (robust(moved) ** 2 + 2 * shaken), axis=0))
+    apart = scores * (
+        ndimage.uniform_filter1d(whole.astype(float), 7)[1:-1] > 0.99
+    )  # not beside what was cut
+    edges = [
+        i for i in np.flatnonzero(apart > TILT) if apart[i] == apart[max(0, i - 3) : i + 4].max()
+    ]
     back = rate[:, 1:-1] - (rate[:, 2:] + rate[:, :-2]) / 2
     limit = stats.chi2.isf(0.5e-3 / max(len(edges), 1), len(rates))
-    size, steady = np.sqrt(robust(back) ** 2 + 1.5 * noisy), np.sqrt((robust(back) ** 2 / 1.5 + noisy.max(axis=1, keepdims=True)))
-    seen = [np.arange(i, i + 3) if len(rates) > 1 and turned(back, size, moved, i, length / rate_hz, limit) else
-            followed(rate / steady, gravity, whole, i + 1, steady * length / rate_hz, limit) for i in edges]
+    size, steady = (
+        np.sqrt(robust(back) ** 2 + 1.5 * noisy),
+        np.sqrt(robust(back) ** 2 / 1.5 + noisy.max(axis=1, keepdims=True)),
+    )
+    seen = [
+        np.arange(i, i + 3)
+        if len(rates) > 1 and turned(back, size, moved, i, length / rate_hz, limit)
+        else followed(rate / steady, gravity, whole, i + 1, steady * length / rate_hz, limit)
+        for i in edges
+    ]
     for number, i in enumerate(edges):
         for block in seen[number]:
-            found[block * length:(block + 1) * length] = True
+            found[block * length : (block + 1) * length] = True
         for other in range(number):
             j, undone = edges[other], np.linalg.norm(moved[:, i] + moved[:, edges[other]])
             small = min(np.linalg.norm(moved[:, i]), np.linalg.norm(moved[:, j]))
-            if (len(seen[number]) or len(seen[other])) and undone < 0.5 * small and (i - j) * length < len(good) / 10:
-                found[j * length:(i + 3) * length] = True
+            if (
+                (len(seen[number]) or len(seen[other]))
+                and undone < 0.5 * small
+                and (i - j) * length < len(good) / 10
+            ):
+                found[j * length : (i + 3) * length] = True
     return found
 
 
 def robust(x):
-    return np.maximum(1.4826 * np.median(np.abs(x - np.median(x, axis=1, keepdims=True)), axis=1, keepdims=True), 1e-12)
+    return np.maximum(
+        1.4826 * np.median(np.abs(x - np.median(x, axis=1, keepdims=True)), axis=1, keepdims=True),
+        1e-12,
+    )
 
 
 def levels(signals_of, good, count, length):
     """Means of blocks per axis, and, of three neighbouring blocks, the largest variance that their samples would give such a mean."""
-    mean = np.array([averaged(np.where(good, x - x[good].mean(), 0), length) for x in signals_of]) / np.maximum(count, 1e-9)
-    square = np.array([averaged(np.where(good, x - x[good].mean(), 0) ** 2, length) for x in signals_of]) / np.maximum(count, 1e-9)
-    variance = ndimage.maximum_filter1d(np.maximum(square - mean ** 2, 0) / length, 3, axis=1)[:, 1:-1]
+    mean = np.array(
+        [averaged(np.where(good, x - x[good].mean(), 0), length) for x in signals_of]
+    ) / np.maximum(count, 1e-9)
+    square = np.array(
+        [averaged(np.where(good, x - x[good].mean(), 0) ** 2, length) for x in signals_of]
+    ) / np.maximum(count, 1e-9)
+    variance = ndimage.maximum_filter1d(np.maximum(square - mean**2, 0) / length, 3, axis=1)[
+        :, 1:-1
+    ]
     return np.array([recordings.filled(row[count > 0.5], count > 0.5) for row in mean]), variance
 
 
@@ -351,13 +432,19 @@ def followed(rate, gravity, whole, centre, unit, limit):
     way = gravity[:, centre + 1] - gravity[:, centre - 1]
     course = np.degrees(way @ gravity / np.linalg.norm(way))
     turn = (course[near + 1] - course[near - 1]) / 2  # in a block
-    rows = np.column_stack([np.ones(len(near)), near - centre, course[near] - course[near].mean(), turn])
+    rows = np.column_stack(
+        [np.ones(len(near)), near - centre, course[near] - course[near].mean(), turn]
+    )
     if len(near) < 2 * rows.shape[1]:
         return near[:0]
     q, r = np.linalg.qr(rows)
     score = rate[:, near] @ q[:, -1]
     share = np.linalg.norm(score * unit[:, 0]) / max(abs(r[-1, -1]), 1e-12)
-    return near[np.abs(turn) > 0.05 * np.abs(turn).max()] if np.sum(score ** 2) > limit and share > 0.3 else near[:0]
+    return (
+        near[np.abs(turn) > 0.05 * np.abs(turn).max()]
+        if np.sum(score**2) > limit and share > 0.3
+        else near[:0]
+    )
 
 
 def turned(back, size, moved, i, seconds, limit):

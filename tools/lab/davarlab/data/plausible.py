@@ -6,14 +6,23 @@ from . import guess, motion, signals
 
 KIND = "implausible"  # of the observation
 CONFIRM = "--as-recorded"  # with which a user says that all of it is right
-RATES_HZ = (0.02, 40e3)  # that gyros are logged at: from a sample in 50 s to the fastest MEMS sensors, 32 kHz
+RATES_HZ = (
+    0.02,
+    40e3,
+)  # that gyros are logged at: from a sample in 50 s to the fastest MEMS sensors, 32 kHz
 LIKELY_HZ = (10.0, 20e3)  # by which another unit of the time is proposed
 WHOLE_HZ = 1.0  # up to which whole seconds get a note: milliseconds look like them
 LEVEL_DPS = 2000.0  # rms, beyond the full scale of almost every gyro
-ARW = (1e-5, 100.0)  # deg/sqrt(h): from below the best optical gyros to above the worst MEMS sensors
+ARW = (
+    1e-5,
+    100.0,
+)  # deg/sqrt(h): from below the best optical gyros to above the worst MEMS sensors
 TEMPERATURES = (-100.0, 200.0)  # degC
-LSB_DPS = tuple(scale / 32768 for scale in (125, 250, 500, 1000, 2000, 4000)) + (0.004375, 0.00875, 0.0175, 0.035, 0.07, 0.14) + tuple(
-    1 / per for per in (262, 131, 65.5, 32.8, 16.4))  # deg/s per count of MEMS gyros
+LSB_DPS = (
+    tuple(scale / 32768 for scale in (125, 250, 500, 1000, 2000, 4000))
+    + (0.004375, 0.00875, 0.0175, 0.035, 0.07, 0.14)
+    + tuple(1 / per for per in (262, 131, 65.5, 32.8, 16.4))
+)  # deg/s per count of MEMS gyros
 LSB_NEAR = 0.003  # relative
 NEVER = 512  # samples, below which nothing is said of the noise
 LOOKED = 1 << 20  # samples at the beginning that levels and units are judged by
@@ -29,7 +38,16 @@ def doubts(columns, rate_hz, known, gyros):
         return [said for said in found if said]
     for name in gyros:
         x = columns[name]
-        found += [said for said in (level(name, x), counted(name, x), noise(name, x, rate_hz), radians(name, x)) if said][:1]
+        found += [
+            said
+            for said in (
+                level(name, x),
+                counted(name, x),
+                noise(name, x, rate_hz),
+                radians(name, x),
+            )
+            if said
+        ][:1]
     return [said for said in (*found, temperature(columns), gravity(columns)) if said]
 
 
@@ -49,15 +67,25 @@ def note(columns, rate_hz):
 
 def unit_of_time(rate_hz):
     """The unit in which stamps that were read as seconds would give a likely rate; None where none does."""
-    return next((unit for unit in ("ms", "us", "ns") if LIKELY_HZ[0] <= rate_hz / guess.SECONDS[unit] <= LIKELY_HZ[1]), None)
+    return next(
+        (
+            unit
+            for unit in ("ms", "us", "ns")
+            if LIKELY_HZ[0] <= rate_hz / guess.SECONDS[unit] <= LIKELY_HZ[1]
+        ),
+        None,
+    )
 
 
 def rate(rate_hz):
     if RATES_HZ[0] <= rate_hz <= RATES_HZ[1]:
         return None
     unit = unit_of_time(rate_hz)
-    instead = f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}" if unit else \
-        "Check the unit of the time (--unit time=UNIT) or --rate"
+    instead = (
+        f"If the time is in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz: use --unit time={unit}"
+        if unit
+        else "Check the unit of the time (--unit time=UNIT) or --rate"
+    )
     return f"implausible sample rate {rate_hz:.4g} Hz (gyros: {RATES_HZ[0]:g} Hz to {RATES_HZ[1] / 1e3:g} kHz). {instead}"
 
 
@@ -68,8 +96,10 @@ def stamps(time, rate_hz):
     unit = unit_of_time(rate_hz)
     if not unit or np.any(time != np.round(time)):
         return None
-    return (f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart; if they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
-            f"{rate_hz:.4g} Hz: use --unit time={unit}")
+    return (
+        f"the time stamps are whole numbers, {1 / rate_hz:.4g} apart; if they are in {unit}, the rate is {rate_hz / guess.SECONDS[unit]:.5g} Hz and not "
+        f"{rate_hz:.4g} Hz: use --unit time={unit}"
+    )
 
 
 def in_dps(name):
@@ -78,8 +108,11 @@ def in_dps(name):
 
 def level(name, x):
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64)))) * in_dps(name)
-    return f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT, with deg/s per count where it holds counts" \
-        if rms > LEVEL_DPS else None
+    return (
+        f"column {name}: implausible level {rms:.4g} deg/s rms (gyros: up to {LEVEL_DPS:g}). Use --unit gyro=UNIT, with deg/s per count where it holds counts"
+        if rms > LEVEL_DPS
+        else None
+    )
 
 
 def counted(name, x):
@@ -114,12 +147,20 @@ def radians(name, x):
         other, own, unit = near(step, LSB_DPS), near(step * deg, LSB_DPS), "deg/s"
     else:
         other, own, unit = near(step * deg, LSB_DPS), near(step, LSB_DPS), "rad/s"
-    return f"column {name}: its counts of {step:.4g} are those of a known sensor in {unit}; if so, use --unit gyro={unit}" if other and not own else None
+    return (
+        f"column {name}: its counts of {step:.4g} are those of a known sensor in {unit}; if so, use --unit gyro={unit}"
+        if other and not own
+        else None
+    )
 
 
 def temperature(columns):
     for name, values in columns.items():
-        if name.startswith("temp") and name.endswith("_degC") and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]:
+        if (
+            name.startswith("temp")
+            and name.endswith("_degC")
+            and not TEMPERATURES[0] <= float(np.median(values)) <= TEMPERATURES[1]
+        ):
             return f"column {name}: implausible temperature {float(np.median(values)):.4g} degC ({TEMPERATURES[0]:g} to {TEMPERATURES[1]:g}). Use --unit temp=UNIT, with degC per count where it holds counts"
     return None
 

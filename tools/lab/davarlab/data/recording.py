@@ -22,17 +22,24 @@ RATES_HZ = (1e-9, 1e9)  # that a gyro may have
 class Recording:
     """Columns by name (all of one length) on an even grid, and the sample rate. known: True where a sample was measured, None when all were;
     the values of the others are interpolated and stand for nothing. gaps: index of the first sample after each run of missing ones."""
+
     columns: dict
     rate_hz: float
     name: str = ""
     notes: dict = field(default_factory=dict)
     gaps: np.ndarray = field(default_factory=lambda: np.array([], int))
-    measured: dict = field(default_factory=dict)  # what was worked out of it before: observations, Allan deviations
+    measured: dict = field(
+        default_factory=dict
+    )  # what was worked out of it before: observations, Allan deviations
     known: object = None
     clock: object = None
     origin_ns: int = 0  # of the stamps: time_s is counted from it, where doubles alone would round it (Unix times)
-    as_recorded: bool = False  # its user says that rate, units and levels are right, however implausible
-    read_hz: float | None = None  # rate of the file, when the sensor measures less often and its repeats are left out
+    as_recorded: bool = (
+        False  # its user says that rate, units and levels are right, however implausible
+    )
+    read_hz: float | None = (
+        None  # rate of the file, when the sensor measures less often and its repeats are left out
+    )
 
     @property
     def samples(self):
@@ -48,7 +55,11 @@ class Recording:
         """Seconds from the first sample, on the grid; of an uneven clock by its stamps: a line goes on in time, not in samples. Not to be written to."""
         if "time" not in self.measured:
             uneven = self.clock and self.clock.kind == "uneven" and self.clock.places is not None
-            time = self.columns["time_s"] - self.columns["time_s"][0] if uneven else np.arange(self.samples) / self.rate_hz
+            time = (
+                self.columns["time_s"] - self.columns["time_s"][0]
+                if uneven
+                else np.arange(self.samples) / self.rate_hz
+            )
             for place, seconds in self.clock.cut if self.clock and not uneven else ():
                 time[place:] += seconds
             time.setflags(write=False)
@@ -65,11 +76,15 @@ class Recording:
         factors = TO_DPS | FORCE
         unit = next((unit for unit in factors if name.endswith("_" + unit)), None)
         if unit is None:
-            raise BadInput(f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)")
+            raise BadInput(
+                f"{self.name}: column {name} is not in deg/s or rad/s (its name must end in _dps or _rad_s)"
+            )
         rate = self.column(name) * factors[unit]
         spread = float(np.ptp(rate))
         if spread and not SPREAD_DPS[0] < spread < SPREAD_DPS[1]:
-            raise BadInput(f"{self.name}: column {name}: values {spread:.3g} deg/s apart are no gyro's")
+            raise BadInput(
+                f"{self.name}: column {name}: values {spread:.3g} deg/s apart are no gyro's"
+            )
         return rate
 
 
@@ -89,7 +104,10 @@ def on_grid(columns, found):
         return columns, None
     known = np.zeros(found.places[-1] + 1, bool)
     known[found.places] = True
-    return {name: filled(column if found.rows is None else column[found.rows], known) for name, column in columns.items()}, known
+    return {
+        name: filled(column if found.rows is None else column[found.rows], known)
+        for name, column in columns.items()
+    }, known
 
 
 def gaps_of(known):
@@ -109,7 +127,9 @@ def of_columns(columns, rate_hz, path, notes, line):
     columns, known, found = gridded(columns, rate_hz, path, line)
     if not RATES_HZ[0] < found.rate_hz < RATES_HZ[1]:
         raise BadInput(f"{path}: column time_s says {found.rate_hz:g} samples per second")
-    return Recording(columns, found.rate_hz, str(path), notes, gaps_of(known), known=known, clock=found)
+    return Recording(
+        columns, found.rate_hz, str(path), notes, gaps_of(known), known=known, clock=found
+    )
 
 
 def at_own_rate(made):
@@ -126,7 +146,16 @@ def at_own_rate(made):
     if not own:
         return made
     columns, known = on_grid({name: column[fresh] for name, column in made.columns.items()}, own)
-    return replace(made, columns=columns, rate_hz=own.rate_hz, gaps=gaps_of(known), known=known, clock=own, read_hz=made.rate_hz, measured={})
+    return replace(
+        made,
+        columns=columns,
+        rate_hz=own.rate_hz,
+        gaps=gaps_of(known),
+        known=known,
+        clock=own,
+        read_hz=made.rate_hz,
+        measured={},
+    )
 
 
 def read(path, rate_hz=None):
@@ -153,12 +182,19 @@ def write_columns(columns, notes, path, origin_ns=0):
 
 def text_of(columns, notes, origin_ns):
     """The bytes of a CSV recording, a piece at a time."""
-    yield ("".join(f"# {printable(key)}: {printable(value)}\n" for key, value in notes.items()) + ",".join(columns) + "\n").encode()
+    yield (
+        "".join(f"# {printable(key)}: {printable(value)}\n" for key, value in notes.items())
+        + ",".join(columns)
+        + "\n"
+    ).encode()
     row = ",".join("%s" if name == "time_s" else "%.9g" for name in columns) + "\n"
     count = len(next(iter(columns.values())))
     for first in range(0, count, WRITTEN):
-        pieces = [column[first:first + WRITTEN] for column in columns.values()]
-        lists = [stamps_text(piece, origin_ns) if name == "time_s" else piece.tolist() for name, piece in zip(columns, pieces)]
+        pieces = [column[first : first + WRITTEN] for column in columns.values()]
+        lists = [
+            stamps_text(piece, origin_ns) if name == "time_s" else piece.tolist()
+            for name, piece in zip(columns, pieces)
+        ]
         values = [value for together in zip(*lists) for value in together]
         yield (row * len(lists[0]) % tuple(values)).encode()
 
@@ -166,7 +202,10 @@ def text_of(columns, notes, origin_ns):
 def stamps_text(seconds, origin_ns):
     """Stamps since an origin, as text."""
     if not origin_ns:
-        return [f"{value:.9f}".rstrip("0").rstrip(".") for value in np.asarray(seconds, np.float64).tolist()]
+        return [
+            f"{value:.9f}".rstrip("0").rstrip(".")
+            for value in np.asarray(seconds, np.float64).tolist()
+        ]
     whole = origin_ns + np.round(np.asarray(seconds, np.float64) * 1e9).astype(np.int64)
     return [f"{'-' * (ns < 0)}{abs(ns) // 10**9}.{abs(ns) % 10**9:09d}" for ns in whole.tolist()]
 

@@ -13,6 +13,7 @@ CHANCE = 1e-6  # of a sensor without repeats, per recording
 @dataclass
 class Repeats:
     """equal: True where a sample repeats the one before on all axes of the gyro; share: of the samples; chance: the share that counts explain."""
+
     equal: object
     share: float
     chance: float
@@ -25,7 +26,9 @@ def chance_of_equal(x, known):
         return None
     steps = np.abs(np.diff(x))[known[1:] & known[:-1]]
     step = signals.count_of(x[known])
-    if not step:  # counts that hardly ever meet: of the finest step there is, up or down, as often as none
+    if (
+        not step
+    ):  # counts that hardly ever meet: of the finest step there is, up or down, as often as none
         finest = np.min(steps[steps > 1e-9 * np.ptp(x[known])])
         return float(max(np.mean(np.round(steps / finest) == size) for size in (1, 2))) / 2
     sizes = np.round(steps / step)
@@ -45,6 +48,11 @@ def find(columns, known):
         by_counts = chance_of_equal(x, known)
         chance *= 1.0 if by_counts is None else by_counts
     count, tries = np.count_nonzero(equal), np.count_nonzero(both)
-    if chance > 0.1 or count < 5 or count < 1.5 * chance * tries or stats.binom.logsf(count - 1, tries, chance) > np.log(CHANCE):
+    if (
+        chance > 0.1
+        or count < 5
+        or count < 1.5 * chance * tries
+        or stats.binom.logsf(count - 1, tries, chance) > np.log(CHANCE)
+    ):
         return None
     return Repeats(equal, count / tries, chance)

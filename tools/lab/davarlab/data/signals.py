@@ -12,13 +12,15 @@ SINGLE_ORDINATES = 80
 BIN_RATIO = 1.04
 TOP_RATIO = 1.08  # towards half the sample rate, where a digital filter may have a zero
 TOP_NEAREST = 512
-BAND_STEPS = np.concatenate([np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)])  # edges about a line, in half widths
+BAND_STEPS = np.concatenate(
+    [np.arange(0.25, 4, 0.5), 4 * 1.2 ** np.arange(20)]
+)  # edges about a line, in half widths
 
 
 def foretold(x):
     """Does each sample follow from those before it, but for the rounding of the numbers: a counter, a pure sine, a pattern that repeats."""
     rows = np.lib.stride_tricks.sliding_window_view(x - x.mean(), MEMORY + 1)
-    rows = rows[::max(1, len(rows) // ASKED)]
+    rows = rows[:: max(1, len(rows) // ASKED)]
     best = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
     return bool(np.std(rows[:, -1] - rows[:, :-1] @ best) < ROUNDING * np.std(x))
 
@@ -49,9 +51,23 @@ def bin_edges(ordinates, bands=()):
     count = int(np.log(ordinates / first) / np.log(BIN_RATIO)) + 2
     grown = np.round(np.geomspace(first, ordinates, count)).astype(int)
     nearest = max(first, ordinates // TOP_NEAREST)
-    top = np.round(nearest * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))) if 2 * nearest < ordinates else []
-    fine = [np.round(centre + np.concatenate([-BAND_STEPS, BAND_STEPS]) * width).astype(int) for centre, width in bands]
-    edges = np.unique(np.concatenate([np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates], *fine]))
+    top = (
+        np.round(
+            nearest
+            * TOP_RATIO ** np.arange(int(np.log(ordinates / nearest / 2) / np.log(TOP_RATIO)))
+        )
+        if 2 * nearest < ordinates
+        else []
+    )
+    fine = [
+        np.round(centre + np.concatenate([-BAND_STEPS, BAND_STEPS]) * width).astype(int)
+        for centre, width in bands
+    ]
+    edges = np.unique(
+        np.concatenate(
+            [np.arange(first), grown, ordinates - np.asarray(top, int), [ordinates], *fine]
+        )
+    )
     return edges[(edges >= 0) & (edges <= ordinates)]
 
 
@@ -61,12 +77,14 @@ def denoised(x):
     mean = x.mean()
     c = transform(x - mean)
     power = c[1:] ** 2
-    floor = power[len(power) // 2:].mean()
+    floor = power[len(power) // 2 :].mean()
     edges = np.unique(np.round(np.geomspace(1, len(power) + 1, 60)).astype(int)) - 1
     level = np.add.reduceat(power, edges[:-1]) / np.diff(edges)
     keep = np.clip(1 - 1.5 * floor / np.maximum(level, 1e-300), 0, 1)
     seen = np.flatnonzero(keep > 0.3)
-    keep[seen[-1] + 1 if len(seen) else 0:] = 0  # single low ordinates may be empty: those of a ramp are, every other one
+    keep[seen[-1] + 1 if len(seen) else 0 :] = (
+        0  # single low ordinates may be empty: those of a ramp are, every other one
+    )
     c[1:] *= np.repeat(keep, np.diff(edges))
     return inverse(c) + mean
 
@@ -74,7 +92,9 @@ def denoised(x):
 def count_of(x):
     """The step in which x comes: the least distance between two of its values, where they repeat; 0 where hardly any does."""
     steps = np.diff(np.sort(x))
-    steps = steps[steps > 1e-9 * (x.max(initial=-np.inf) - x.min(initial=np.inf))]  # sums of counts differ by their rounding
+    steps = steps[
+        steps > 1e-9 * (x.max(initial=-np.inf) - x.min(initial=np.inf))
+    ]  # sums of counts differ by their rounding
     return float(steps.min()) if 0 < len(steps) < len(x) / 20 else 0.0
 
 
@@ -89,29 +109,45 @@ def sudden_changes(square, second):
     level = np.log(np.maximum(ndimage.median_filter(square, 10 * second, mode="nearest"), 1e-30))
     change = np.abs(level[second:] - level[:-second])
     peak = (change > np.log(SUDDEN)) & (change == ndimage.maximum_filter1d(change, 4 * second + 1))
-    return np.unique([likely_change(square, place + second // 2, 2 * second) for place in np.flatnonzero(peak)]).astype(int)
+    return np.unique(
+        [likely_change(square, place + second // 2, 2 * second) for place in np.flatnonzero(peak)]
+    ).astype(int)
 
 
 def likely_change(square, place, reach):
     """The most likely place, within `reach` samples, of one change of the variance."""
     low = max(0, place - 2 * reach)
-    total = np.cumsum(square[low:place + 2 * reach])
+    total = np.cumsum(square[low : place + 2 * reach])
     before = np.arange(max(1, place - reach - low), min(len(total), place + reach - low))
     first, rest = total[before - 1], total[-1] - total[before - 1]
     after = len(total) - before
-    loss = before * np.log(np.maximum(first / before, 1e-30)) + after * np.log(np.maximum(rest / after, 1e-30))
+    loss = before * np.log(np.maximum(first / before, 1e-30)) + after * np.log(
+        np.maximum(rest / after, 1e-30)
+    )
     return low + int(before[np.argmin(loss)])
 
 
 def mean_square_between(x, second, window):
     """As local_mean_square of what moves faster than a second, but never across a sudden change of vibration."""
     square = high_passed(x, second) ** 2 * second / max(second - 1, 1)
-    parts = np.split(square, sudden_changes(np.diff(x, prepend=x[0]) ** 2, second))  # differences know nothing of what is to come
-    return np.concatenate([ndimage.uniform_filter1d(part, min(window, len(part)), mode="reflect") for part in parts if len(part)])
+    parts = np.split(
+        square, sudden_changes(np.diff(x, prepend=x[0]) ** 2, second)
+    )  # differences know nothing of what is to come
+    return np.concatenate(
+        [
+            ndimage.uniform_filter1d(part, min(window, len(part)), mode="reflect")
+            for part in parts
+            if len(part)
+        ]
+    )
 
 
 def local_mean_square(x, window):
     """Of what moves faster than the window, per sample; the mean that is taken off counts as one of its degrees of freedom.
     At a slow rate the window is as short as still shows a scatter."""
     window = max(window, SHORTEST)
-    return ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest") * window / max(window - 1, 1)
+    return (
+        ndimage.uniform_filter1d(high_passed(x, window) ** 2, window, mode="nearest")
+        * window
+        / max(window - 1, 1)
+    )

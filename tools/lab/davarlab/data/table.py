@@ -18,14 +18,24 @@ from . import guess, signals
 LARGEST = 1e30  # whose square is still a number, and which no sensor says
 BLOCK_BYTES = 1 << 22
 FAR = 1e6  # from 0, beyond which a time is kept as a whole origin and what is above it: a double alone has Unix times to 0.24 us
-FORMS = {"whole": r"[+-]?[0-8]?\d{1,18}", "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}", "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?"}
+FORMS = {
+    "whole": r"[+-]?[0-8]?\d{1,18}",
+    "decimal": r"[+-]?\d{1,9}\d?[.,]\d{1,9}",
+    "date": r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d{1,9})?Z?",
+}
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-UNNAMED = re.compile('[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]')  # what no name of a column holds
+UNNAMED = re.compile(
+    '[,"\x00-\x1f\x7f-\x9f\u2028\u2029\ufeff\ud800-\udfff]'
+)  # what no name of a column holds
 SHOWN = 80  # characters of a field in a message
 UNPACKED_BYTES, UNPACKED_TIMES = 64 << 20, 100  # of a gzip file
 LINE_BYTES = 1 << 20  # of the longest line that a table may have
 SAFE = 1 << 62  # whole numbers below it can be taken from each other in 64 bits
-RESULTS = {"epoch", "window_samples", "arw_deg_per_sqrt_h"}  # columns that davar-sim and `davarlab live --record` write, and no sensor
+RESULTS = {
+    "epoch",
+    "window_samples",
+    "arw_deg_per_sqrt_h",
+}  # columns that davar-sim and `davarlab live --record` write, and no sensor
 
 
 class Unpacked(gzip.GzipFile):
@@ -33,11 +43,16 @@ class Unpacked(gzip.GzipFile):
 
     def __init__(self, raw, path):
         super().__init__(fileobj=raw)
-        self.path, self.most = path, max(UNPACKED_BYTES, UNPACKED_TIMES * os.fstat(raw.fileno()).st_size)
+        self.path, self.most = (
+            path,
+            max(UNPACKED_BYTES, UNPACKED_TIMES * os.fstat(raw.fileno()).st_size),
+        )
 
     def believed(self, text):
         if self.tell() > self.most:
-            raise BadInput(f"{self.path}: gzip data of more than 64 MiB and 100 times its size; not a recording (if it is one, unpack it first)")
+            raise BadInput(
+                f"{self.path}: gzip data of more than 64 MiB and 100 times its size; not a recording (if it is one, unpack it first)"
+            )
         return text
 
     def read(self, size=-1):
@@ -88,13 +103,20 @@ def check_length(row, where):
 
 def is_name(name):
     """Can a header of commas hold it, and does it come back as it is?"""
-    return bool(name) and name == name.strip() and not name.startswith("#") and not UNNAMED.search(name)
+    return (
+        bool(name)
+        and name == name.strip()
+        and not name.startswith("#")
+        and not UNNAMED.search(name)
+    )
 
 
 def check_names(names, where):
     """Every column has a name of its own, and they are those of samples."""
     if set(names) >= RESULTS:
-        raise BadInput(f"{where}: results of davar-sim or davarlab live, one row per epoch; the samples that they were made from are needed")
+        raise BadInput(
+            f"{where}: results of davar-sim or davarlab live, one row per epoch; the samples that they were made from are needed"
+        )
     met = set()
     for name in names:
         if not name:
@@ -119,7 +141,9 @@ def split(row, separator):
         fields = row.split()
     elif '"' in row:
         try:
-            fields = next(csv.reader([row], delimiter=separator, skipinitialspace=True, strict=True))
+            fields = next(
+                csv.reader([row], delimiter=separator, skipinitialspace=True, strict=True)
+            )
         except csv.Error:
             fields = row.split(separator)
     else:
@@ -131,6 +155,7 @@ def split(row, separator):
 class Form:
     """How the rows of a file are to be read: its names and separator, a decimal comma or point, and which column is its time, in what form (of
     FORMS, "" for a plain number), counted from what origin (whole, in the unit of the column)."""
+
     names: list
     separator: str
     decimal: str = "."
@@ -152,16 +177,35 @@ class Form:
 
 def form_of(names, separator, block):
     """Of a file by its first row of numbers."""
-    first = next((line for line in block.split(b"\n") if line.strip()), b"").decode("utf-8", errors="replace").strip()
-    quoted = first if separator != "," else " ".join(re.findall(r'"[^"]*"', first))  # between commas a decimal comma stands in quotes
+    first = (
+        next((line for line in block.split(b"\n") if line.strip()), b"")
+        .decode("utf-8", errors="replace")
+        .strip()
+    )
+    quoted = (
+        first if separator != "," else " ".join(re.findall(r'"[^"]*"', first))
+    )  # between commas a decimal comma stands in quotes
     found = Form(names, separator, "," if re.search(r"\d,\d", quoted) else ".")
-    found.time = next((name for name in names if name == "time_s"), next((name for name in names if guess.quantity_of(name) == "time"), ""))
+    found.time = next(
+        (name for name in names if name == "time_s"),
+        next((name for name in names if guess.quantity_of(name) == "time"), ""),
+    )
     fields = found.of(first)
     if found.time and len(fields) == len(names):
         value = fields[names.index(found.time)]
-        kind = next((kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value, re.ASCII)), "")
-        with contextlib.suppress(ValueError):  # what is no time is said with its line, when the rows are read
-            origin = date_ns(value) // 10**9 if kind == "date" else int(Decimal(found.number(value))) if abs(float(found.number(value))) < LARGEST else 0
+        kind = next(
+            (kind for kind, pattern in FORMS.items() if re.fullmatch(pattern, value, re.ASCII)), ""
+        )
+        with contextlib.suppress(
+            ValueError
+        ):  # what is no time is said with its line, when the rows are read
+            origin = (
+                date_ns(value) // 10**9
+                if kind == "date"
+                else int(Decimal(found.number(value)))
+                if abs(float(found.number(value))) < LARGEST
+                else 0
+            )
             if kind == "date" or FAR < abs(origin) < SAFE:
                 found.kind, found.origin = kind, origin
     return found
@@ -181,8 +225,12 @@ def date_ns(text):
 def types_of(form):
     """The pyarrow type of each column."""
     from pyarrow import decimal128, float64, int64, timestamp
+
     times = {"whole": int64(), "decimal": decimal128(28, 9), "date": timestamp("ns", "UTC")}
-    return {name: times[form.kind] if name == form.time and form.kind else float64() for name in form.names}
+    return {
+        name: times[form.kind] if name == form.time and form.kind else float64()
+        for name in form.names
+    }
 
 
 def since(column, form):
@@ -191,13 +239,15 @@ def since(column, form):
         ticks, unit = column.to_numpy(), 1
     else:
         pieces, unit = [], 10**9
-        for chunk in column.chunks:  # 16 bytes each, of which the lower 8 hold what fits in them; or 8
+        for (
+            chunk
+        ) in column.chunks:  # 16 bytes each, of which the lower 8 hold what fits in them; or 8
             words = np.frombuffer(chunk.buffers()[1], np.int64)
             if form.kind == "decimal":
                 if np.any(words[1::2] != words[::2] >> 63):
                     return None
                 words = words[::2]
-            pieces.append(words[chunk.offset:chunk.offset + len(chunk)])
+            pieces.append(words[chunk.offset : chunk.offset + len(chunk)])
         ticks = np.concatenate(pieces)
     origin = form.origin * unit
     if abs(origin) >= SAFE or np.any((ticks >= SAFE) | (ticks <= -SAFE)):
@@ -208,17 +258,35 @@ def since(column, form):
 def parsed(block, form):
     """The numbers of a block, one array per name; None where a row is not as it should be, or not as pyarrow takes numbers."""
     from pyarrow import ArrowInvalid, BufferReader, csv
+
     if block.startswith("\ufeff".encode()):  # which pyarrow leaves out
         return None
     try:
-        found = csv.read_csv(BufferReader(block), csv.ReadOptions(use_threads=False, block_size=len(block) + 1, column_names=form.names),
-                             csv.ParseOptions(delimiter=form.separator, quote_char='"' if b'"' in block else False, double_quote=False),
-                             csv.ConvertOptions(column_types=types_of(form), null_values=[], decimal_point=form.decimal))
+        found = csv.read_csv(
+            BufferReader(block),
+            csv.ReadOptions(use_threads=False, block_size=len(block) + 1, column_names=form.names),
+            csv.ParseOptions(
+                delimiter=form.separator,
+                quote_char='"' if b'"' in block else False,
+                double_quote=False,
+            ),
+            csv.ConvertOptions(
+                column_types=types_of(form), null_values=[], decimal_point=form.decimal
+            ),
+        )
     except ArrowInvalid:
         return None
-    columns = [since(column, form) if name == form.time and form.kind else column.to_numpy() - (form.origin if name == form.time else 0)
-               for name, column in zip(form.names, found.columns)]
-    return columns if all(column is not None and (np.abs(column) < LARGEST).all() for column in columns) else None
+    columns = [
+        since(column, form)
+        if name == form.time and form.kind
+        else column.to_numpy() - (form.origin if name == form.time else 0)
+        for name, column in zip(form.names, found.columns)
+    ]
+    return (
+        columns
+        if all(column is not None and (np.abs(column) < LARGEST).all() for column in columns)
+        else None
+    )
 
 
 def joined(parts, narrow):
@@ -227,7 +295,7 @@ def joined(parts, narrow):
     out = np.empty(sum(map(len, parts)), kind)
     place = 0
     for index, part in enumerate(parts):
-        out[place:place + len(part)] = part
+        out[place : place + len(part)] = part
         place, parts[index] = place + len(part), None
     return out
 
@@ -237,16 +305,27 @@ def read_columns(stream, names, line, path, separator=","):
     parts, rows, form = [[] for _ in names], 0, None
     for block in blocks(stream, line, path):
         form = form or form_of(names, separator, block)
-        block = re.sub(rb"(?m)^ +| +(?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", block)) if separator == " " else block
+        block = (
+            re.sub(rb"(?m)^ +| +(?=\r?$)", b"", re.sub(rb"[ \t]+", b" ", block))
+            if separator == " "
+            else block
+        )
         found = parsed(block, form)
         found = by_row(block, form, line, path) if found is None else found
         rows += len(found[0])
         line += block.count(b"\n")
         for name, part, column in zip(names, parts, found):
-            part.append(column if name == form.time or rows < signals.NARROW_FROM else column.astype(np.float32))
+            part.append(
+                column
+                if name == form.time or rows < signals.NARROW_FROM
+                else column.astype(np.float32)
+            )
     if not rows:
         raise BadInput(f"{path}: no samples")
-    return {name: joined(part, rows >= signals.NARROW_FROM and name != form.time) for name, part in zip(names, parts)}, form
+    return {
+        name: joined(part, rows >= signals.NARROW_FROM and name != form.time)
+        for name, part in zip(names, parts)
+    }, form
 
 
 def by_row(block, form, line, path):
@@ -285,6 +364,7 @@ def above(field, form):
 class Table:
     """columns: name -> numbers; line: of the header; time: the column that is taken for the time ("" for none), which counts from origin, a
     whole number of its unit."""
+
     notes: dict
     columns: dict
     line: int
@@ -294,7 +374,14 @@ class Table:
 
 def separated(row, separators, below):
     """(separator, names): the first of the separators that the header holds; spaces where the row below has as many fields."""
-    separator = next((one for one in separators if one in row and (one != " " or len(row.split()) == len(below.split()) > 1)), ",")
+    separator = next(
+        (
+            one
+            for one in separators
+            if one in row and (one != " " or len(row.split()) == len(below.split()) > 1)
+        ),
+        ",",
+    )
     return separator, [name.strip('"').strip() for name in split(row, separator)]
 
 
@@ -302,7 +389,11 @@ def read(path, separators=",", naming=lambda names, where: names):
     """The Table in a file; the first of the separators that its header holds is the file's."""
     with opened(path) as stream:
         notes, row, line = header(stream, path)
-        below = stream.peek(1 << 12).split(b"\n")[0].decode("utf-8", errors="replace") if " " in separators else ""
+        below = (
+            stream.peek(1 << 12).split(b"\n")[0].decode("utf-8", errors="replace")
+            if " " in separators
+            else ""
+        )
         separator, names = separated(row, separators, below)
         check_names(names, f"{path}:{line}")
         columns, form = read_columns(stream, naming(names, path), line, path, separator)

@@ -15,11 +15,35 @@ from . import diagnose, improve, oracle
 
 RATE_HZ, COLUMN = 50.0, "gyro_z_dps"
 HARD = 0.4
-HIDDEN = ("quantization", "rate_random_walk", "rate_ramp", "gauss_markov", "sinusoid", "low_pass", "temperature",
-          "temperature_rate", "g_sensitivity", "vibration_noise", "vibration_rectification", "warm_up", "telegraph_noise",
-          "noise_step", "shocks", "bias_step", "intermittent_line", "narrow_band", "moving_average")
-PAIRS = (("temperature", "sinusoid"), ("gauss_markov", "vibration_noise"), ("low_pass", "rate_ramp"),
-         ("g_sensitivity", "shocks"), ("quantization", "warm_up"), ("noise_step", "rate_random_walk"))
+HIDDEN = (
+    "quantization",
+    "rate_random_walk",
+    "rate_ramp",
+    "gauss_markov",
+    "sinusoid",
+    "low_pass",
+    "temperature",
+    "temperature_rate",
+    "g_sensitivity",
+    "vibration_noise",
+    "vibration_rectification",
+    "warm_up",
+    "telegraph_noise",
+    "noise_step",
+    "shocks",
+    "bias_step",
+    "intermittent_line",
+    "narrow_band",
+    "moving_average",
+)
+PAIRS = (
+    ("temperature", "sinusoid"),
+    ("gauss_markov", "vibration_noise"),
+    ("low_pass", "rate_ramp"),
+    ("g_sensitivity", "shocks"),
+    ("quantization", "warm_up"),
+    ("noise_step", "rate_random_walk"),
+)
 
 
 def drawn(kind, rng, scale):
@@ -30,29 +54,63 @@ def drawn(kind, rng, scale):
         "quantization": lambda: {"coefficient_deg": scale * u(2e-4, 6e-4)},
         "rate_random_walk": lambda: {"coefficient_deg_per_h_per_sqrt_h": scale * u(40, 80)},
         "rate_ramp": lambda: {"coefficient_deg_per_h2": sign * scale * u(60, 120)},
-        "gauss_markov": lambda: {"std_dps": scale * u(0.003, 0.008), "correlation_time_s": float(np.exp(u(np.log(2), np.log(60))))},
-        "sinusoid": lambda: {"amplitude_dps": scale * u(0.002, 0.02), "frequency_hz": float(np.exp(u(np.log(0.01), np.log(20))))},
-        "low_pass": lambda: {"cutoff_hz": u(4, 15) / scale ** 0.5},
+        "gauss_markov": lambda: {
+            "std_dps": scale * u(0.003, 0.008),
+            "correlation_time_s": float(np.exp(u(np.log(2), np.log(60)))),
+        },
+        "sinusoid": lambda: {
+            "amplitude_dps": scale * u(0.002, 0.02),
+            "frequency_hz": float(np.exp(u(np.log(0.01), np.log(20)))),
+        },
+        "low_pass": lambda: {"cutoff_hz": u(4, 15) / scale**0.5},
         "temperature": lambda: {"coefficient_dps_per_degC": sign * scale * u(0.008, 0.02)},
         "temperature_rate": lambda: {"coefficient_dps_per_degC_per_s": sign * scale * u(0.5, 2)},
-        "g_sensitivity": lambda: {"coefficient_dps_per_g": sign * scale * u(0.3, 1.0), "axis": axis},
+        "g_sensitivity": lambda: {
+            "coefficient_dps_per_g": sign * scale * u(0.3, 1.0),
+            "axis": axis,
+        },
         "vibration_noise": lambda: {"coefficient_dps_per_g": scale * u(0.4, 1.0), "axis": axis},
-        "vibration_rectification": lambda: {"coefficient_dps_per_g2": sign * scale * u(3, 8), "axis": axis},
-        "warm_up": lambda: {"amplitude_dps": sign * scale * u(0.03, 0.06), "time_constant_s": u(200, 1200)},
-        "telegraph_noise": lambda: {"amplitude_dps": scale * u(0.005, 0.01), "mean_dwell_s": u(30, 150)},
-        "noise_step": lambda: (lambda start: {"start_s": start, "stop_s": start + u(300, 2000), "ratio": 1 + scale * u(0.4, 1.0)})(u(500, 5000)),
+        "vibration_rectification": lambda: {
+            "coefficient_dps_per_g2": sign * scale * u(3, 8),
+            "axis": axis,
+        },
+        "warm_up": lambda: {
+            "amplitude_dps": sign * scale * u(0.03, 0.06),
+            "time_constant_s": u(200, 1200),
+        },
+        "telegraph_noise": lambda: {
+            "amplitude_dps": scale * u(0.005, 0.01),
+            "mean_dwell_s": u(30, 150),
+        },
+        "noise_step": lambda: (
+            lambda start: {
+                "start_s": start,
+                "stop_s": start + u(300, 2000),
+                "ratio": 1 + scale * u(0.4, 1.0),
+            }
+        )(u(500, 5000)),
         "shocks": lambda: {"rate_per_hour": u(8, 40), "amplitude_dps": scale * u(0.4, 1.0)},
-        "narrow_band": lambda: {"std_dps": scale * u(0.01, 0.03), "frequency_hz": u(3, 20), "half_width_hz": u(0.1, 0.5)},
+        "narrow_band": lambda: {
+            "std_dps": scale * u(0.01, 0.03),
+            "frequency_hz": u(3, 20),
+            "half_width_hz": u(0.1, 0.5),
+        },
         "moving_average": lambda: {"samples": 1 + u(0.5, 2) * scale},
         "bias_step": lambda: {"time_s": u(1000, 6000), "step_dps": sign * scale * u(0.012, 0.03)},
-        "intermittent_line": lambda: (lambda start: {"frequency_hz": float(np.exp(u(np.log(0.5), np.log(20)))), "amplitude_dps": scale * u(0.006, 0.02),
-                                                     "start_s": start, "stop_s": start + u(100, 1500)})(u(500, 5000)),
+        "intermittent_line": lambda: (
+            lambda start: {
+                "frequency_hz": float(np.exp(u(np.log(0.5), np.log(20)))),
+                "amplitude_dps": scale * u(0.006, 0.02),
+                "start_s": start,
+                "stop_s": start + u(100, 1500),
+            }
+        )(u(500, 5000)),
     }[kind]()
 
 
 def sweep(t, rng):
     low = rng.uniform(0.1, 2)
-    return 0.01 * np.sin(2 * np.pi * (low * t + 0.5 * 2 * low / t[-1] * t ** 2))
+    return 0.01 * np.sin(2 * np.pi * (low * t + 0.5 * 2 * low / t[-1] * t**2))
 
 
 def breathing_noise(t, rng):
@@ -70,15 +128,22 @@ def scenarios(size):
     """name -> kinds in it; names of effects outside the table have none."""
     single = {kind: [kind] for kind in HIDDEN}
     pairs = {" + ".join(pair): list(pair) for pair in PAIRS} if size == "visible" else {}
-    return {"none": [], **single, **pairs, **({name: None for name in OUTSIDE} if size == "visible" else {})}
+    return {
+        "none": [],
+        **single,
+        **pairs,
+        **(dict.fromkeys(OUTSIDE) if size == "visible" else {}),
+    }
 
 
 def one(job):
     """One recording: what was in it and what was said."""
     name, kinds, size, seed = job
     rng = np.random.default_rng([seed, sum(map(ord, name))])
-    base = [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
-            Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)})]
+    base = [
+        Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
+        Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)}),
+    ]
     hidden = [Term(kind, drawn(kind, rng, HARD if size == "hard" else 1.0)) for kind in kinds or []]
     recording = simulate.make(base + hidden, RATE_HZ, COLUMN, seed=int(rng.integers(1 << 31)))
     if kinds is None:
@@ -87,7 +152,12 @@ def one(job):
     found = diagnose.diagnose(recording, Model(RATE_HZ, COLUMN, base))
     spent = time.perf_counter() - begin
     result = improve.improved(recording, Model(RATE_HZ, COLUMN, base), found)
-    truth = {(t.kind, k): v for t in base + hidden for k, v in t.parameters.items() if not isinstance(v, str)}
+    truth = {
+        (t.kind, k): v
+        for t in base + hidden
+        for k, v in t.parameters.items()
+        if not isinstance(v, str)
+    }
     covered = {}
     if kinds is not None and sorted(result.added) == sorted(kinds):
         for term, entry in zip(result.model.terms, result.estimates):
@@ -95,12 +165,24 @@ def one(job):
                 if (term.kind, key) in truth and e.low is not None:
                     covered[f"{term.kind}.{key}"] = bool(e.low <= truth[term.kind, key] <= e.high)
     last = result.steps[-1]
-    return {"name": name, "seed": seed, "kinds": kinds, "verdict": result.verdict, "added": result.added,
-            "first": found.ranking[0].kind, "p_value": result.judgement.p_value, "given_p": result.steps[0].p_value,
-            "covered": covered, "seconds": spent, "before": result.steps[0].error, "after": last.error,
-            "floor": last.error_floor, "oracle_gain": oracle.gain(hidden[0], base, recording) if len(hidden) == 1 else None,
-            "alternatives": [one.kind for one in found.alternatives],
-            "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01}}
+    return {
+        "name": name,
+        "seed": seed,
+        "kinds": kinds,
+        "verdict": result.verdict,
+        "added": result.added,
+        "first": found.ranking[0].kind,
+        "p_value": result.judgement.p_value,
+        "given_p": result.steps[0].p_value,
+        "covered": covered,
+        "seconds": spent,
+        "before": result.steps[0].error,
+        "after": last.error,
+        "floor": last.error_floor,
+        "oracle_gain": oracle.gain(hidden[0], base, recording) if len(hidden) == 1 else None,
+        "alternatives": [one.kind for one in found.alternatives],
+        "tests": {k: v for k, v in found.states[-1].adequacy.tests.items() if v < 0.01},
+    }
 
 
 def right(row):
@@ -114,15 +196,23 @@ def right(row):
 def run(seeds, size, only, jobs, progress):
     unknown = set(only.split(",") if only else []) - set(scenarios(size))
     if unknown:
-        raise BadInput(f"--only: no scenario {min(unknown)!r} of size {size} (there are: {', '.join(scenarios(size))})")
-    chosen = {name: kinds for name, kinds in scenarios(size).items() if not only or name in only.split(",")}
+        raise BadInput(
+            f"--only: no scenario {min(unknown)!r} of size {size} (there are: {', '.join(scenarios(size))})"
+        )
+    chosen = {
+        name: kinds
+        for name, kinds in scenarios(size).items()
+        if not only or name in only.split(",")
+    }
     work = [(name, kinds, size, seed) for name, kinds in chosen.items() for seed in seeds]
     rows = []
     with Pool(min(jobs, len(work))) as pool:
         for row in pool.imap(one, work):
             rows.append(row)
             if not right(row):
-                progress(f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first {row['first']} p {row['p_value']:.2g} {row['tests']}")
+                progress(
+                    f"{row['name']} {row['seed']}: {row['verdict']} {row['added']} first {row['first']} p {row['p_value']:.2g} {row['tests']}"
+                )
             if len(rows) % max(1, len(seeds)) == 0:
                 progress(f"{len(rows)} of {len(work)}")
     return summary(rows, seeds, size)
@@ -146,39 +236,76 @@ def summary(rows, seeds, size):
     confusion = {}
     for row in rows:
         entry = confusion.setdefault(row["name"], {})
-        said = " + ".join(row["added"]) if row["verdict"] not in ("unknown", "none") else row["verdict"]
+        said = (
+            " + ".join(row["added"])
+            if row["verdict"] not in ("unknown", "none")
+            else row["verdict"]
+        )
         entry[said] = entry.get(said, 0) + 1
-    return {"size": size, "seeds": len(seeds), "whole_right": share(right(r) for r in known),
-            "first_right": share(r["first"] in r["kinds"] for r in known), "clean_kept": share(right(r) for r in clean),
-            "outside_unknown": share(right(r) for r in outside),
-            "true_models_rejected_at_5_percent": share(r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None),
-            "coverage": share(pooled), "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(covered.items())},
-            "callable_named": share(set(r["kinds"]) <= set(r["added"]) for r in rows if (r["oracle_gain"] or 0) > oracle.CALLABLE), "oracle": against_oracle(rows),
-            "error_over_floor_median": float(np.median(solved)) if solved else None,
-            "error_over_floor_95": float(np.percentile(solved, 95)) if solved else None,
-            "seconds_median": float(np.median([r["seconds"] for r in rows])),
-            "seconds_worst": float(max(r["seconds"] for r in rows)), "confusion": confusion}
+    return {
+        "size": size,
+        "seeds": len(seeds),
+        "whole_right": share(right(r) for r in known),
+        "first_right": share(r["first"] in r["kinds"] for r in known),
+        "clean_kept": share(right(r) for r in clean),
+        "outside_unknown": share(right(r) for r in outside),
+        "true_models_rejected_at_5_percent": share(
+            r["p_value"] < 0.05 for r in rows if right(r) and r["kinds"] is not None
+        ),
+        "coverage": share(pooled),
+        "coverage_by_parameter": {k: [share(v), len(v)] for k, v in sorted(covered.items())},
+        "callable_named": share(
+            set(r["kinds"]) <= set(r["added"])
+            for r in rows
+            if (r["oracle_gain"] or 0) > oracle.CALLABLE
+        ),
+        "oracle": against_oracle(rows),
+        "error_over_floor_median": float(np.median(solved)) if solved else None,
+        "error_over_floor_95": float(np.percentile(solved, 95)) if solved else None,
+        "seconds_median": float(np.median([r["seconds"] for r in rows])),
+        "seconds_worst": float(max(r["seconds"] for r in rows)),
+        "confusion": confusion,
+    }
 
 
 def against_oracle(rows):
     """Per scenario with one effect: median gain of the oracle, recordings that it can call, those of them that were named."""
     found = {}
     for name in dict.fromkeys(row["name"] for row in rows if row["oracle_gain"] is not None):
-        gains = [(row["oracle_gain"], set(row["kinds"]) <= set(row["added"])) for row in rows if row["name"] == name]
+        gains = [
+            (row["oracle_gain"], set(row["kinds"]) <= set(row["added"]))
+            for row in rows
+            if row["name"] == name
+        ]
         called = [named for gain, named in gains if gain > oracle.CALLABLE]
-        found[name] = {"gain_median": float(np.median([gain for gain, _ in gains])), "callable": len(called), "named": sum(called)}
+        found[name] = {
+            "gain_median": float(np.median([gain for gain, _ in gains])),
+            "callable": len(called),
+            "named": sum(called),
+        }
     return found
 
 
 def text(s):
     lines = [f"size {s['size']}, {s['seeds']} seeds"]
     lines += [f"{key:<36}{value:.3f}" for key, value in s.items() if isinstance(value, float)]
-    lines += ["", "an oracle that knows noise and shape: median gain in log-likelihood, recordings that it "
-              f"can call (above {oracle.CALLABLE:.1f}), of them named"]
-    lines += [f"  {name:<34}{one['gain_median']:>10.1f}{one['callable']:>4}{one['named']:>4}" for name, one in s["oracle"].items()]
+    lines += [
+        "",
+        "an oracle that knows noise and shape: median gain in log-likelihood, recordings that it "
+        f"can call (above {oracle.CALLABLE:.1f}), of them named",
+    ]
+    lines += [
+        f"  {name:<34}{one['gain_median']:>10.1f}{one['callable']:>4}{one['named']:>4}"
+        for name, one in s["oracle"].items()
+    ]
     lines += ["", "in the recording: what was said (count)"]
-    lines += [f"  {name}: " + ", ".join(f"{said} {n}" for said, n in sorted(entry.items(), key=lambda i: -i[1]))
-              for name, entry in s["confusion"].items()]
+    lines += [
+        f"  {name}: "
+        + ", ".join(f"{said} {n}" for said, n in sorted(entry.items(), key=lambda i: -i[1]))
+        for name, entry in s["confusion"].items()
+    ]
     lines += ["", "coverage of 95 % intervals"]
-    lines += [f"  {key:<60}{value:.2f} of {n}" for key, (value, n) in s["coverage_by_parameter"].items()]
+    lines += [
+        f"  {key:<60}{value:.2f} of {n}" for key, (value, n) in s["coverage_by_parameter"].items()
+    ]
     return "\n".join(lines)

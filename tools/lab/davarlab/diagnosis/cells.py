@@ -17,6 +17,7 @@ COURSE = 2.0  # turns that a line's phase must be lost in, in a window: a narrow
 @dataclass
 class Cell:
     """One window and one tau: measured and model Allan deviation, and how far apart they are."""
+
     tau_s: float
     start_s: float
     stop_s: float
@@ -44,7 +45,9 @@ class Expectation:
         """Of the chosen parts; `rest`: with what is behind the filters and in the counts."""
         kept = [part is None or chosen(part) for part in self.noise]
         sizes = self.sizes * np.append(kept, np.full(len(self.sizes) - len(kept), float(rest)))
-        return spectrum_of(self.parts, sizes, self.bench.data.rate_hz, self.bench.counts if rest else None)
+        return spectrum_of(
+            self.parts, sizes, self.bench.data.rate_hz, self.bench.counts if rest else None
+        )
 
     def on_grid(self, name, chosen, rest):
         if name not in self.cached:
@@ -53,7 +56,9 @@ class Expectation:
 
     def of(self, window, taus):
         rate = self.bench.data.rate_hz
-        steady = tuple(part for part in self.noise if part is not None and narrow(part, window / rate))
+        steady = tuple(
+            part for part in self.noise if part is not None and narrow(part, window / rate)
+        )
 
         def loud(part):
             return part not in steady
@@ -63,9 +68,17 @@ class Expectation:
         spectrum = self.spectrum(loud, True)
         freedom = np.array([allan.freedom(spectrum, power, int(m), window, rate) for m in taus])
         white = self.on_grid("white", lambda part: part.kind == "angle_random_walk", False)
-        lines = self.on_grid(("steady", len(steady)), lambda part: part in steady, False) if steady else None
-        return (variance, freedom, allan.expected(white, taus) / np.maximum(variance, 1e-300),
-                allan.expected(lines, taus) if steady else np.zeros(len(taus)))
+        lines = (
+            self.on_grid(("steady", len(steady)), lambda part: part in steady, False)
+            if steady
+            else None
+        )
+        return (
+            variance,
+            freedom,
+            allan.expected(white, taus) / np.maximum(variance, 1e-300),
+            allan.expected(lines, taus) if steady else np.zeros(len(taus)),
+        )
 
 
 def cells_of(state, y, relative=None):
@@ -74,7 +87,11 @@ def cells_of(state, y, relative=None):
 
 
 def short_cells(state, y, relative=None):
-    return [] if state.bench.counts and state.bench.counts.unsteady else cells_in(state, y, relative, (SHORT,), 1)
+    return (
+        []
+        if state.bench.counts and state.bench.counts.unsteady
+        else cells_in(state, y, relative, (SHORT,), 1)
+    )
 
 
 def cells_in(state, y, relative, windows, most):
@@ -88,16 +105,35 @@ def cells_in(state, y, relative, windows, most):
             continue
         noise, freedom, share, steady = expectation.of(window, taus)
         measured, valid = remembered(bench.recording.measured, y, window, taus, state.known)
-        if not valid.any():  # no two neighbours were measured: the record as it was drawn, for as much as it knows
+        if (
+            not valid.any()
+        ):  # no two neighbours were measured: the record as it was drawn, for as much as it knows
             measured = remembered(bench.recording.measured, y, window, taus, None)[0]
             valid = np.full_like(measured, state.known.mean())
-        measured = measured ** 2
+        measured = measured**2
         course = course_variances(state, window, taus)
         for row in range(len(measured)):
-            level = 1.0 if relative is None else float(relative[row * window:(row + 1) * window].mean())
+            level = (
+                1.0
+                if relative is None
+                else float(relative[row * window : (row + 1) * window].mean())
+            )
             local = noise * (1 + share * (level - 1))
-            rows = row_cells(row, window, taus, measured[row], local, course[row] + steady, freedom * valid[row], bench.data.rate_hz)
-            found += [cell for cell, part in zip(rows, valid[row]) if part > VALID and (state.known is None or cell.freedom > 1)]
+            rows = row_cells(
+                row,
+                window,
+                taus,
+                measured[row],
+                local,
+                course[row] + steady,
+                freedom * valid[row],
+                bench.data.rate_hz,
+            )
+            found += [
+                cell
+                for cell, part in zip(rows, valid[row])
+                if part > VALID and (state.known is None or cell.freedom > 1)
+            ]
     return found
 
 
@@ -106,8 +142,11 @@ def course_variances(state, window, taus):
     memory = state.fit.measured
     if (window, len(taus)) not in memory:
         course = state.bench.mean_course(state.parts, state.fit)
-        memory[window, len(taus)] = allan.windows(course, window, taus, state.known)[0] ** 2 if np.any(course) else np.zeros(
-            (len(course) // window, len(taus)))
+        memory[window, len(taus)] = (
+            allan.windows(course, window, taus, state.known)[0] ** 2
+            if np.any(course)
+            else np.zeros((len(course) // window, len(taus)))
+        )
     return memory[window, len(taus)]
 
 
@@ -123,15 +162,30 @@ def row_cells(row, window, taus, measured, noise, known, freedom, rate_hz):
     """`known`: variance of what is no noise, which makes the sum scatter less (8.2)."""
     model = noise + known
     share = noise / model
-    freedom = np.maximum(freedom, 1e-3) / np.maximum(share ** 2 + 2 * share * (1 - share), 1e-3)
+    freedom = np.maximum(freedom, 1e-3) / np.maximum(share**2 + 2 * share * (1 - share), 1e-3)
     ratio = measured / model
     z = adequacy.normal_score(ratio, freedom)
-    return [Cell(m / rate_hz, row * window / rate_hz, (row + 1) * window / rate_hz, float(np.sqrt(measured[i])), float(np.sqrt(model[i])),
-                 float(np.sqrt(ratio[i])), float(z[i]), float(freedom[i])) for i, m in enumerate(taus)]
+    return [
+        Cell(
+            m / rate_hz,
+            row * window / rate_hz,
+            (row + 1) * window / rate_hz,
+            float(np.sqrt(measured[i])),
+            float(np.sqrt(model[i])),
+            float(np.sqrt(ratio[i])),
+            float(z[i]),
+            float(freedom[i]),
+        )
+        for i, m in enumerate(taus)
+    ]
 
 
 def error_of(cells):
-    return float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells]))) if cells else float("nan")
+    return (
+        float(np.sqrt(np.mean([np.log10(max(cell.ratio, 1e-9)) ** 2 for cell in cells])))
+        if cells
+        else float("nan")
+    )
 
 
 def floor_of(cells):

@@ -11,13 +11,15 @@ from ..inference import changes, modulation
 from ..inference.estimate import vector_likelihood
 from ..inference.parts import part_of
 from ..inference.whittle import generalised_least_squares
-from . import judge, state as state_of
+from . import judge
+from . import state as state_of
 from .judge import Judgement
 
 
 @dataclass
 class Comparison:
     """samples: those that are there; missing: places of the even grid without one; duration_s: of the grid."""
+
     samples: int
     rate_hz: float
     effects: list
@@ -27,7 +29,9 @@ class Comparison:
     where: list = field(default_factory=list)
     spectrum: tuple = ()  # f, measured over model, degrees of freedom
     correlations: dict = field(default_factory=dict)  # column -> (correlation, p)
-    observations: list = field(default_factory=list)  # what is in the record and no error of the sensor
+    observations: list = field(
+        default_factory=list
+    )  # what is in the record and no error of the sensor
     missing: int = 0
     duration_s: float = 0.0
 
@@ -42,8 +46,11 @@ def residual_spectrum(state):
     c = state.bench.whitened(state.parts, state.fit)
     edges = np.unique(np.round(np.geomspace(1, len(c), 90)).astype(int)) - 1
     counts = np.diff(edges)
-    return (np.add.reduceat(data.f, edges[:-1])[:len(counts)] / np.maximum(counts, 1),
-            np.add.reduceat(c ** 2, edges[:-1])[:len(counts)] / np.maximum(counts, 1), counts)
+    return (
+        np.add.reduceat(data.f, edges[:-1])[: len(counts)] / np.maximum(counts, 1),
+        np.add.reduceat(c**2, edges[:-1])[: len(counts)] / np.maximum(counts, 1),
+        counts,
+    )
 
 
 def correlations(state, column):
@@ -55,30 +62,56 @@ def correlations(state, column):
         if name in ("time_s", column) or name.startswith("gyro_") or np.ptp(values) == 0:
             continue
         x = signals.in_time(signals.transform(values)[1:] / level)
-        r = float(np.sum(w * x) / np.sqrt(np.sum(w ** 2) * np.sum(x ** 2)))
+        r = float(np.sum(w * x) / np.sqrt(np.sum(w**2) * np.sum(x**2)))
         found[name] = (r, float(2 * stats.norm.sf(abs(r) * np.sqrt(len(w)))))
     return found
 
 
 def as_given(state, model):
     """The state with the parameters of the file instead of the fitted ones; the mean of the gyro stays free."""
+
     def of_file(part, term):
-        return replace(part, shape=part.shape | {name: value for name, value in term.parameters.items() if name in part.shape})
-    given = [part if part.form == "decoded" else of_file(part, term) for part, term in zip(state.parts, model.terms)]
+        return replace(
+            part,
+            shape=part.shape
+            | {name: value for name, value in term.parameters.items() if name in part.shape},
+        )
+
+    given = [
+        part if part.form == "decoded" else of_file(part, term)
+        for part, term in zip(state.parts, model.terms)
+    ]
     bench = state.bench.resolving(given)
     sizes, coefficients = [], []
     for part, term in zip(given, model.terms):
         size = part.effect.dps(term.parameters)
         if part.role == "spectrum":
-            sizes.append(size ** 2 * whiter(model, part, state))
+            sizes.append(size**2 * whiter(model, part, state))
         elif part.role == "mean":
-            coefficients += line_as_given(bench, part, size) if part.turning else [
-                size * bench.data.scale(bench.keys(part)[0])]
-    coefficients += list(generalised_least_squares(bench.data, bench.all_keys(given), state.fit.level)[0][len(coefficients):])  # how filters settle
-    behind = [term.parameters.get(part.behind, 0.0) ** 2 for part, term in zip(given, model.terms) if part.behind]
+            coefficients += (
+                line_as_given(bench, part, size)
+                if part.turning
+                else [size * bench.data.scale(bench.keys(part)[0])]
+            )
+    coefficients += list(
+        generalised_least_squares(bench.data, bench.all_keys(given), state.fit.level)[0][
+            len(coefficients) :
+        ]
+    )  # how filters settle
+    behind = [
+        term.parameters.get(part.behind, 0.0) ** 2
+        for part, term in zip(given, model.terms)
+        if part.behind
+    ]
     sizes, coefficients = np.array((sizes or [1e-30]) + behind), np.array(coefficients)
     level = np.maximum(bench.rows(given).T @ sizes + bench.fixed(given), 1e-30)
-    fit = type(state.fit)(sizes, coefficients, vector_likelihood(bench, given, sizes, coefficients), level, np.zeros((0, 0)))
+    fit = type(state.fit)(
+        sizes,
+        coefficients,
+        vector_likelihood(bench, given, sizes, coefficients),
+        level,
+        np.zeros((0, 0)),
+    )
     return replace(state, bench=bench, parts=given, fit=fit)
 
 
@@ -89,39 +122,65 @@ def whiter(model, part, state):
     blocks = changes.blocks_of(state.bench.y, state.bench.recording.rate_hz)
     growth = [part_of(term) for term in model.terms if term.kind == "temperature_noise"]
     factor = float(modulation.white_growth(growth, state.bench.recording, blocks).mean())
-    white = next(part.effect.dps(t.parameters) for t in model.terms if t.kind == "angle_random_walk")
+    white = next(
+        part.effect.dps(t.parameters) for t in model.terms if t.kind == "angle_random_walk"
+    )
     for term in model.terms:
         if term.kind == "noise_step":
             span = len(state.bench.y) / state.bench.recording.rate_hz
-            inside = (min(term.parameters["stop_s"], span) - min(term.parameters["start_s"], span)) / span
+            inside = (
+                min(term.parameters["stop_s"], span) - min(term.parameters["start_s"], span)
+            ) / span
             factor += (term.parameters["ratio"] ** 2 - 1) * max(inside, 0)
         if term.kind == "vibration_noise" and white > 0:
             square = vibration_square(state.bench.recording, term.parameters["axis"], blocks).mean()
-            factor += term.parameters["coefficient_dps_per_g"] ** 2 * square / (
-                white ** 2 * state.bench.recording.rate_hz)
+            factor += (
+                term.parameters["coefficient_dps_per_g"] ** 2
+                * square
+                / (white**2 * state.bench.recording.rate_hz)
+            )
     return factor
 
 
 def line_as_given(bench, part, amplitude):
     """The file has no phase: it is taken from the recording, the amplitude from the file."""
     keys = bench.keys(part)
-    values = np.array([bench.data.product("gyro", key).sum() / (bench.data.scale(key) or 1) for key in keys])
+    values = np.array(
+        [bench.data.product("gyro", key).sum() / (bench.data.scale(key) or 1) for key in keys]
+    )
     values *= amplitude / max(float(np.hypot(*values)), 1e-300)
     return [float(value * bench.data.scale(key)) for value, key in zip(values, keys)]
 
 
 def of_state(state, column):
     """The comparison that a judged state comes to."""
-    where = sorted((cell for cell, off in zip(state.cells, judge.proven(state.cells)) if off), key=lambda cell: -abs(cell.z))
+    where = sorted(
+        (cell for cell, off in zip(state.cells, judge.proven(state.cells)) if off),
+        key=lambda cell: -abs(cell.z),
+    )
     recording = state.bench.recording
-    return Comparison(recording.measured_samples, recording.rate_hz, state.model_kinds, state.judgement, state.cells, state.adequacy.tests,
-                      where[:40], residual_spectrum(state), correlations(state, column), state.seen,
-                      recording.samples - recording.measured_samples, recording.samples / recording.rate_hz)
+    return Comparison(
+        recording.measured_samples,
+        recording.rate_hz,
+        state.model_kinds,
+        state.judgement,
+        state.cells,
+        state.adequacy.tests,
+        where[:40],
+        residual_spectrum(state),
+        correlations(state, column),
+        state.seen,
+        recording.samples - recording.measured_samples,
+        recording.samples / recording.rate_hz,
+    )
 
 
 def loss_of(fitted, state):
     """Twice the log-likelihood that the given parameters lose against the fitted ones, and how many they are."""
-    return (2 * (fitted.fit.log_likelihood - state.fit.log_likelihood), len(fitted.fit.sizes) + len(fitted.fit.coefficients))
+    return (
+        2 * (fitted.fit.log_likelihood - state.fit.log_likelihood),
+        len(fitted.fit.sizes) + len(fitted.fit.coefficients),
+    )
 
 
 def sizes_agree(fitted, state):

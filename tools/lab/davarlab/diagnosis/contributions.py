@@ -8,7 +8,12 @@ from ..inference.parts import spectrum_of
 
 def of_spectrum(bench, parts, part, size, taus):
     filters = [other for other in parts if other.role == "filter"] if part.effect.in_front else []
-    spectrum = spectrum_of([part, *filters], [size], bench.data.rate_hz, bench.counts if part.kind == "quantization" else None)
+    spectrum = spectrum_of(
+        [part, *filters],
+        [size],
+        bench.data.rate_hz,
+        bench.counts if part.kind == "quantization" else None,
+    )
     return np.sqrt(allan.expected(allan.on_grid(spectrum, bench.data.rate_hz), taus))
 
 
@@ -28,7 +33,10 @@ def white_shares(state):
         return {}
     rows = modulation.variance_shapes(state.parts, state.bench.recording, state.blocks)
     sizes, variance, _ = changes.fit(state.blocks, rows)
-    return {kind: size * row.mean() / variance.mean() for kind, size, row in zip(changing, sizes[1:], rows[1:])}
+    return {
+        kind: size * row.mean() / variance.mean()
+        for kind, size, row in zip(changing, sizes[1:], rows[1:])
+    }
 
 
 def of_state(state, recording, model):
@@ -36,7 +44,12 @@ def of_state(state, recording, model):
     known course."""
     bench, y = state.bench, recording.rate_dps(model.column)
     taus = allan.octaves(len(y) // 2 * 2)
-    sizes, coefficients, found, white = iter(state.fit.sizes), iter(state.fit.coefficients), [], None
+    sizes, coefficients, found, white = (
+        iter(state.fit.sizes),
+        iter(state.fit.coefficients),
+        [],
+        None,
+    )
     shares = white_shares(state)
     for part in state.parts:
         deviation = None
@@ -46,7 +59,9 @@ def of_state(state, recording, model):
         elif part.role == "mean":
             deviation = of_course(bench, part, [next(coefficients) for _ in bench.keys(part)], taus)
         elif part.role == "events":
-            deviation = allan.windows(state.shocks.raw - state.shocks.clean, len(y) // 2 * 2, taus)[0][0]
+            deviation = allan.windows(state.shocks.raw - state.shocks.clean, len(y) // 2 * 2, taus)[
+                0
+            ][0]
         elif part.kind in shares and white is not None:
             deviation = white * np.sqrt(shares[part.kind])
         if deviation is not None:

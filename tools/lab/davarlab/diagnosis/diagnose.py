@@ -13,6 +13,7 @@ class Diagnosis:
     added: the kinds that forward selection took, in order; states: the model before and after each of them; remaining:
     candidates beside the last model; useless: parts that are likelier than chance and leave the error where it was; doubtful: kinds of
     what was beyond chance and is not named, and why."""
+
     verdict: str
     ranking: list
     alternatives: list
@@ -26,7 +27,13 @@ class Diagnosis:
 def diagnose(recording, model, progress=lambda text: None):
     """Forward selection from the given model. Cost: one to three seconds at 360 000 samples."""
     states, way, useless = search.search(start(recording, model, progress), model, progress)
-    added = [part.kind for part in states[-1].parts[way.given:]]
+    added = [part.kind for part in states[-1].parts[way.given :]]
     adequate = states[-1].judgement.adequate
-    verdict = "unknown" if not adequate else next((c.kind for c in way.first if c.kind in added), added[0] if added else "none")
-    return Diagnosis(verdict, way.first, way.alternatives, added, states, way.last, useless, way.doubtful)
+    verdict = (
+        "unknown"
+        if not adequate
+        else next((c.kind for c in way.first if c.kind in added), added[0] if added else "none")
+    )
+    return Diagnosis(
+        verdict, way.first, way.alternatives, added, states, way.last, useless, way.doubtful
+    )

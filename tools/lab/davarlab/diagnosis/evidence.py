@@ -8,6 +8,7 @@ from ..effects import table
 WANDER = {"rate_random_walk", "gauss_markov", "rate_ramp", "warm_up"}
 CLEARLY = 1.25  # times its floor, from which an error is more than a true model's
 
+
 def share(after, base):
     """Percent of the avoidable error that an effect alone takes from the refitted model `base`; None when `after` was not worked
     out (NaN), or when there is nothing to take: an error as of a true model."""
@@ -18,10 +19,19 @@ def share(after, base):
 
 def why(candidate, taken):
     """A candidate's evidence in one line. taken: its share() or None."""
-    gain = f"likelihood gain {candidate.gain:.1f}" if candidate.gain >= 0.05 else "no gain in likelihood"
+    gain = (
+        f"likelihood gain {candidate.gain:.1f}"
+        if candidate.gain >= 0.05
+        else "no gain in likelihood"
+    )
     power = -candidate.log_p / np.log(10)
-    odds = " (no more than chance)" if power < 1 else f" (chance would do it once in {10 ** power:.2g})" if power <= 300 else \
-        " (chance would do it once in more than 1e300)"
+    odds = (
+        " (no more than chance)"
+        if power < 1
+        else f" (chance would do it once in {10**power:.2g})"
+        if power <= 300
+        else " (chance would do it once in more than 1e300)"
+    )
     part = "" if taken is None else f"; takes {taken:.0f} % of what the Allan deviation is off"
     return f"{gain}{odds if candidate.gain >= 0.05 else ''}{part}; {candidate.part.effect.physics}"
 
@@ -37,6 +47,10 @@ def still_notes(recording, model):
     for need in dict.fromkeys(need for effect in table.TABLE.values() for need in effect.needs):
         columns = [name for name in recording.columns if name.startswith(need)]
         if columns and all(np.ptp(recording.columns[column]) == 0 for column in columns):
-            kinds = [kind for kind, effect in table.TABLE.items() if need in effect.needs and kind not in model.kinds]
+            kinds = [
+                kind
+                for kind, effect in table.TABLE.items()
+                if need in effect.needs and kind not in model.kinds
+            ]
             if kinds:
                 yield f"Could not be tested, as {', '.join(columns)} did not move: {', '.join(kinds)}."

@@ -8,12 +8,14 @@ from ..data import signals
 from ..inference import estimate, refine
 from ..inference.parts import as_spectra
 from ..model import Model, Term
-from . import compare, diagnose, evidence, judge, search, state as state_of
+from . import compare, diagnose, evidence, judge, search
+from . import state as state_of
 
 
 @dataclass
 class Step:
     """The model after `added` joined (None: the model as given, or refitted); errors beside those that a true model would have."""
+
     added: str | None
     effects: list
     error: float
@@ -27,6 +29,7 @@ class Step:
 @dataclass
 class Candidate:
     """A candidate as people read it."""
+
     kind: str
     gain: float
     p_value: float
@@ -41,6 +44,7 @@ class Improvement:
     """`added`: the kinds that the final model has more than the given one; `judgement`: of the final model; `comparisons`: of the given
     model, and of the final one when it is another; `refitted`: the given effects with their sizes fitted, None: those of the file are as
     good; `useless`: parts that are likelier than chance and do not lower the error."""
+
     comparison: compare.Comparison
     diagnosis: diagnose.Diagnosis
     steps: list
@@ -70,10 +74,18 @@ def estimates_of(state):
     """(state refitted for estimation, list of name -> Estimate per part)."""
     fit = state.bench.fit(state.parts, restricted=True)
     blocks = state.blocks
-    found, noise = estimate.all_estimates(state.bench, state.parts, fit, blocks, state.shocks), as_spectra(state.parts)
+    found, noise = (
+        estimate.all_estimates(state.bench, state.parts, fit, blocks, state.shocks),
+        as_spectra(state.parts),
+    )
     if noise:  # a decoded course takes some of the slow noise with it
-        other = estimate.all_estimates(state.bench, noise, state.bench.fit(noise, restricted=True), blocks, state.shocks)
-        found = [one if part.form == "decoded" else estimate.wider(one, two) for part, one, two in zip(state.parts, found, other)]
+        other = estimate.all_estimates(
+            state.bench, noise, state.bench.fit(noise, restricted=True), blocks, state.shocks
+        )
+        found = [
+            one if part.form == "decoded" else estimate.wider(one, two)
+            for part, one, two in zip(state.parts, found, other)
+        ]
     return found
 
 
@@ -98,7 +110,13 @@ def fit_around(state, model, held):
     """(model, estimates): the effects at the places `held` as they stand in the model, spectra, filters and courses, the others at their best beside
     them. state: the fit of the same effects."""
     given = compare.as_given(state, model)
-    bench, sizes, coefficients, noise, keys = given.bench, iter(given.fit.sizes), iter(given.fit.coefficients), [], {}
+    bench, sizes, coefficients, noise, keys = (
+        given.bench,
+        iter(given.fit.sizes),
+        iter(given.fit.coefficients),
+        [],
+        {},
+    )
     for place, part in enumerate(given.parts):
         if part.role == "spectrum":
             size = next(sizes)
@@ -106,14 +124,30 @@ def fit_around(state, model, held):
         elif part.role == "mean":
             found = {key: next(coefficients) for key in bench.keys(part)}
             keys.update(found if place in held else {})
-    course = signals.in_time(bench.data.columns["gyro"][0] - bench.data.without(np.array(list(keys.values())), list(keys)))
+    course = signals.in_time(
+        bench.data.columns["gyro"][0]
+        - bench.data.without(np.array(list(keys.values())), list(keys))
+    )
     around = bench.with_gyro(bench.y - course)
     around.held = noise
-    free = [place for place, part in enumerate(given.parts) if place not in held or part.role == "filter"]
+    free = [
+        place
+        for place, part in enumerate(given.parts)
+        if place not in held or part.role == "filter"
+    ]
     parts = [given.parts[place] for place in free]
     moved = {part.kind for place, part in zip(free, parts) if place not in held}
     parts = refine.refined(around, parts, sweeps=2, only=moved)
-    fitted, entries = fitted_model(replace(state, bench=around.resolving(parts), parts=parts, fit=around.resolving(parts).fit(parts), blocks=None), model)
+    fitted, entries = fitted_model(
+        replace(
+            state,
+            bench=around.resolving(parts),
+            parts=parts,
+            fit=around.resolving(parts).fit(parts),
+            blocks=None,
+        ),
+        model,
+    )
     terms, found = list(model.terms), as_it_is(model)
     for place, term, entry in zip(free, fitted.terms, entries):
         if place not in held:
@@ -133,7 +167,16 @@ def step_of(added, state, model, held_out):
     """state: with the parameters of the model."""
     error, floor = held_out_errors(held_out, model)
     found = state.judgement
-    return Step(added, state.model_kinds, found.error, found.floor, error, found.p_value, floor, found.adequacy)
+    return Step(
+        added,
+        state.model_kinds,
+        found.error,
+        found.floor,
+        error,
+        found.p_value,
+        floor,
+        found.adequacy,
+    )
 
 
 def refitted(model, state, given, held_out):
@@ -161,8 +204,17 @@ def described(model, found, base, held_out, detail):
             after = state_of.errors_of(state)[0]
             outside = held_out_errors(held_out, joined)[0]
             parameters = entries[-1]
-        out.append(Candidate(candidate.kind, candidate.gain, float(np.exp(candidate.log_p)), after, outside, parameters,
-                             evidence.why(candidate, evidence.share(after, base))))
+        out.append(
+            Candidate(
+                candidate.kind,
+                candidate.gain,
+                float(np.exp(candidate.log_p)),
+                after,
+                outside,
+                parameters,
+                evidence.why(candidate, evidence.share(after, base)),
+            )
+        )
     return out
 
 
@@ -174,13 +226,19 @@ def improve(recording, model, held_out=None, progress=lambda text: None, detail=
 
 def as_it_is(model):
     """The given model's parameters as estimates, which they are not."""
-    return [{name: estimate.Estimate(value) for name, value in term.parameters.items()} for term in model.terms]
+    return [
+        {name: estimate.Estimate(value) for name, value in term.parameters.items()}
+        for term in model.terms
+    ]
 
 
 def verdict_of(found, added, judgement):
     if not judgement.adequate:
         return "unknown"
-    return next((candidate.kind for candidate in found.ranking if candidate.kind in added), added[0] if added else "none")
+    return next(
+        (candidate.kind for candidate in found.ranking if candidate.kind in added),
+        added[0] if added else "none",
+    )
 
 
 def beside_the_file(last, given, model, added):
@@ -188,7 +246,9 @@ def beside_the_file(last, given, model, added):
     the error rises even so, or the model is not adequate."""
     fitted, entries = fitted_model(last, model)
     count = len(model.terms)
-    if len(fitted.terms) != count + added or added == 0 or fitted.kinds[:count] != model.kinds:  # one of them took the place of a given one
+    if (
+        len(fitted.terms) != count + added or added == 0 or fitted.kinds[:count] != model.kinds
+    ):  # one of them took the place of a given one
         return None
     whole = Model(fitted.rate_hz, fitted.column, model.terms + fitted.terms[count:])
     state = compare.given(last, whole)
@@ -198,7 +258,10 @@ def beside_the_file(last, given, model, added):
 
 def by_chance(last, given):
     """Has the error risen by no more than chance, while the record contradicts the given model and not the last one."""
-    return last.adequacy == "statistical" != given.adequacy and last.error <= given.error + search.SLACK * last.floor
+    return (
+        last.adequacy == "statistical" != given.adequacy
+        and last.error <= given.error + search.SLACK * last.floor
+    )
 
 
 def final_of(last, given, model, added):
@@ -219,17 +282,43 @@ def improved(recording, model, found, held_out=None, progress=lambda text: None,
     base = refitted(model, found.states[0], given, held_out)
     for before, state in zip(found.states, found.states[1:]):
         progress(f"adding {state.parts[-1].kind}")
-        step = step_of(state.parts[-1].kind, state, fitted_model(state, model)[0] if held_out else None, held_out)
-        if held_out and step.error_held_out > steps[-1].error_held_out and step.error_held_out > judge.CLEARLY * step.error_floor_held_out:
+        step = step_of(
+            state.parts[-1].kind,
+            state,
+            fitted_model(state, model)[0] if held_out else None,
+            held_out,
+        )
+        if (
+            held_out
+            and step.error_held_out > steps[-1].error_held_out
+            and step.error_held_out > judge.CLEARLY * step.error_floor_held_out
+        ):
             break
         steps.append(step)
     reached = found.states[len(steps) - 1]
     last, final, entries = final_of(reached, given, model, 0 if held_out else len(steps) - 1)
     if last is not reached:  # the file's sizes do better than the likeliest ones: they stay
-        steps = [*steps[:-1], step_of(steps[-1].added, last, final, held_out)] if last else steps[:1]
-    added = found.added[:len(steps) - 1]
+        steps = (
+            [*steps[:-1], step_of(steps[-1].added, last, final, held_out)] if last else steps[:1]
+        )
+    added = found.added[: len(steps) - 1]
     judgement = last.judgement if last else given.judgement
-    comparisons = [compare.of_state(given, model.column)] + ([compare.of_state(last, model.column)] if added else [])
+    comparisons = [compare.of_state(given, model.column)] + (
+        [compare.of_state(last, model.column)] if added else []
+    )
     shown = described(model, found, base or steps[0], held_out, detail)
-    return Improvement(comparisons[0], found, steps, verdict_of(found, added, judgement), added, judgement, final, entries, shown, comparisons,
-                       base, evidence.notes(recording, model, added), last or given)
+    return Improvement(
+        comparisons[0],
+        found,
+        steps,
+        verdict_of(found, added, judgement),
+        added,
+        judgement,
+        final,
+        entries,
+        shown,
+        comparisons,
+        base,
+        evidence.notes(recording, model, added),
+        last or given,
+    )

@@ -17,6 +17,7 @@ CLEARLY = 1.25  # times its floor: 99.5 % of true models are below
 class Judgement:
     """adequacy: "statistical", "practical" or "no"; largest: the largest proven deviation {percent, tau_s, start_s, stop_s}, None when none is
     proven; shown_to_tau_s: up to which tau the record shows 5 %, 0: none; doubted: is the recording itself implausible, so that nothing is adequate."""
+
     adequacy: str
     error: float
     floor: float
@@ -51,7 +52,12 @@ def largest_of(cells):
     if off[worst] == 0:
         return None, 0.0
     cell = cells[worst]
-    return {"percent": 100 * float(np.expm1(off[worst])), "tau_s": cell.tau_s, "start_s": cell.start_s, "stop_s": cell.stop_s}, float(off[worst])
+    return {
+        "percent": 100 * float(np.expm1(off[worst])),
+        "tau_s": cell.tau_s,
+        "start_s": cell.start_s,
+        "stop_s": cell.stop_s,
+    }, float(off[worst])
 
 
 def shown_to(cells):
@@ -71,6 +77,13 @@ def judged(cells, short, p_value, doubted=False):
     error, floor = error_of(cells), floor_of(cells)
     largest, off = largest_of(cells + short)
     small = not error > CLEARLY * floor
-    word = "no" if doubted else "statistical" if small and off == 0 and p_value >= ADEQUATE else \
-        "practical" if small and abs(off) <= np.log(TOLERANCE) else "no"
+    word = (
+        "no"
+        if doubted
+        else "statistical"
+        if small and off == 0 and p_value >= ADEQUATE
+        else "practical"
+        if small and abs(off) <= np.log(TOLERANCE)
+        else "no"
+    )
     return Judgement(word, error, floor, p_value, largest, shown_to(cells), doubted)

@@ -9,11 +9,12 @@ import numpy as np
 from scipy import stats
 
 from .. import simulate
+from ..candidates import candidate, columns
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..model import Model, Term
-from ..candidates import candidate, columns
-from . import benchmark, search, state as state_of
+from . import benchmark, search
+from . import state as state_of
 
 LEVELS = (0.01, 0.05, 0.1, 0.3, 0.5)
 TAIL = (0.3, 0.2, 0.1, 0.05)  # shares of the largest gains that the count of tries is read from
@@ -23,9 +24,17 @@ def one(job):
     """Of one clean recording: gains by chance, kind -> log-likelihood units (none unless `tried`); p-values by test, and of the whole."""
     seed, seconds, tried = job
     rng = np.random.default_rng([seed, 40961])
-    base = [Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
-            Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)})]
-    recording = simulate.make(base, benchmark.RATE_HZ, benchmark.COLUMN, seed=int(rng.integers(1 << 31)), duration_s=seconds)
+    base = [
+        Term("angle_random_walk", {"coefficient_deg_per_sqrt_h": rng.uniform(0.2, 0.4)}),
+        Term("bias_instability", {"coefficient_deg_per_h": rng.uniform(2, 8)}),
+    ]
+    recording = simulate.make(
+        base,
+        benchmark.RATE_HZ,
+        benchmark.COLUMN,
+        seed=int(rng.integers(1 << 31)),
+        duration_s=seconds,
+    )
     state = state_of.start(recording, Model(benchmark.RATE_HZ, benchmark.COLUMN, base))
     gains = {c.kind: max(c.gain, 0.0) for c in reversed(search.ranking(state))} if tried else {}
     if tried:
@@ -47,7 +56,9 @@ def tries(kind, gains):
 
 def run(count, first, seconds, tried, jobs, progress):
     if seconds * benchmark.RATE_HZ < MINIMUM_SAMPLES:
-        raise BadInput(f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark.RATE_HZ:g} are needed")
+        raise BadInput(
+            f"--seconds: {seconds:g}; at least {MINIMUM_SAMPLES / benchmark.RATE_HZ:g} are needed"
+        )
     rows = []
     with Pool(min(jobs, count)) as pool:
         for row in pool.imap(one, [(seed, seconds, tried) for seed in range(first, first + count)]):
@@ -62,18 +73,39 @@ def summary(rows):
     for kind in rows[0][0]:
         gains = np.array([row[0][kind] for row in rows])
         c, error = tries(kind, gains)
-        found[kind] = {"trials": c, "standard_error": error, "in_use": (candidate.TRIALS | columns.TRIALS).get(kind, candidate.OWN_TRIALS),
-                       "gain_95": float(np.quantile(gains, 0.95)), "gain_99": float(np.quantile(gains, 0.99)), "largest": float(gains.max())}
-    rejected = {name: [float(np.mean([row[name] < level for row in chances])) for level in LEVELS] for name in chances[0]}
+        found[kind] = {
+            "trials": c,
+            "standard_error": error,
+            "in_use": (candidate.TRIALS | columns.TRIALS).get(kind, candidate.OWN_TRIALS),
+            "gain_95": float(np.quantile(gains, 0.95)),
+            "gain_99": float(np.quantile(gains, 0.99)),
+            "largest": float(gains.max()),
+        }
+    rejected = {
+        name: [float(np.mean([row[name] < level for row in chances])) for level in LEVELS]
+        for name in chances[0]
+    }
     return {"recordings": len(rows), "candidates": found, "levels": LEVELS, "rejected": rejected}
 
 
 def text(result):
-    lines = [f"{result['recordings']} recordings of true models: share rejected at", " " * 26 + "".join(f"{100 * level:>7g} %" for level in result["levels"])]
-    lines += [f"{name:<26}" + "".join(f"{100 * share:>9.1f}" for share in shares) for name, shares in result["rejected"].items()]
+    lines = [
+        f"{result['recordings']} recordings of true models: share rejected at",
+        " " * 26 + "".join(f"{100 * level:>7g} %" for level in result["levels"]),
+    ]
+    lines += [
+        f"{name:<26}" + "".join(f"{100 * share:>9.1f}" for share in shares)
+        for name, shares in result["rejected"].items()
+    ]
     if not result["candidates"]:
         return "\n".join(lines)
-    lines += ["", f"{'':<26}{'trials':>10}{'+-':>9}{'in use':>9}{'95 %':>8}{'99 %':>8}{'largest':>9}"]
-    lines += [f"{kind:<26}{e['trials']:>10.3g}{e['standard_error']:>9.2g}{e['in_use']:>9.3g}{e['gain_95']:>8.2f}{e['gain_99']:>8.2f}"
-              f"{e['largest']:>9.2f}" for kind, e in result["candidates"].items()]
+    lines += [
+        "",
+        f"{'':<26}{'trials':>10}{'+-':>9}{'in use':>9}{'95 %':>8}{'99 %':>8}{'largest':>9}",
+    ]
+    lines += [
+        f"{kind:<26}{e['trials']:>10.3g}{e['standard_error']:>9.2g}{e['in_use']:>9.3g}{e['gain_95']:>8.2f}{e['gain_99']:>8.2f}"
+        f"{e['largest']:>9.2f}"
+        for kind, e in result["candidates"].items()
+    ]
     return "\n".join(lines)

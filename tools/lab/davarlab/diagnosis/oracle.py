@@ -7,7 +7,9 @@ from .. import simulate
 from ..data import signals
 from ..effects import table
 
-FALSE_ALARM = 0.01  # of the one test that an oracle makes, as of all tests together that a search makes
+FALSE_ALARM = (
+    0.01  # of the one test that an oracle makes, as of all tests together that a search makes
+)
 CALLABLE = stats.chi2.isf(FALSE_ALARM, 1) / 2  # gain from which that test calls it
 
 
@@ -20,7 +22,9 @@ def spectrum_of(terms, recording):
         if effect.role == "filter":
             behind += parameters.get(effect.behind, 0.0) ** 2
         elif effect.role in ("spectrum", "states"):
-            power = effect.dps(parameters) ** 2 * effect.spectrum(f, recording.rate_hz, effect.shape_of(parameters))
+            power = effect.dps(parameters) ** 2 * effect.spectrum(
+                f, recording.rate_hz, effect.shape_of(parameters)
+            )
             (found if simulate.in_front(term) else behind)[:] += power
     return found * power_gain(terms, recording) + behind
 
@@ -29,17 +33,35 @@ def power_gain(terms, recording):
     """What the filters among the terms leave of everything in front of them."""
     f, gain = signals.frequencies(recording.samples, recording.rate_hz), 1.0
     for effect, parameters in ((table.find(term.kind), term.parameters) for term in terms):
-        gain = gain * effect.spectrum(f, recording.rate_hz, effect.shape_of(parameters)) if effect.role == "filter" else gain
+        gain = (
+            gain * effect.spectrum(f, recording.rate_hz, effect.shape_of(parameters))
+            if effect.role == "filter"
+            else gain
+        )
     return gain
 
 
 def growth(term, base, recording):
     """Variance of every sample's white noise with an effect over that without it."""
     if term.kind == "vibration_noise":
-        square = signals.local_mean_square(recording.column(f"accel_{term.parameters['axis']}_g"), int(recording.rate_hz))
-        white = sum(table.find(one.kind).dps(one.parameters) ** 2 for one in base if one.kind == "angle_random_walk") * recording.rate_hz
+        square = signals.local_mean_square(
+            recording.column(f"accel_{term.parameters['axis']}_g"), int(recording.rate_hz)
+        )
+        white = (
+            sum(
+                table.find(one.kind).dps(one.parameters) ** 2
+                for one in base
+                if one.kind == "angle_random_walk"
+            )
+            * recording.rate_hz
+        )
         return 1 + term.parameters["coefficient_dps_per_g"] ** 2 * square / white
-    return (1 + table.find(term.kind).simulate(recording, term.parameters, None, np.ones(recording.samples))) ** 2
+    return (
+        1
+        + table.find(term.kind).simulate(
+            recording, term.parameters, None, np.ones(recording.samples)
+        )
+    ) ** 2
 
 
 def gain(term, base, recording):
@@ -51,7 +73,9 @@ def gain(term, base, recording):
     if role in ("mean", "events"):
         course = simulate.contribution(term, recording, np.random.default_rng(0), None)
         passed = power_gain(base, recording) if simulate.in_front(term) else 1.0
-        return float(np.sum(passed * signals.transform(course - course.mean())[1:] ** 2 / noise) / 2)
+        return float(
+            np.sum(passed * signals.transform(course - course.mean())[1:] ** 2 / noise) / 2
+        )
     if role == "variance":
         ratio = growth(term, base, recording)
     else:

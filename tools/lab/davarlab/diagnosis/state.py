@@ -4,12 +4,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import counts, events, observations, plausible, recording as recordings, signals
+from ..candidates import doubts, filters
+from ..candidates import ranking as candidates
+from ..data import counts, events, observations, plausible, signals
+from ..data import recording as recordings
 from ..data.recording import MINIMUM_SAMPLES
 from ..errors import BadInput
 from ..inference import adequacy, changes, gaps, modulation, refine
-from ..inference.parts import as_spectra, Bench, part_of
-from ..candidates import doubts, filters, ranking as candidates
+from ..inference.parts import Bench, as_spectra, part_of
 from . import cells, judge
 
 LEAST_S = 4  # of a recording
@@ -21,6 +23,7 @@ FAR = 1e-9  # p of its spectrum, below which a model is no guess of what is miss
 class State:
     """A model at its best on one recording. known: True where a sample was measured and may be used, None: everywhere; the others are drawn.
     seen: the observations on the recording."""
+
     bench: Bench
     parts: list
     fit: object
@@ -50,13 +53,19 @@ class State:
 def start(recording, model, progress=lambda text: None):
     """The given model's terms refitted on the recording."""
     if recording.samples < LEAST_S * recording.rate_hz:
-        raise BadInput(f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {LEAST_S} are needed: slow noise is told from what a second holds")
+        raise BadInput(
+            f"{recording.name}: {recording.samples / recording.rate_hz:.3g} s; at least {LEAST_S} are needed: slow noise is told from what a second holds"
+        )
     progress("reading the spectrum")
     key = ("observations", model.column)
     if key not in recording.measured:
         recording.measured[key] = observations.find(recording, model.column)
     seen = recording.measured[key]
-    unused = [one for one in seen if one.kind != "outliers" or doubts.was_moved(seen) and "shocks" not in model.kinds]
+    unused = [
+        one
+        for one in seen
+        if one.kind != "outliers" or doubts.was_moved(seen) and "shocks" not in model.kinds
+    ]
     known = observations.kept(recording, model.column, unused)
     y = recording.rate_dps(model.column)
     check_alive(recording, model, y[known])
@@ -78,7 +87,9 @@ def spectrum_p(state):
 def at_rest(recording, known, gyro):
     """The recording with the other columns of the sensor interpolated over what is missing: a turn that was cut out weighs more than all the rest, and
     what is drawn there would confirm the coefficient that it was drawn with."""
-    moved = [name for name in recording.columns if name.startswith(("gyro_", "accel_")) and name != gyro]
+    moved = [
+        name for name in recording.columns if name.startswith(("gyro_", "accel_")) and name != gyro
+    ]
     still = {name: recordings.filled(recording.columns[name][known], known) for name in moved}
     return replace(recording, columns=recording.columns | still, measured={})
 
@@ -90,19 +101,30 @@ def redrawn(state, model):
 
 def drawn_by(state, seed):
     """The record with its missing samples drawn from the spectrum, and about the course, of the state."""
-    course, level = state.bench.mean_course(state.parts, state.fit), state.bench.data.at_ordinates(state.fit.level)
-    return course + gaps.conditional_draw(state.shocks.raw - course, state.known, level, np.random.default_rng(seed))
+    course, level = (
+        state.bench.mean_course(state.parts, state.fit),
+        state.bench.data.at_ordinates(state.fit.level),
+    )
+    return course + gaps.conditional_draw(
+        state.shocks.raw - course, state.known, level, np.random.default_rng(seed)
+    )
 
 
 def check_alive(recording, model, y):
     if len(y) < MINIMUM_SAMPLES:
-        raise BadInput(f"{recording.name}: column {model.column}: {len(y)} samples are left when motion, repeats and clipped ones are left out; "
-                       f"at least {MINIMUM_SAMPLES} are needed")
+        raise BadInput(
+            f"{recording.name}: column {model.column}: {len(y)} samples are left when motion, repeats and clipped ones are left out; "
+            f"at least {MINIMUM_SAMPLES} are needed"
+        )
     if np.mean(np.diff(y) != 0) < MOVING:
-        raise BadInput(f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with")
+        raise BadInput(
+            f"{recording.name}: column {model.column} hardly ever changes: there is no noise to compare a model with"
+        )
     if signals.foretold(y):
-        raise BadInput(f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a "
-                       "model with")
+        raise BadInput(
+            f"{recording.name}: column {model.column}: every sample follows from those before: there is no noise to compare a "
+            "model with"
+        )
 
 
 def fitted(recording, model, y, known, seen):
@@ -123,8 +145,12 @@ def fitted(recording, model, y, known, seen):
 def with_forms(bench, parts):
     """Variants of regressors, and what a model file need not say of a shape: whichever the gyro follows."""
     for index, part in enumerate(parts):
-        others = [replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms]
-        trials = [parts] + [parts[:index] + [other] + parts[index + 1:] for other in others if other != part]
+        others = [
+            replace(one, form=form) for one in filters.unsaid(part) for form in part.effect.forms
+        ]
+        trials = [parts] + [
+            parts[:index] + [other] + parts[index + 1 :] for other in others if other != part
+        ]
         if len(trials) > 1:
             parts = max(trials, key=lambda trial: filters.worth(bench, trial))
     return parts
@@ -134,10 +160,10 @@ def with_decoded_states(bench, parts):
     """Telegraph noise of the given model as its decoded course, when its levels can be seen."""
     for index, part in enumerate(parts):
         if part.kind == "telegraph_noise":
-            trial = parts[:index] + parts[index + 1:]
+            trial = parts[:index] + parts[index + 1 :]
             found = candidates.Candidate(part.kind, part, 0.0, -1e9)
             candidates.decode_states(bench, trial, found)
-            parts = parts[:index] + [found.part] + parts[index + 1:]
+            parts = parts[:index] + [found.part] + parts[index + 1 :]
     return parts
 
 
@@ -170,7 +196,9 @@ def judged(state, quick=False):
     if noise:
         fit = state.bench.fit(noise)
         other = state.bench.whitened(noise, fit)
-        extra["spectrum"] = max(adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free))
+        extra["spectrum"] = max(
+            adequacy.spectrum_score(c, free), adequacy.spectrum_score(other, free)
+        )
     state.adequacy = adequacy.judge(c, free, extra, quick, state.bench.counts)
     state.cells, short = cells_of(state, variance)
     state.judgement = judge.judged(state.cells, short, state.adequacy.p_value, state.doubted)
@@ -214,14 +242,21 @@ def joined(state, part, replaces=None):
         parts = filters.responding(bench, parts)
     if part.kind != "telegraph_noise":
         alone = part.kind in candidates.REPEATED
-        parts = refine.refined(bench, parts, refine.sweeps_for(parts, part.kind), {one.kind for one in parts} - set(candidates.REPEATED) | {part.kind},
-                               only_last=alone)
+        parts = refine.refined(
+            bench,
+            parts,
+            refine.sweeps_for(parts, part.kind),
+            {one.kind for one in parts} - set(candidates.REPEATED) | {part.kind},
+            only_last=alone,
+        )
     parts = modulation.regrown(bench, parts, bench.fit(parts))
     bench = bench.resolving(parts)
     state = replace(state, bench=bench, parts=parts, fit=bench.fit(parts))
     if part.role != "mean":
         return state
-    return cleaned_again(state if state.known is None or part.kind in candidates.REPEATED else refilled(state))
+    return cleaned_again(
+        state if state.known is None or part.kind in candidates.REPEATED else refilled(state)
+    )
 
 
 def refilled(state):

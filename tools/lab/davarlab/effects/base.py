@@ -12,6 +12,7 @@ class Parameter:
     """`scale` turns the unit of the model file into deg/s and seconds. `values`: the words that it may be, for one that is no number;
     `text`: any word, the name of a column; `default`: what it is where a model file does not say; `optional`: where it is at the
     default it stays there, until diagnose finds that the effect is missing with it."""
+
     name: str
     unit: str
     low: float
@@ -44,6 +45,7 @@ class Effect:
     sized     False: the first parameter is a shape too
     simulate  (recording, parameters, rng, white) -> what it adds to the gyro, deg/s; None: from spectrum or regressor
     """
+
     kind: str
     physics: str
     parameters: tuple
@@ -68,7 +70,9 @@ class Effect:
     @property
     def shape_names(self):
         sizes = 0 if self.role == "filter" or not self.sized else 1
-        return [parameter.name for parameter in self.parameters[sizes:] if parameter.name != self.behind]
+        return [
+            parameter.name for parameter in self.parameters[sizes:] if parameter.name != self.behind
+        ]
 
     @property
     def forms(self):
@@ -76,7 +80,11 @@ class Effect:
 
     def shape_of(self, parameters):
         """The shape among parameters; what they do not say is at its default."""
-        return {p.name: parameters.get(p.name, p.default) for p in self.parameters if p.name in self.shape_names}
+        return {
+            p.name: parameters.get(p.name, p.default)
+            for p in self.parameters
+            if p.name in self.shape_names
+        }
 
     def said(self, shape):
         """The shape without what is optional and at its default: a lag of nothing."""

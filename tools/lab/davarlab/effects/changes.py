@@ -6,8 +6,8 @@ import numpy as np
 from scipy import ndimage
 
 from ..data import signals
-from .base import Effect, INFINITE, Parameter
-from .means import axes, AXIS
+from .base import INFINITE, Effect, Parameter
+from .means import AXIS, axes
 from .spectra import correlation_times, gauss_markov
 
 
@@ -15,23 +15,39 @@ def vibration_square(recording, axis, blocks, together=1):
     """Mean square of the accelerometer's fast part around each block, over so many blocks together, g^2."""
     window, count = max(3, int(recording.rate_hz)), len(blocks.energy)
     fast = signals.high_passed(recording.column(f"accel_{axis}_g"), window)
-    square = (fast[:count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1) * window / (window - 1)
+    square = (
+        (fast[: count * blocks.length].reshape(count, blocks.length) ** 2).mean(axis=1)
+        * window
+        / (window - 1)
+    )
     return ndimage.uniform_filter1d(square, together, mode="nearest")
 
 
 def lorentzian(f, rate_hz, shape):
     """Unit telegraph noise: levels 2 apart (+1 and -1, correlation time half the mean dwell), each switch to any of the others."""
     levels = shape.get("levels", 2.0)
-    return (levels ** 2 - 1) / 3 * gauss_markov(f, rate_hz, {"correlation_time_s": shape["mean_dwell_s"] * (levels - 1) / levels})
+    return (
+        (levels**2 - 1)
+        / 3
+        * gauss_markov(
+            f, rate_hz, {"correlation_time_s": shape["mean_dwell_s"] * (levels - 1) / levels}
+        )
+    )
 
 
 def simulate_telegraph(recording, parameters, rng, _):
-    flips = rng.random(recording.samples) < 1 - np.exp(-1 / (recording.rate_hz * parameters["mean_dwell_s"]))
+    flips = rng.random(recording.samples) < 1 - np.exp(
+        -1 / (recording.rate_hz * parameters["mean_dwell_s"])
+    )
     levels = int(parameters.get("levels", 2))
     if levels > 2:
-        moves = np.cumsum(np.where(flips, rng.integers(1, levels, recording.samples), 0)) + rng.integers(levels)
+        moves = np.cumsum(
+            np.where(flips, rng.integers(1, levels, recording.samples), 0)
+        ) + rng.integers(levels)
         return parameters["amplitude_dps"] * (2.0 * (moves % levels) - (levels - 1))
-    return parameters["amplitude_dps"] * np.where((np.cumsum(flips) + rng.integers(2)) % 2, 1.0, -1.0)
+    return parameters["amplitude_dps"] * np.where(
+        (np.cumsum(flips) + rng.integers(2)) % 2, 1.0, -1.0
+    )
 
 
 def simulate_shocks(recording, parameters, rng, _):
@@ -45,30 +61,68 @@ def simulate_noise_step(recording, parameters, rng, white):
 
 
 def simulate_vibration_noise(recording, parameters, rng, _):
-    square = signals.local_mean_square(recording.column(f"accel_{parameters['axis']}_g"), int(recording.rate_hz))
-    return parameters["coefficient_dps_per_g"] * np.sqrt(square) * rng.standard_normal(recording.samples)
+    square = signals.local_mean_square(
+        recording.column(f"accel_{parameters['axis']}_g"), int(recording.rate_hz)
+    )
+    return (
+        parameters["coefficient_dps_per_g"]
+        * np.sqrt(square)
+        * rng.standard_normal(recording.samples)
+    )
 
 
 TELEGRAPH_NOISE = Effect(
-    "telegraph_noise", "A trap in the electronics switches the bias between two levels, or a few evenly spaced ones.",
-    (Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE), Parameter("mean_dwell_s", "s", 1e-3, 1e7),
-     Parameter("levels", "", 2, 5, default=2.0, whole=True, searched=True)),
-    "Average over a tenth of the dwell: the histogram has as many peaks as there are levels.", "states", "a hump at 0.95 dwell times",
-    lorentzian, simulate=simulate_telegraph,
-    grid={"mean_dwell_s": lambda recording: 2 * correlation_times(recording), "levels": lambda _: (2.0,)})
+    "telegraph_noise",
+    "A trap in the electronics switches the bias between two levels, or a few evenly spaced ones.",
+    (
+        Parameter("amplitude_dps", "deg/s (half the jump)", 0, INFINITE),
+        Parameter("mean_dwell_s", "s", 1e-3, 1e7),
+        Parameter("levels", "", 2, 5, default=2.0, whole=True, searched=True),
+    ),
+    "Average over a tenth of the dwell: the histogram has as many peaks as there are levels.",
+    "states",
+    "a hump at 0.95 dwell times",
+    lorentzian,
+    simulate=simulate_telegraph,
+    grid={
+        "mean_dwell_s": lambda recording: 2 * correlation_times(recording),
+        "levels": lambda _: (2.0,),
+    },
+)
 VIBRATION_NOISE = Effect(
-    "vibration_noise", "Vibration adds white noise in proportion to its local rms.",
+    "vibration_noise",
+    "Vibration adds white noise in proportion to its local rms.",
     (Parameter("coefficient_dps_per_g", "deg/s per g rms", 0, INFINITE), AXIS),
-    "Shake at two levels: the rate noise must grow with the rms.", "variance", "slope -1/2, higher while it vibrates",
-    simulate=simulate_vibration_noise, grid={"axis": axes}, needs=("accel",),
-    variants={"over 5 s": partial(vibration_square, together=5)})
+    "Shake at two levels: the rate noise must grow with the rms.",
+    "variance",
+    "slope -1/2, higher while it vibrates",
+    simulate=simulate_vibration_noise,
+    grid={"axis": axes},
+    needs=("accel",),
+    variants={"over 5 s": partial(vibration_square, together=5)},
+)
 NOISE_STEP = Effect(
-    "noise_step", "For a while the white noise is larger: a supply, a radio, a loose mount.",
-    (Parameter("ratio", "", 0, INFINITE), Parameter("start_s", "s", 0, INFINITE), Parameter("stop_s", "s", 0, INFINITE)),
-    "Log what was switched on at these times and repeat it.", "variance", "slope -1/2, higher in the interval",
-    simulate=simulate_noise_step)
+    "noise_step",
+    "For a while the white noise is larger: a supply, a radio, a loose mount.",
+    (
+        Parameter("ratio", "", 0, INFINITE),
+        Parameter("start_s", "s", 0, INFINITE),
+        Parameter("stop_s", "s", 0, INFINITE),
+    ),
+    "Log what was switched on at these times and repeat it.",
+    "variance",
+    "slope -1/2, higher in the interval",
+    simulate=simulate_noise_step,
+)
 SHOCKS = Effect(
-    "shocks", "Knocks and single wild samples.",
-    (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("rate_per_hour", "1/h", 0, INFINITE)),
-    "Look at the accelerometer at the same instants, and knock on purpose.", "events", "slope -1/2 at short tau",
-    simulate=simulate_shocks)
+    "shocks",
+    "Knocks and single wild samples.",
+    (
+        Parameter("amplitude_dps", "deg/s", 0, INFINITE),
+        Parameter("rate_per_hour", "1/h", 0, INFINITE),
+    ),
+    "Look at the accelerometer at the same instants, and knock on purpose.",
+    "events",
+    "slope -1/2 at short tau",
+    simulate=simulate_shocks,
+)

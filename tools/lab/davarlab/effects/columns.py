@@ -6,16 +6,26 @@ import numpy as np
 from scipy import signal
 
 from ..data import signals
-from .base import Effect, INFINITE, Parameter
+from .base import INFINITE, Effect, Parameter
 
 ANY = (-INFINITE, INFINITE)
-SOUGHT_TOGETHER = ("temperature", "temperature_squared", "temperature_hysteresis", "temperature_noise", "follows")  # candidates/columns.py
+SOUGHT_TOGETHER = (
+    "temperature",
+    "temperature_squared",
+    "temperature_hysteresis",
+    "temperature_noise",
+    "follows",
+)  # candidates/columns.py
 LAGS_S = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 LAG_SHARE = 0.25  # of the record, the longest lag that it can show
 WIDTHS = (0.05, 0.1, 0.2, 0.4, 0.7)  # of the range of the temperature
 REFERENCE_DEGC = 25.0
 LAG = Parameter("lag_s", "s", 0, 1e6, default=0.0, optional=True)
-NOT_FOLLOWED = ("time", "temp_degC", "accel_")  # columns of which other effects know more; time is no cause
+NOT_FOLLOWED = (
+    "time",
+    "temp_degC",
+    "accel_",
+)  # columns of which other effects know more; time is no cause
 COPY = 0.9  # correlation of the sample-to-sample changes from which a column is the gyro itself in other words
 CLOCKLIKE = 1e-6  # of its range, that a column may depart from a straight line to count as a clock
 
@@ -24,7 +34,9 @@ def still(recording, name):
     """A column without the white noise of its own sensor; worked out once."""
     key = ("still", name)
     if key not in recording.measured:
-        recording.measured[key] = signals.denoised(recording.column(name)).astype(recording.columns[name].dtype, copy=False)
+        recording.measured[key] = signals.denoised(recording.column(name)).astype(
+            recording.columns[name].dtype, copy=False
+        )
     return recording.measured[key]
 
 
@@ -53,7 +65,7 @@ def play(x, width):
     for row in range(side):
         starts[row] = place
         place = min(max(place, low[row, -1]), high[row, -1])
-    return np.minimum(np.maximum(starts, low), high).ravel()[:len(x)]
+    return np.minimum(np.maximum(starts, low), high).ravel()[: len(x)]
 
 
 def slow_temperature(recording):
@@ -61,14 +73,16 @@ def slow_temperature(recording):
 
 
 def temperature(recording, shape, moving=False):
-    return lagged(slow_temperature(recording), recording.rate_hz, (shape or {}).get("lag_s", 0.0), moving)
+    return lagged(
+        slow_temperature(recording), recording.rate_hz, (shape or {}).get("lag_s", 0.0), moving
+    )
 
 
 def temperature_rate(recording, _, half_s=5.0):
     """The slope of the denoised temperature over twice `half_s`."""
     reach = max(1, int(half_s * recording.rate_hz))
     smooth = np.pad(temperature(recording, None), reach, mode="reflect", reflect_type="odd")
-    return (smooth[2 * reach:] - smooth[:-2 * reach]) * recording.rate_hz / (2 * reach)
+    return (smooth[2 * reach :] - smooth[: -2 * reach]) * recording.rate_hz / (2 * reach)
 
 
 def squared(recording, shape, about_mean=False):
@@ -101,12 +115,17 @@ def clocklike(x):
 
 def may_follow(recording, gyro=None):
     """The columns that `follows` may look at; `gyro`: the column that follows, of which none may be a copy."""
-    found = [name for name, values in recording.columns.items()
-             if name != gyro and not name.startswith(NOT_FOLLOWED) and not clocklike(values)]
+    found = [
+        name
+        for name, values in recording.columns.items()
+        if name != gyro and not name.startswith(NOT_FOLLOWED) and not clocklike(values)
+    ]
     if gyro is None:
         return found
     own = np.diff(recording.columns[gyro])
-    return [name for name in found if not abs(correlation(own, np.diff(recording.columns[name]))) > COPY]
+    return [
+        name for name in found if not abs(correlation(own, np.diff(recording.columns[name]))) > COPY
+    ]
 
 
 def correlation(a, b):
@@ -125,35 +144,81 @@ def simulate_temperature_noise(recording, parameters, _, white):
 
 
 TEMPERATURE = Effect(
-    "temperature", "The bias follows the temperature of the die.",
+    "temperature",
+    "The bias follows the temperature of the die.",
     (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY), LAG),
-    "Heat and cool the sensor twice: the bias must follow both times.", "mean", "the temperature's own, at long tau",
-    regressor=temperature, needs=("temp_degC",), grid={"lag_s": lags}, variants={"moving before": partial(temperature, moving=True)}, slow=True)
+    "Heat and cool the sensor twice: the bias must follow both times.",
+    "mean",
+    "the temperature's own, at long tau",
+    regressor=temperature,
+    needs=("temp_degC",),
+    grid={"lag_s": lags},
+    variants={"moving before": partial(temperature, moving=True)},
+    slow=True,
+)
 TEMPERATURE_RATE = Effect(
-    "temperature_rate", "Gradients inside the package follow the rate of the temperature.",
+    "temperature_rate",
+    "Gradients inside the package follow the rate of the temperature.",
     (Parameter("coefficient_dps_per_degC_per_s", "deg/s/(degC/s)", *ANY),),
-    "Heat at two rates to the same temperature: the bias differs while it heats, not after.", "mean",
-    "that of the temperature's slope", regressor=temperature_rate, needs=("temp_degC",),
-    variants={"over 1 s": partial(temperature_rate, half_s=0.5)}, slow=True)
+    "Heat at two rates to the same temperature: the bias differs while it heats, not after.",
+    "mean",
+    "that of the temperature's slope",
+    regressor=temperature_rate,
+    needs=("temp_degC",),
+    variants={"over 1 s": partial(temperature_rate, half_s=0.5)},
+    slow=True,
+)
 TEMPERATURE_SQUARED = Effect(
-    "temperature_squared", "The bias bends with the temperature: it follows the square of its distance from 25 degC.",
+    "temperature_squared",
+    "The bias bends with the temperature: it follows the square of its distance from 25 degC.",
     (Parameter("coefficient_dps_per_degC2", "deg/s/degC^2", *ANY), LAG),
-    "Hold three temperatures, ten degrees apart: the middle one is off the line through the outer two.", "mean",
-    "the temperature's own, at long tau", regressor=squared, needs=("temp_degC",), grid={"lag_s": lags},
-    variants={"about its mean": partial(squared, about_mean=True)}, slow=True)
+    "Hold three temperatures, ten degrees apart: the middle one is off the line through the outer two.",
+    "mean",
+    "the temperature's own, at long tau",
+    regressor=squared,
+    needs=("temp_degC",),
+    grid={"lag_s": lags},
+    variants={"about its mean": partial(squared, about_mean=True)},
+    slow=True,
+)
 TEMPERATURE_HYSTERESIS = Effect(
-    "temperature_hysteresis", "The package grips its die: the bias follows the temperature only when it has turned by a width.",
-    (Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY), Parameter("width_degC", "degC", 0, 1e3)),
-    "Heat and cool slowly over the same range: at one temperature the bias differs on the way up and down, however slow.", "mean",
-    "the temperature's own, at long tau", regressor=hysteresis, needs=("temp_degC",), grid={"width_degC": widths}, slow=True)
+    "temperature_hysteresis",
+    "The package grips its die: the bias follows the temperature only when it has turned by a width.",
+    (
+        Parameter("coefficient_dps_per_degC", "deg/s/degC", *ANY),
+        Parameter("width_degC", "degC", 0, 1e3),
+    ),
+    "Heat and cool slowly over the same range: at one temperature the bias differs on the way up and down, however slow.",
+    "mean",
+    "the temperature's own, at long tau",
+    regressor=hysteresis,
+    needs=("temp_degC",),
+    grid={"width_degC": widths},
+    slow=True,
+)
 TEMPERATURE_NOISE = Effect(
-    "temperature_noise", "The white noise grows with the temperature.",
+    "temperature_noise",
+    "The white noise grows with the temperature.",
     (Parameter("relative_per_degC", "1/degC", -10, 10),),
-    "Hold two temperatures: the noise of single samples must differ, and come back.", "variance", "slope -1/2, higher while it is hot",
-    simulate=simulate_temperature_noise, needs=("temp_degC",), sized=False)
+    "Hold two temperatures: the noise of single samples must differ, and come back.",
+    "variance",
+    "slope -1/2, higher while it is hot",
+    simulate=simulate_temperature_noise,
+    needs=("temp_degC",),
+    sized=False,
+)
 FOLLOWS = Effect(
-    "follows", "The bias follows another logged column: a supply, a neighbouring axis, a current.",
-    (Parameter("coefficient", "deg/s per unit of the column", *ANY),
-     Parameter("column", "name of a column", *ANY, text=True), LAG),
-    "Move that quantity alone, up and down twice: the bias must follow both times.", "mean", "that of the column",
-    regressor=follow, grid={"column": may_follow, "lag_s": lags}, variants={"still": partial(follow, denoised=True)})
+    "follows",
+    "The bias follows another logged column: a supply, a neighbouring axis, a current.",
+    (
+        Parameter("coefficient", "deg/s per unit of the column", *ANY),
+        Parameter("column", "name of a column", *ANY, text=True),
+        LAG,
+    ),
+    "Move that quantity alone, up and down twice: the bias must follow both times.",
+    "mean",
+    "that of the column",
+    regressor=follow,
+    grid={"column": may_follow, "lag_s": lags},
+    variants={"still": partial(follow, denoised=True)},
+)

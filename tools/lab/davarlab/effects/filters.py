@@ -15,7 +15,9 @@ def folded(f, rate_hz, cutoff_hz, order):
         decay = np.exp(-2 * np.pi * cutoff_hz / rate_hz)
         return (1 - decay) ** 2 / np.abs(1 - decay * np.exp(-1j * angular(f, rate_hz))) ** 2
     image = np.arange(-IMAGES, IMAGES + 1) * rate_hz
-    return sum(1 / (1 + ((f + one) / cutoff_hz) ** 4) for one in image) / float(np.sum(1 / (1 + (image / cutoff_hz) ** 4)))
+    return sum(1 / (1 + ((f + one) / cutoff_hz) ** 4) for one in image) / float(
+        np.sum(1 / (1 + (image / cutoff_hz) ** 4))
+    )
 
 
 def low_pass(f, rate_hz, shape):
@@ -27,7 +29,11 @@ def low_pass(f, rate_hz, shape):
         return 1 / (1 + (f / shape["cutoff_hz"]) ** (2 * order))
     if response == "bilinear":
         edge = min(shape["cutoff_hz"] / rate_hz, 0.499)
-        return 1 / (1 + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge)) ** (2 * order))
+        return 1 / (
+            1
+            + (np.tan(np.minimum(np.pi * f / rate_hz, 0.4999 * np.pi)) / np.tan(np.pi * edge))
+            ** (2 * order)
+        )
     return folded(f, rate_hz, shape["cutoff_hz"], order)
 
 
@@ -36,8 +42,12 @@ def moving_average(f, rate_hz, shape):
     samples = shape["samples"]
     whole = int(samples)
     turn = np.exp(-1j * angular(f, rate_hz))
-    start = np.where(np.abs(1 - turn) > 1e-9, (1 - turn ** whole) / np.where(np.abs(1 - turn) > 1e-9, 1 - turn, 1), whole)
-    return np.abs(start + (samples - whole) * turn ** whole) ** 2 / samples ** 2
+    start = np.where(
+        np.abs(1 - turn) > 1e-9,
+        (1 - turn**whole) / np.where(np.abs(1 - turn) > 1e-9, 1 - turn, 1),
+        whole,
+    )
+    return np.abs(start + (samples - whole) * turn**whole) ** 2 / samples**2
 
 
 def high_pass(f, rate_hz, shape):
@@ -65,21 +75,41 @@ def corner_periods(recording):
 
 
 LOW_PASS = Effect(
-    "low_pass", "The sensor's own bandwidth cuts everything in front of it; the noise of counts comes behind.",
-    (Parameter("cutoff_hz", "Hz", 1e-3, 1e6), Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
-     Parameter("order", "", 1, 2, values=(1, 2), default=1),
-     Parameter("noise_behind_dps", "deg/s", 0, INFINITE, default=0.0)),
-    "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.", "filter",
-    "slope between 0 and -1/2 below the time constant", low_pass,
-    grid={"cutoff_hz": cutoffs, "response": lambda _: RESPONSES, "order": lambda _: (1, 2)}, behind="noise_behind_dps",
-    variants={"behind": low_pass})
+    "low_pass",
+    "The sensor's own bandwidth cuts everything in front of it; the noise of counts comes behind.",
+    (
+        Parameter("cutoff_hz", "Hz", 1e-3, 1e6),
+        Parameter("response", "", -INFINITE, INFINITE, values=RESPONSES, default=RESPONSES[0]),
+        Parameter("order", "", 1, 2, values=(1, 2), default=1),
+        Parameter("noise_behind_dps", "deg/s", 0, INFINITE, default=0.0),
+    ),
+    "Change the bandwidth setting of the sensor: the bend of the spectrum must follow.",
+    "filter",
+    "slope between 0 and -1/2 below the time constant",
+    low_pass,
+    grid={"cutoff_hz": cutoffs, "response": lambda _: RESPONSES, "order": lambda _: (1, 2)},
+    behind="noise_behind_dps",
+    variants={"behind": low_pass},
+)
 MOVING_AVERAGE = Effect(
-    "moving_average", "The sensor delivers means of its samples: each output remembers the one before.",
+    "moving_average",
+    "The sensor delivers means of its samples: each output remembers the one before.",
     (Parameter("samples", "", 1, 1e6),),
-    "Look at the data sheet's decimation or averaging setting and change it: the zeros of the spectrum must move.", "filter",
-    "slope between 0 and -1/2 below the length of the mean", moving_average, grid={"samples": lengths})
+    "Look at the data sheet's decimation or averaging setting and change it: the zeros of the spectrum must move.",
+    "filter",
+    "slope between 0 and -1/2 below the length of the mean",
+    moving_average,
+    grid={"samples": lengths},
+)
 HIGH_PASS = Effect(
-    "high_pass", "Software subtracts its own slow estimate of the bias.",
+    "high_pass",
+    "Software subtracts its own slow estimate of the bias.",
     (Parameter("corner_period_s", "s", 1e-3, 1e7),),
-    "Switch the bias correction of the driver off, or turn the sensor slowly: a steady rate must not fade.", "filter",
-    "falls faster than -1/2 at long tau", high_pass, regressor=settle, grid={"corner_period_s": corner_periods}, slow=True)
+    "Switch the bias correction of the driver off, or turn the sensor slowly: a steady rate must not fade.",
+    "filter",
+    "falls faster than -1/2 at long tau",
+    high_pass,
+    regressor=settle,
+    grid={"corner_period_s": corner_periods},
+    slow=True,
+)

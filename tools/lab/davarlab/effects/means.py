@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ..data import signals
-from .base import Effect, INFINITE, Parameter
+from .base import INFINITE, Effect, Parameter
 
 ANY = (-INFINITE, INFINITE)
 AXIS = Parameter("axis", "x, y, z", *ANY, values=("x", "y", "z"))
@@ -25,7 +25,9 @@ def line(recording, shape, turn=0.0):
 
 def line_for_a_while(recording, shape, turn=0.0):
     time = recording.time_s
-    return np.where((time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0)
+    return np.where(
+        (time >= shape["start_s"]) & (time < shape["stop_s"]), line(recording, shape, turn), 0.0
+    )
 
 
 def step(recording, shape):
@@ -45,7 +47,9 @@ def still_acceleration(recording, shape):
 
 
 def vibration_square(recording, shape, window_s=2.0):
-    return signals.local_mean_square(acceleration(recording, shape), int(window_s * recording.rate_hz))
+    return signals.local_mean_square(
+        acceleration(recording, shape), int(window_s * recording.rate_hz)
+    )
 
 
 def time_constants(recording):
@@ -54,43 +58,89 @@ def time_constants(recording):
 
 
 def sudden_vibration_square(recording, shape):
-    return signals.mean_square_between(acceleration(recording, shape), max(2, int(recording.rate_hz)),
-                                       max(signals.SHORTEST, int(60 * recording.rate_hz)))
+    return signals.mean_square_between(
+        acceleration(recording, shape),
+        max(2, int(recording.rate_hz)),
+        max(signals.SHORTEST, int(60 * recording.rate_hz)),
+    )
 
 
 RATE_RAMP = Effect(
-    "rate_ramp", "The bias moves steadily: ageing, a supply that drifts.",
-    (Parameter("coefficient_deg_per_h2", "deg/h^2", *ANY, 1 / 3600 ** 2),),
-    "Record twice as long: a ramp goes on, a warm-up bends, a random walk turns.", "mean", "slope +1", regressor=ramp, slow=True)
+    "rate_ramp",
+    "The bias moves steadily: ageing, a supply that drifts.",
+    (Parameter("coefficient_deg_per_h2", "deg/h^2", *ANY, 1 / 3600**2),),
+    "Record twice as long: a ramp goes on, a warm-up bends, a random walk turns.",
+    "mean",
+    "slope +1",
+    regressor=ramp,
+    slow=True,
+)
 SINUSOID = Effect(
-    "sinusoid", "A periodic motion or an electrical line.",
+    "sinusoid",
+    "A periodic motion or an electrical line.",
     (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6)),
-    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.", "mean",
-    "a hump at 0.4 periods with ripples after it", regressor=line)
+    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.",
+    "mean",
+    "a hump at 0.4 periods with ripples after it",
+    regressor=line,
+)
 INTERMITTENT_LINE = Effect(
-    "intermittent_line", "A machine that runs for a while: a line between two instants.",
-    (Parameter("amplitude_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6, searched=True),
-     Parameter("start_s", "s", 0, INFINITE, searched=True), Parameter("stop_s", "s", 0, INFINITE, searched=True)),
-    "Log what was switched on at these times, and switch it on again: the line must come back.", "mean",
-    "a hump at 0.4 periods in these windows only", regressor=line_for_a_while)
+    "intermittent_line",
+    "A machine that runs for a while: a line between two instants.",
+    (
+        Parameter("amplitude_dps", "deg/s", 0, INFINITE),
+        Parameter("frequency_hz", "Hz", 1e-6, 1e6, searched=True),
+        Parameter("start_s", "s", 0, INFINITE, searched=True),
+        Parameter("stop_s", "s", 0, INFINITE, searched=True),
+    ),
+    "Log what was switched on at these times, and switch it on again: the line must come back.",
+    "mean",
+    "a hump at 0.4 periods in these windows only",
+    regressor=line_for_a_while,
+)
 BIAS_STEP = Effect(
-    "bias_step", "The bias jumps once: a stress that lets go, a supply that switches, a range or register that changes.",
+    "bias_step",
+    "The bias jumps once: a stress that lets go, a supply that switches, a range or register that changes.",
     (Parameter("step_dps", "deg/s", *ANY), Parameter("time_s", "s", 0, INFINITE, searched=True)),
-    "Repeat the recording: a step comes at another time or not at all. Look at what happened at that instant.", "mean",
-    "slope up to +1/2 in the windows that hold the step only", regressor=step)
+    "Repeat the recording: a step comes at another time or not at all. Look at what happened at that instant.",
+    "mean",
+    "slope up to +1/2 in the windows that hold the step only",
+    regressor=step,
+)
 G_SENSITIVITY = Effect(
-    "g_sensitivity", "Acceleration bends the structure: the rate follows the specific force along an axis.",
+    "g_sensitivity",
+    "Acceleration bends the structure: the rate follows the specific force along an axis.",
     (Parameter("coefficient_dps_per_g", "deg/s/g", *ANY), AXIS),
-    "Turn the sensor over (+1 g, -1 g): the bias changes by twice the coefficient.", "mean", "the accelerometer's own",
-    regressor=acceleration, grid={"axis": axes}, needs=("accel",), variants={"still": still_acceleration})
+    "Turn the sensor over (+1 g, -1 g): the bias changes by twice the coefficient.",
+    "mean",
+    "the accelerometer's own",
+    regressor=acceleration,
+    grid={"axis": axes},
+    needs=("accel",),
+    variants={"still": still_acceleration},
+)
 VIBRATION_RECTIFICATION = Effect(
-    "vibration_rectification", "The square of the vibration leaves a bias.",
+    "vibration_rectification",
+    "The square of the vibration leaves a bias.",
     (Parameter("coefficient_dps_per_g2", "deg/s/g^2", *ANY), AXIS),
-    "Shake at two levels: the bias grows with the square of the rms.", "mean", "steps of bias while it vibrates",
-    regressor=vibration_square, grid={"axis": axes}, needs=("accel",),
-    variants={f"over {s} s": partial(vibration_square, window_s=s) for s in (1, 5)} | {"sudden": sudden_vibration_square}, slow=True)
+    "Shake at two levels: the bias grows with the square of the rms.",
+    "mean",
+    "steps of bias while it vibrates",
+    regressor=vibration_square,
+    grid={"axis": axes},
+    needs=("accel",),
+    variants={f"over {s} s": partial(vibration_square, window_s=s) for s in (1, 5)}
+    | {"sudden": sudden_vibration_square},
+    slow=True,
+)
 WARM_UP = Effect(
-    "warm_up", "After power-on the bias settles exponentially.",
+    "warm_up",
+    "After power-on the bias settles exponentially.",
     (Parameter("amplitude_dps", "deg/s", *ANY), Parameter("time_constant_s", "s", 1e-3, 1e7)),
-    "Switch off for an hour and on again: the same course must come back.", "mean", "slope up to +1 at long tau",
-    regressor=warm_up, grid={"time_constant_s": time_constants}, slow=True)
+    "Switch off for an hour and on again: the same course must come back.",
+    "mean",
+    "slope up to +1 at long tau",
+    regressor=warm_up,
+    grid={"time_constant_s": time_constants},
+    slow=True,
+)

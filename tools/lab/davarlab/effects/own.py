@@ -29,7 +29,10 @@ def executed(path):
     try:
         with contextlib.redirect_stdout(sys.stderr):
             exec(compile(text, path, "exec"), module.__dict__)
-    except (Exception, SystemExit) as why:  # the person's own code: whatever it raises is a mistake in that file
+    except (
+        Exception,
+        SystemExit,
+    ) as why:  # the person's own code: whatever it raises is a mistake in that file
         raise BadInput(f"--effects: {path}: {in_one_line(why)}") from None
     return module
 
@@ -55,7 +58,9 @@ def numbers(where, value, shape):
     except (TypeError, ValueError):
         raise BadInput(f"{where}: not an array of numbers") from None
     if found.shape != shape:
-        raise BadInput(f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of {shape[0]} values")
+        raise BadInput(
+            f"{where}: {found.shape[0] if found.ndim == 1 else f'shape {found.shape}'} instead of {shape[0]} values"
+        )
     if not np.all(np.isfinite(found)):
         raise BadInput(f"{where}: not finite at index {int(np.argmin(np.isfinite(found)))}")
     return found
@@ -63,8 +68,10 @@ def numbers(where, value, shape):
 
 def checked_course(where, function):
     """A regressor, or what simulates: one value per sample of the recording, its first argument."""
+
     def course(recording, *arguments):
         return numbers(where, asked(where, function, recording, *arguments), (recording.samples,))
+
     return course
 
 
@@ -72,28 +79,40 @@ def checked_spectrum(where, function):
     def spectrum(f, rate_hz, shape):
         found = numbers(where, asked(where, function, f, rate_hz, shape), np.shape(f))
         if np.any(found < 0) or not np.any(found > 0):
-            raise BadInput(f"{where}: {'negative' if np.any(found < 0) else 'zero'} at {f[int(np.argmin(found))]:.4g} Hz")
+            raise BadInput(
+                f"{where}: {'negative' if np.any(found < 0) else 'zero'} at {f[int(np.argmin(found))]:.4g} Hz"
+            )
         return found
+
     return spectrum
 
 
 def checked_grid(where, parameter, function):
     """The values of a shape parameter that are worth trying, within its bounds."""
+
     def grid(recording):
         found = asked(where, function, recording)
         if not isinstance(found, Iterable):
             raise BadInput(f"{where}: not a list of values")
         found = list(found)
         for value in found:
-            if not (value in parameter.values if parameter.values else
-                    isinstance(value, (int, float, np.number)) and parameter.low <= value <= parameter.high):
+            if not (
+                value in parameter.values
+                if parameter.values
+                else isinstance(value, (int, float, np.number))
+                and parameter.low <= value <= parameter.high
+            ):
                 raise BadInput(f"{where}: {value!r} is not a value that {parameter.name} may have")
         return found
+
     return grid
 
 
 def bounded(parameter):
-    return all(isinstance(end, (int, float)) for end in (parameter.low, parameter.high)) and parameter.low < parameter.high
+    return (
+        all(isinstance(end, (int, float)) for end in (parameter.low, parameter.high))
+        and parameter.low < parameter.high
+    )
 
 
 def check_form(effect, where):
@@ -105,15 +124,30 @@ def check_form(effect, where):
         raise BadInput(f"{where}: its kind must be a word of letters, digits and _")
     for name, form in (("needs", tuple), ("grid", dict), ("variants", dict)):
         if not isinstance(getattr(effect, name), form):
-            raise BadInput(f"{where}: {name} must be a {form.__name__}" + (': ("column",)' if form is tuple else ""))
+            raise BadInput(
+                f"{where}: {name} must be a {form.__name__}"
+                + (': ("column",)' if form is tuple else "")
+            )
     parameters = effect.parameters
-    if not isinstance(parameters, tuple) or not parameters or not all(isinstance(one, Parameter) for one in parameters):
-        raise BadInput(f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)")
+    if (
+        not isinstance(parameters, tuple)
+        or not parameters
+        or not all(isinstance(one, Parameter) for one in parameters)
+    ):
+        raise BadInput(
+            f"{where}: its parameters must be a tuple of Parameter, the size first: (Parameter(...),)"
+        )
     for one in parameters:
-        if not (one.values or one.text or bounded(one)) or not str(one.name).isidentifier() or one.name == "kind":
+        if (
+            not (one.values or one.text or bounded(one))
+            or not str(one.name).isidentifier()
+            or one.name == "kind"
+        ):
             raise BadInput(f"{where}: parameter {one.name}: a word and bounds low < high expected")
         if one.name in effect.shape_names and not callable(effect.grid.get(one.name)):
-            raise BadInput(f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try")
+            raise BadInput(
+                f"{where}: shape parameter {one.name} needs a grid: a function of the recording that gives values to try"
+            )
 
 
 def checked(effect, path):
@@ -122,16 +156,27 @@ def checked(effect, path):
     check_form(effect, where)
     by_name = {parameter.name: parameter for parameter in effect.parameters}
     return replace(
-        effect, regressor=effect.regressor and checked_course(f"{where}: regressor", effect.regressor),
+        effect,
+        regressor=effect.regressor and checked_course(f"{where}: regressor", effect.regressor),
         simulate=effect.simulate and checked_course(f"{where}: simulate", effect.simulate),
         spectrum=effect.spectrum and checked_spectrum(f"{where}: spectrum", effect.spectrum),
-        variants={name: checked_course(f"{where}: variant {name}", one) for name, one in effect.variants.items()},
-        grid={name: checked_grid(f"{where}: grid of {name}", by_name[name], one) for name, one in effect.grid.items() if name in by_name})
+        variants={
+            name: checked_course(f"{where}: variant {name}", one)
+            for name, one in effect.variants.items()
+        },
+        grid={
+            name: checked_grid(f"{where}: grid of {name}", by_name[name], one)
+            for name, one in effect.grid.items()
+            if name in by_name
+        },
+    )
 
 
 def load(path):
     """Adds every Effect of a Python file to the table. Raises BadInput that names the file and the effect."""
-    found = {id(value): value for value in vars(executed(path)).values() if isinstance(value, Effect)}
+    found = {
+        id(value): value for value in vars(executed(path)).values() if isinstance(value, Effect)
+    }
     own = [effect for effect in found.values() if table.TABLE.get(effect.kind) is not effect]
     if not own:
         raise BadInput(f"--effects: {path}: no Effect in it")

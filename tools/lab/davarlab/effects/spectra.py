@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import fft
 
-from .base import Effect, INFINITE, Parameter
+from .base import INFINITE, Effect, Parameter
 
 MEMORIES = (0.0, 0.04, 0.1, 0.25, -0.04, -0.1, -0.25)
 
@@ -20,7 +20,12 @@ def quantization(f, rate_hz, shape):
     """`memory`: correlation of the rounding error of the angle with the one before. 0 where noise moves the angle by a count or more
     per sample; there and only there the error is white."""
     a = shape.get("memory", 0.0)
-    return rate_hz ** 2 * difference_gain(f, rate_hz) * (1 - a * a) / ((1 - a) ** 2 + a * difference_gain(f, rate_hz))
+    return (
+        rate_hz**2
+        * difference_gain(f, rate_hz)
+        * (1 - a * a)
+        / ((1 - a) ** 2 + a * difference_gain(f, rate_hz))
+    )
 
 
 def white(f, rate_hz, _):
@@ -37,15 +42,19 @@ def random_walk(f, rate_hz, _):
 
 def gauss_markov(f, rate_hz, shape):
     decay = np.exp(-1 / (rate_hz * shape["correlation_time_s"]))
-    return (1 - decay ** 2) / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
+    return (1 - decay**2) / ((1 - decay) ** 2 + decay * difference_gain(f, rate_hz))
 
 
 def narrow_band(f, rate_hz, shape):
     """A line with a width: unit variance, Lorentzian about its frequency, wrapped at the sample rate."""
     memory = np.exp(-2 * np.pi * shape["half_width_hz"] / rate_hz)
     level = (1 - memory) ** 2
-    return sum(0.5 * (1 - memory ** 2) / (level + 4 * memory * np.sin(angular(f + side * shape["frequency_hz"], rate_hz) / 2) ** 2)
-               for side in (-1, 1))
+    return sum(
+        0.5
+        * (1 - memory**2)
+        / (level + 4 * memory * np.sin(angular(f + side * shape["frequency_hz"], rate_hz) / 2) ** 2)
+        for side in (-1, 1)
+    )
 
 
 def from_spectrum(spectrum, samples, rate_hz, rng):
@@ -64,7 +73,10 @@ def simulate_random_walk(recording, parameters, rng, _):
 
 
 def simulate_quantization(recording, parameters, rng, _):
-    return np.diff(parameters["coefficient_deg"] * rng.standard_normal(recording.samples + 1)) * recording.rate_hz
+    return (
+        np.diff(parameters["coefficient_deg"] * rng.standard_normal(recording.samples + 1))
+        * recording.rate_hz
+    )
 
 
 def correlation_times(recording):
@@ -72,33 +84,71 @@ def correlation_times(recording):
 
 
 QUANTIZATION = Effect(
-    "quantization", "The angle is known in steps only, so the rate carries differenced angle noise.",
-    (Parameter("coefficient_deg", "deg", 0, INFINITE), Parameter("memory", "", -0.95, 0.95, default=0.0)),
-    "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.", "spectrum",
-    "slope -1 at the shortest tau", quantization, simulate=simulate_quantization, grid={"memory": lambda _: MEMORIES}, in_front=False)
+    "quantization",
+    "The angle is known in steps only, so the rate carries differenced angle noise.",
+    (
+        Parameter("coefficient_deg", "deg", 0, INFINITE),
+        Parameter("memory", "", -0.95, 0.95, default=0.0),
+    ),
+    "Log at a higher rate or with finer counts: the excess at short tau must fall with the count.",
+    "spectrum",
+    "slope -1 at the shortest tau",
+    quantization,
+    simulate=simulate_quantization,
+    grid={"memory": lambda _: MEMORIES},
+    in_front=False,
+)
 ANGLE_RANDOM_WALK = Effect(
-    "angle_random_walk", "White rate noise, thermal and electronic; its integral is a random walk of angle.",
+    "angle_random_walk",
+    "White rate noise, thermal and electronic; its integral is a random walk of angle.",
     (Parameter("coefficient_deg_per_sqrt_h", "deg/sqrt(h)", 0, INFINITE, 1 / 60),),
-    "Average a quiet stretch: the Allan deviation falls with slope -1/2.", "spectrum", "slope -1/2", white)
+    "Average a quiet stretch: the Allan deviation falls with slope -1/2.",
+    "spectrum",
+    "slope -1/2",
+    white,
+)
 BIAS_INSTABILITY = Effect(
-    "bias_instability", "Flicker noise of the electronics moves the bias at every time scale.",
+    "bias_instability",
+    "Flicker noise of the electronics moves the bias at every time scale.",
     (Parameter("coefficient_deg_per_h", "deg/h", 0, INFINITE, 1 / 3600),),
-    "Record ten times longer: the floor of the Allan deviation stays flat.", "spectrum", "flat", flicker)
+    "Record ten times longer: the floor of the Allan deviation stays flat.",
+    "spectrum",
+    "flat",
+    flicker,
+)
 RATE_RANDOM_WALK = Effect(
-    "rate_random_walk", "The bias itself does a random walk (ageing, slow stress).",
+    "rate_random_walk",
+    "The bias itself does a random walk (ageing, slow stress).",
     (Parameter("coefficient_deg_per_h_per_sqrt_h", "deg/h/sqrt(h)", 0, INFINITE, 1 / 216000),),
     "Repeat the recording: a random walk takes another way each time, a ramp or warm-up the same. Keep the temperature still: what then "
-    "is gone was heat that the gyro feels later than the thermometer, or in another way up than down.", "spectrum",
-    "slope +1/2 at long tau", random_walk, simulate=simulate_random_walk)
+    "is gone was heat that the gyro feels later than the thermometer, or in another way up than down.",
+    "spectrum",
+    "slope +1/2 at long tau",
+    random_walk,
+    simulate=simulate_random_walk,
+)
 GAUSS_MARKOV = Effect(
-    "gauss_markov", "Noise with one correlation time: a slow fluctuation that forgets itself.",
+    "gauss_markov",
+    "Noise with one correlation time: a slow fluctuation that forgets itself.",
     (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("correlation_time_s", "s", 1e-3, 1e7)),
     "Record at least a hundred correlation times: the hump keeps its place. Telegraph noise whose levels the white noise hides looks the "
     "same: average over a tenth of the dwell (twice the correlation time); two peaks in the histogram are telegraph noise. Keep the temperature still: "
-    "what then is gone was heat that the gyro feels later than the thermometer.", "spectrum",
-    "a hump at 1.9 correlation times", gauss_markov, grid={"correlation_time_s": correlation_times})
+    "what then is gone was heat that the gyro feels later than the thermometer.",
+    "spectrum",
+    "a hump at 1.9 correlation times",
+    gauss_markov,
+    grid={"correlation_time_s": correlation_times},
+)
 NARROW_BAND = Effect(
-    "narrow_band", "A line with a width: a fan, a mount that rings, an alias of either.",
-    (Parameter("std_dps", "deg/s", 0, INFINITE), Parameter("frequency_hz", "Hz", 1e-6, 1e6), Parameter("half_width_hz", "Hz", 1e-9, 1e6)),
-    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.", "spectrum",
-    "a hump at 0.4 periods, without ripples", narrow_band)
+    "narrow_band",
+    "A line with a width: a fan, a mount that rings, an alias of either.",
+    (
+        Parameter("std_dps", "deg/s", 0, INFINITE),
+        Parameter("frequency_hz", "Hz", 1e-6, 1e6),
+        Parameter("half_width_hz", "Hz", 1e-9, 1e6),
+    ),
+    "Change the sample rate: an alias moves, a real line stays. Switch off fans and supplies.",
+    "spectrum",
+    "a hump at 0.4 periods, without ripples",
+    narrow_band,
+)

@@ -3,18 +3,44 @@
 from ..errors import BadInput
 from . import changes, columns, filters, means, spectra
 
-TABLE = {effect.kind: effect for effect in (
-    spectra.QUANTIZATION, spectra.ANGLE_RANDOM_WALK, spectra.BIAS_INSTABILITY, spectra.RATE_RANDOM_WALK,
-    means.RATE_RAMP, spectra.GAUSS_MARKOV, means.SINUSOID, spectra.NARROW_BAND, filters.LOW_PASS, filters.MOVING_AVERAGE,
-    filters.HIGH_PASS, columns.TEMPERATURE, columns.TEMPERATURE_RATE,
-    means.G_SENSITIVITY, changes.VIBRATION_NOISE, means.VIBRATION_RECTIFICATION, means.WARM_UP, changes.TELEGRAPH_NOISE,
-    changes.NOISE_STEP, changes.SHOCKS, columns.TEMPERATURE_SQUARED, columns.TEMPERATURE_HYSTERESIS, columns.TEMPERATURE_NOISE,
-    columns.FOLLOWS, means.INTERMITTENT_LINE, means.BIAS_STEP)}
+TABLE = {
+    effect.kind: effect
+    for effect in (
+        spectra.QUANTIZATION,
+        spectra.ANGLE_RANDOM_WALK,
+        spectra.BIAS_INSTABILITY,
+        spectra.RATE_RANDOM_WALK,
+        means.RATE_RAMP,
+        spectra.GAUSS_MARKOV,
+        means.SINUSOID,
+        spectra.NARROW_BAND,
+        filters.LOW_PASS,
+        filters.MOVING_AVERAGE,
+        filters.HIGH_PASS,
+        columns.TEMPERATURE,
+        columns.TEMPERATURE_RATE,
+        means.G_SENSITIVITY,
+        changes.VIBRATION_NOISE,
+        means.VIBRATION_RECTIFICATION,
+        means.WARM_UP,
+        changes.TELEGRAPH_NOISE,
+        changes.NOISE_STEP,
+        changes.SHOCKS,
+        columns.TEMPERATURE_SQUARED,
+        columns.TEMPERATURE_HYSTERESIS,
+        columns.TEMPERATURE_NOISE,
+        columns.FOLLOWS,
+        means.INTERMITTENT_LINE,
+        means.BIAS_STEP,
+    )
+}
 
 BUILT_IN = tuple(TABLE)
 
 
 def find(kind, where=""):
     if not isinstance(kind, str) or kind not in TABLE:
-        raise BadInput(f"{where + ': ' if where else ''}unknown kind {kind!r} (known: {', '.join(TABLE)})")
+        raise BadInput(
+            f"{where + ': ' if where else ''}unknown kind {kind!r} (known: {', '.join(TABLE)})"
+        )
     return TABLE[kind]

@@ -17,7 +17,12 @@ def client(address, workers):
     """A Dask client. Raises BadInput when no scheduler answers, or it has no workers."""
     import dask
     from dask import distributed
-    quiet = {"distributed.scheduler.allowed-failures": 1, "distributed.comm.timeouts.connect": WAIT_S, "distributed.admin.log-format": "%(message)s"}
+
+    quiet = {
+        "distributed.scheduler.allowed-failures": 1,
+        "distributed.comm.timeouts.connect": WAIT_S,
+        "distributed.admin.log-format": "%(message)s",
+    }
     with dask.config.set(quiet), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
@@ -26,8 +31,14 @@ def client(address, workers):
                 yield found
             return
         with deaf():
-            local = distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address="127.0.0.1:0",
-                                             silence_logs=logging.CRITICAL)
+            local = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL,
+            )
         with local, distributed.Client(local) as found:
             yield found
 
@@ -50,7 +61,9 @@ def remote(distributed, address):
     try:
         found = distributed.Client(address, timeout=WAIT_S)
     except (OSError, ValueError, TimeoutError) as why:
-        raise BadInput(f"--scheduler {address}: no answer ({' '.join(str(why).split())[:120]})") from None
+        raise BadInput(
+            f"--scheduler {address}: no answer ({' '.join(str(why).split())[:120]})"
+        ) from None
     with found:
         if not found.scheduler_info()["workers"]:
             raise BadInput(f"--scheduler {address}: it has no workers")
@@ -59,6 +72,7 @@ def remote(distributed, address):
 
 def version():
     from ..report import contents
+
     return contents.versions()["davar"]
 
 
@@ -67,7 +81,9 @@ def check_versions(found, own):
     try:
         there = found.run(version)
     except Exception as why:  # whatever a worker raises that lacks the package
-        raise BadInput(f"--scheduler: a worker cannot run davarlab ({' '.join(str(why).split())[:120]})") from None
+        raise BadInput(
+            f"--scheduler: a worker cannot run davarlab ({' '.join(str(why).split())[:120]})"
+        ) from None
     for worker, other in there.items():
         if other != own:
             raise BadInput(f"--scheduler: worker {worker} has davar {other}, this is {own}")
@@ -76,12 +92,21 @@ def check_versions(found, own):
 def results(found, work):
     """(job, what measured() made of it) as they come; a worker that dies of a file twice is that file's failure."""
     from dask import distributed
-    futures = {found.submit(jobs.measured, job, pure=False, key=f"davar-{place}-{id(work)}"): job for place, job in enumerate(work)}
+
+    futures = {
+        found.submit(jobs.measured, job, pure=False, key=f"davar-{place}-{id(work)}"): job
+        for place, job in enumerate(work)
+    }
     for future in distributed.as_completed(futures):
         if future.status == "finished":
             done = future.result()
         else:
             why = future.exception()
-            done = {"rows": [{"failed": f"its worker died ({type(why).__name__})"}], "seconds": 0.0, "cpu_s": 0.0, "again": True}
+            done = {
+                "rows": [{"failed": f"its worker died ({type(why).__name__})"}],
+                "seconds": 0.0,
+                "cpu_s": 0.0,
+                "again": True,
+            }
         yield futures.pop(future), done
         future.release()

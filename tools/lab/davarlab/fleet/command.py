@@ -8,11 +8,13 @@ import signal
 import time
 import zlib
 
-from .. import files, model as models
+from .. import files
+from .. import model as models
 from ..errors import BadInput
 from ..logs import door
 from ..report import contents, values
-from . import cluster, job as jobs, limits, population, sources, store
+from . import cluster, limits, population, sources, store
+from . import job as jobs
 
 TOLD_S = 2.0  # between two lines of progress
 STOPPED = 130  # exit status behind Ctrl-C, as of a shell
@@ -35,13 +37,36 @@ def chosen(addresses, count):
     """Those of which a recording is drawn by chance: as many as are wanted, by a number of their names, so that more files change little. Of the names
     only what is behind the folder that all share counts: the same files are chosen wherever they lie."""
     shared = len(sources.shared_folder(addresses))
-    return set(sorted(addresses, key=lambda name: (zlib.crc32(name[shared:].encode("utf-8", "surrogateescape")), name))[:count])
+    return set(
+        sorted(
+            addresses,
+            key=lambda name: (zlib.crc32(name[shared:].encode("utf-8", "surrogateescape")), name),
+        )[:count]
+    )
 
 
 def work_of(options, addresses, model):
-    how = door.Options(options.rate, options.sensor, options.unit, [], [], options.types, options.names.split(",") if options.names else None)
+    how = door.Options(
+        options.rate,
+        options.sensor,
+        options.unit,
+        [],
+        [],
+        options.types,
+        options.names.split(",") if options.names else None,
+    )
     by_chance = chosen(addresses, options.chance)
-    return [jobs.Job(address, models.text_of(model), options.axes, how, tuple(options.effects), address in by_chance) for address in addresses]
+    return [
+        jobs.Job(
+            address,
+            models.text_of(model),
+            options.axes,
+            how,
+            tuple(options.effects),
+            address in by_chance,
+        )
+        for address in addresses
+    ]
 
 
 def undone(work, kept, version, progress):
@@ -57,8 +82,20 @@ def undone(work, kept, version, progress):
 
 def advance(options, todo, kept, version, progress):
     """Does the jobs, each kept as it comes. Returns {recordings, failed, samples, wall_s, worker_s, cpu_s, workers}."""
-    markers, begin, told = {job.address: marker for job, marker in todo}, time.monotonic(), time.monotonic()
-    count = {"recordings": 0, "failed": 0, "samples": 0, "wall_s": 0.0, "worker_s": 0.0, "cpu_s": 0.0, "workers": 0}
+    markers, begin, told = (
+        {job.address: marker for job, marker in todo},
+        time.monotonic(),
+        time.monotonic(),
+    )
+    count = {
+        "recordings": 0,
+        "failed": 0,
+        "samples": 0,
+        "wall_s": 0.0,
+        "worker_s": 0.0,
+        "cpu_s": 0.0,
+        "workers": 0,
+    }
     if not todo:
         return count
     with cluster.client(options.scheduler, min(options.workers, len(todo))) as client:
@@ -69,7 +106,10 @@ def advance(options, todo, kept, version, progress):
         for job, done in cluster.results(client, [job for job, _ in todo]):
             kept.keep(job.address, markers[job.address], done)
             failed = [row["failed"] for row in done["rows"] if "failed" in row]
-            count["recordings"], count["failed"] = count["recordings"] + 1, count["failed"] + bool(failed)
+            count["recordings"], count["failed"] = (
+                count["recordings"] + 1,
+                count["failed"] + bool(failed),
+            )
             count["samples"] += max(row.get("samples", 0) for row in done["rows"])
             count["worker_s"] += done["seconds"]
             count["cpu_s"] += done["cpu_s"]
@@ -79,7 +119,9 @@ def advance(options, todo, kept, version, progress):
             if time.monotonic() - told > TOLD_S or count["recordings"] == len(todo):
                 told = time.monotonic()
                 left = (len(todo) - count["recordings"]) * count["wall_s"] / count["recordings"]
-                progress(f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} a second, {left:.0f} s to go")
+                progress(
+                    f"{count['recordings']} of {len(todo)}, {count['recordings'] / count['wall_s']:.2g} a second, {left:.0f} s to go"
+                )
     return count
 
 
@@ -88,8 +130,14 @@ def rows_of(work, kept, pattern, version):
     for job in work:
         found = kept.kept(job.address) or {"rows": [{"failed": "not done"}], "seconds": None}
         for row in found["rows"]:
-            yield {"file": job.address, "batch": batch_of(pattern, job.address), "seconds": found["seconds"], "davar": version,
-                   "table_version": store.TABLE_VERSION, **row}
+            yield {
+                "file": job.address,
+                "batch": batch_of(pattern, job.address),
+                "seconds": found["seconds"],
+                "davar": version,
+                "table_version": store.TABLE_VERSION,
+                **row,
+            }
 
 
 def judge(test, rows, path):
@@ -101,9 +149,17 @@ def judge(test, rows, path):
         row["limits"], row["why"] = limits.outcome(test, row)
     stated = limits.stated(test, rows)
     typical = [one["median_unit"] for one in stated if one["median_unit"] is not None]
-    return {"file": str(path), "at_limit": test.at_limit, "adequate": test.adequate, "stated": stated,
-            "typical_unit": sum(typical) + (limits.ADEQUATE_BY_CHANCE if test.adequate else 0.0),
-            **{word: sum(row["limits"] == word for row in rows) for word in ("pass", "fail", "no result")}}
+    return {
+        "file": str(path),
+        "at_limit": test.at_limit,
+        "adequate": test.adequate,
+        "stated": stated,
+        "typical_unit": sum(typical) + (limits.ADEQUATE_BY_CHANCE if test.adequate else 0.0),
+        **{
+            word: sum(row["limits"] == word for row in rows)
+            for word in ("pass", "fail", "no result")
+        },
+    }
 
 
 def found_in(rows, counted, judged, version):
@@ -111,26 +167,50 @@ def found_in(rows, counted, judged, version):
     good = [row for row in rows if "failed" not in row]
     said = population.of(good)
     files_failed = {row["file"]: row["failed"] for row in rows if "failed" in row}
-    return {"recordings": len({row["file"] for row in rows}), "rows": len(good), "failed": [{"file": name, "reason": why} for name, why in files_failed.items()],
-            "batches_seen": {batch: len(part) for batch, part in population.groups(good, "batch").items()},
-            "verdicts": {verdict: len(part) for verdict, part in population.groups(good, "verdict").items()},
-            "adequacy": {word: len(part) for word, part in population.groups(good, "adequacy").items()},
-            "named_alone": named_alone(good), **said, "limits": judged, "chance": sum("chance" in row for row in good), "done_now": counted,
-            "davar": version, "table_version": store.TABLE_VERSION,
-            "versions": {name: importlib.metadata.version(name) for name in ("dask", "distributed", "fsspec", "pyarrow")}}
+    return {
+        "recordings": len({row["file"] for row in rows}),
+        "rows": len(good),
+        "failed": [{"file": name, "reason": why} for name, why in files_failed.items()],
+        "batches_seen": {
+            batch: len(part) for batch, part in population.groups(good, "batch").items()
+        },
+        "verdicts": {
+            verdict: len(part) for verdict, part in population.groups(good, "verdict").items()
+        },
+        "adequacy": {word: len(part) for word, part in population.groups(good, "adequacy").items()},
+        "named_alone": named_alone(good),
+        **said,
+        "limits": judged,
+        "chance": sum("chance" in row for row in good),
+        "done_now": counted,
+        "davar": version,
+        "table_version": store.TABLE_VERSION,
+        "versions": {
+            name: importlib.metadata.version(name)
+            for name in ("dask", "distributed", "fsspec", "pyarrow")
+        },
+    }
 
 
 def named_alone(rows):
     """batch -> verdict -> units, of units whose own recording names an effect."""
-    return {batch: {kind: len(own) for kind, own in population.groups(part, "verdict").items() if kind != "none"}
-            for batch, part in population.groups(rows, "batch").items()}
+    return {
+        batch: {
+            kind: len(own)
+            for kind, own in population.groups(part, "verdict").items()
+            if kind != "none"
+        }
+        for batch, part in population.groups(rows, "batch").items()
+    }
 
 
 @contextlib.contextmanager
 def ended_like_ctrl_c():
     """SIGTERM ends the work as Ctrl-C does, workers too."""
+
     def stop(*_):
         raise KeyboardInterrupt
+
     before = signal.signal(signal.SIGTERM, stop)
     try:
         yield
@@ -141,12 +221,18 @@ def ended_like_ctrl_c():
 def run(options, progress, emit):
     """The command. Exit status 0: all is well; 1: a file failed, a unit failed its limits, or a batch lacks something."""
     if str(options.model).endswith((".yaml", ".yml")):
-        raise BadInput(f"{options.model}: a model file (TOML) is needed (davarlab sheet --kalibr makes one)")
+        raise BadInput(
+            f"{options.model}: a model file (TOML) is needed (davarlab sheet --kalibr makes one)"
+        )
     model, pattern = models.read(options.model), pattern_of(options.batch)
     models.check_noise(model, options.model)
     test = limits.read(options.limits) if options.limits else None
     kept, version = store.Store(options.folder), contents.versions()["davar"]
-    work = work_of(options, [address for address in sources.expanded(options.files) if not kept.holds(address)], model)
+    work = work_of(
+        options,
+        [address for address in sources.expanded(options.files) if not kept.holds(address)],
+        model,
+    )
     if not work:
         raise BadInput("fleet: no recordings")
     todo = undone(work, kept, version, progress)
@@ -161,6 +247,7 @@ def run(options, progress, emit):
 
 def finish(options, work, kept, pattern, version, test, counted, progress, emit):
     from . import page  # the pictures take a second to load
+
     rows = list(rows_of(work, kept, pattern, version))
     good = [row for row in rows if "failed" not in row]
     judged = judge(test, good, options.limits)
@@ -169,8 +256,14 @@ def finish(options, work, kept, pattern, version, test, counted, progress, emit)
     store.write_table(rows, kept.folder / "fleet.parquet")
     progress("drawing the page")
     page.write(page.contents_of(options, rows, found), kept.folder / "fleet.html")
-    files.write_whole(kept.folder / "fleet.json", json.dumps(values.plain(found), indent=2).encode())
+    files.write_whole(
+        kept.folder / "fleet.json", json.dumps(values.plain(found), indent=2).encode()
+    )
     emit(options, found, page.text(found, kept.folder))
-    wrong = found["failed"] or any(one["found"] for one in found["hidden"]) or judged and judged["pass"] < len(good)
+    wrong = (
+        found["failed"]
+        or any(one["found"] for one in found["hidden"])
+        or judged
+        and judged["pass"] < len(good)
+    )
     return 1 if wrong else 0
-

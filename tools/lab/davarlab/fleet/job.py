@@ -6,9 +6,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .. import arithmetic, axes, model as models, simulate
+from .. import arithmetic, axes, simulate
+from .. import model as models
 from ..data import recording as recordings
-from ..diagnosis import diagnose, improve, search, state as state_of
+from ..diagnosis import diagnose, improve, search
+from ..diagnosis import state as state_of
 from ..effects import own, table
 from ..errors import BadInput
 from ..logs import door
@@ -21,6 +23,7 @@ DATED_S = 946684800  # Unix time of the year 2000: stamps before it count from s
 class Job:
     """One recording. model: the text of a model file; axes: as --axes takes them, None: the column of the model; effects: files of own effects;
     chance: also draw a recording of the fitted model, and ask what it would seem to lack."""
+
     address: str
     model: str
     axes: str | None = None
@@ -49,7 +52,9 @@ def measured(job):
             try:
                 rows = rows_of(path, job)
             except BadInput as why:
-                raise BadInput(str(why).replace(f"{path}: ", "", 1).replace(str(path), job.address)) from None
+                raise BadInput(
+                    str(why).replace(f"{path}: ", "", 1).replace(str(path), job.address)
+                ) from None
     except BadInput as why:
         rows = [{"failed": str(why)}]
     except OSError as why:
@@ -58,7 +63,12 @@ def measured(job):
         rows, again = [{"failed": "not enough memory"}], True
     except Exception as why:  # one strange file must not end a night's work
         rows = [{"failed": f"internal error: {type(why).__name__}: {sources.said(why)}"}]
-    return {"rows": rows, "seconds": time.perf_counter() - begin, "cpu_s": time.process_time() - spent, "again": again}
+    return {
+        "rows": rows,
+        "seconds": time.perf_counter() - begin,
+        "cpu_s": time.process_time() - spent,
+        "again": again,
+    }
 
 
 def rows_of(path, job):
@@ -74,10 +84,22 @@ def row_of(recording, given, job):
     state, ranking, verdict, alternatives = asked(seen, model)
     fitted, entries = improve.fitted_model(state, model)
     found = state.judgement
-    row = {"axis": given.column, "verdict": verdict, "alternatives": alternatives, "adequacy": found.adequacy, "error": found.error,
-           "error_floor": found.floor, "p_value": found.p_value, "samples": recording.measured_samples, "rate_hz": recording.rate_hz,
-           "temperature_degC": temperature(recording), "start_s": start(recording),
-           "observations": [one.kind for one in state.seen], "coefficients": coefficients(fitted, entries, given.column), "gains": gains(ranking)}
+    row = {
+        "axis": given.column,
+        "verdict": verdict,
+        "alternatives": alternatives,
+        "adequacy": found.adequacy,
+        "error": found.error,
+        "error_floor": found.floor,
+        "p_value": found.p_value,
+        "samples": recording.measured_samples,
+        "rate_hz": recording.rate_hz,
+        "temperature_degC": temperature(recording),
+        "start_s": start(recording),
+        "observations": [one.kind for one in state.seen],
+        "coefficients": coefficients(fitted, entries, given.column),
+        "gains": gains(ranking),
+    }
     if job.chance:
         row["chance"] = gains(search.ranking(state_of.start(drawn(seen, fitted, state), model)))
     return row
@@ -103,7 +125,7 @@ def gains(ranking):
 
 
 def coefficients(fitted, entries, column):
-    """"kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high None where the record says next to nothing."""
+    """ "kind.parameter" as a model file of the column calls it -> [value, low, high]; low and high None where the record says next to nothing."""
     found = {}
     for term, entry in zip(fitted.terms, entries):
         kind = models.ACCEL_KINDS.get(term.kind, term.kind) if axes.is_accel(column) else term.kind
@@ -133,15 +155,27 @@ def start(recording):
 
 def seed_of(recording, column):
     """Of what was measured, so that a recording is drawn alike wherever it lies, under whatever name."""
-    return int.from_bytes(hashlib.sha256(np.ascontiguousarray(recording.columns[column], float).tobytes()).digest()[:8], "big")
+    return int.from_bytes(
+        hashlib.sha256(np.ascontiguousarray(recording.columns[column], float).tobytes()).digest()[
+            :8
+        ],
+        "big",
+    )
 
 
 def drawn(recording, fitted, state):
     """The recording with its gyro drawn from the fitted model: what there is when nothing is missing."""
-    rng, terms = np.random.default_rng(seed_of(recording, fitted.column)), [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))]
+    rng, terms = (
+        np.random.default_rng(seed_of(recording, fitted.column)),
+        [term for term in fitted.terms if not np.isnan(table.find(term.kind).dps(term.parameters))],
+    )
     still = replace(recording, measured={})
     gyro = white = simulate.white_noise(terms, still, rng)
-    others = [term for term in terms if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"]
+    others = [
+        term
+        for term in terms
+        if term.kind != "angle_random_walk" and table.find(term.kind).role != "filter"
+    ]
     for term in filter(simulate.in_front, others):
         gyro = gyro + simulate.contribution(term, still, rng, white)
     gyro = simulate.behind_filters(terms, gyro, still, rng)
@@ -151,6 +185,8 @@ def drawn(recording, fitted, state):
     known = state.bench.counts
     if known and known.of == "rate":
         gyro = np.round(gyro / known.q) * known.q
-    unit = next(unit for unit in recordings.TO_DPS | recordings.FORCE if fitted.column.endswith("_" + unit))
+    unit = next(
+        unit for unit in recordings.TO_DPS | recordings.FORCE if fitted.column.endswith("_" + unit)
+    )
     factor = (recordings.TO_DPS | recordings.FORCE)[unit]
     return replace(still, columns={**recording.columns, fitted.column: gyro / factor})

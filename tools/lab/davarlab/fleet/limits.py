@@ -26,6 +26,7 @@ CAUGHT = 0.95
 @dataclass(frozen=True)
 class Limit:
     """side: +1 for a largest, -1 for a smallest value."""
+
     coefficient: str
     value: float
     side: int
@@ -38,13 +39,18 @@ class Limit:
 @dataclass(frozen=True)
 class Test:
     """at_limit: share of the units exactly at a limit that fail; adequate: must the model be adequate."""
+
     limits: tuple
     at_limit: float
     adequate: bool
 
 
 def number(value, where):
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < models.HUGE:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not abs(value) < models.HUGE
+    ):
         raise BadInput(f"{where} must be a number")
     return float(value)
 
@@ -54,8 +60,14 @@ def limits_in(entry, where):
         raise BadInput(f"{where}: a limit needs coefficient, as kind.parameter")
     wrong = set(entry) - {"coefficient", "min", "max"}
     if wrong or not {"min", "max"} & set(entry):
-        raise BadInput(f"{where}: {f'unknown {min(wrong)}' if wrong else 'a limit needs min or max'}")
-    return [Limit(entry["coefficient"], number(entry[name], f"{where}: {name}"), side) for name, side in (("min", -1), ("max", 1)) if name in entry]
+        raise BadInput(
+            f"{where}: {f'unknown {min(wrong)}' if wrong else 'a limit needs min or max'}"
+        )
+    return [
+        Limit(entry["coefficient"], number(entry[name], f"{where}: {name}"), side)
+        for name, side in (("min", -1), ("max", 1))
+        if name in entry
+    ]
 
 
 def read(path):
@@ -64,21 +76,35 @@ def read(path):
     wrong = set(data) - {"at_limit", "adequate", "limit"}
     if wrong:
         raise BadInput(f"{path}: unknown {min(wrong)}")
-    share, adequate, entries = number(data.get("at_limit", AT_LIMIT), f"{path}: at_limit"), data.get("adequate", False), data.get("limit", [])
+    share, adequate, entries = (
+        number(data.get("at_limit", AT_LIMIT), f"{path}: at_limit"),
+        data.get("adequate", False),
+        data.get("limit", []),
+    )
     if not 0 < share <= 0.5:
         raise BadInput(f"{path}: at_limit = {share:g} is outside 0 .. 0.5")
     if not isinstance(adequate, bool):
         raise BadInput(f"{path}: adequate must be true or false")
     if not isinstance(entries, list) or not entries and not adequate:
         raise BadInput(f"{path}: no [[limit]] in it")
-    return Test(tuple(one for place, entry in enumerate(entries, 1) for one in limits_in(entry, f"{path}: limit {place}")), share, adequate)
+    return Test(
+        tuple(
+            one
+            for place, entry in enumerate(entries, 1)
+            for one in limits_in(entry, f"{path}: limit {place}")
+        ),
+        share,
+        adequate,
+    )
 
 
 def check_names(test, names, path):
     """Raises BadInput for a limit on what no unit has."""
     for one in test.limits:
         if names and one.coefficient not in names:
-            raise BadInput(f"{path}: {one.coefficient}: no unit has it (there are: {', '.join(names)})")
+            raise BadInput(
+                f"{path}: {one.coefficient}: no unit has it (there are: {', '.join(names)})"
+            )
 
 
 def relative(value, low, high):
@@ -100,7 +126,11 @@ def beyond(limit, value, low, high):
     error, logarithm = error_of(value, low, high)
     if logarithm and limit.value > 0:
         return limit.side * math.log(value / limit.value) / error
-    return limit.side * (value - limit.value) / error if error > 0 else limit.side * math.inf * (value - limit.value or -1)
+    return (
+        limit.side * (value - limit.value) / error
+        if error > 0
+        else limit.side * math.inf * (value - limit.value or -1)
+    )
 
 
 def outcome(test, row):
@@ -128,14 +158,34 @@ def stated(test, rows):
     """Of each limit: the chances to fail of a unit at the limit and of the median unit, and the true value that fails in 95 of 100 cases."""
     found = []
     for limit in test.limits:
-        known = [row["coefficients"][limit.coefficient] for row in rows if row["coefficients"].get(limit.coefficient, [0, None])[1] is not None]
+        known = [
+            row["coefficients"][limit.coefficient]
+            for row in rows
+            if row["coefficients"].get(limit.coefficient, [0, None])[1] is not None
+        ]
         pairs = [error_of(*one) for one in known if one[0] > 0 or not relative(*one)]
         if not pairs:
             continue
         logarithm = limit.value > 0 and sum(pair[1] for pair in pairs) * 2 > len(pairs)
-        error, median = float(np.median([pair[0] for pair in pairs if pair[1] == logarithm])), float(np.median([one[0] for one in known]))
+        error, median = (
+            float(np.median([pair[0] for pair in pairs if pair[1] == logarithm])),
+            float(np.median([one[0] for one in known])),
+        )
         reach = limit.side * (stats.norm.isf(test.at_limit) + stats.norm.ppf(CAUGHT)) * error
-        typical = None if logarithm and median <= 0 else chance_of_fail(limit, median, error, logarithm, test.at_limit)
-        found.append({"limit": limit.said, "coefficient": limit.coefficient, "at_limit": test.at_limit, "median": median, "median_unit": typical,
-                      "relative_error": error if logarithm else None, "caught_from": limit.value * math.exp(reach) if logarithm else limit.value + reach})
+        typical = (
+            None
+            if logarithm and median <= 0
+            else chance_of_fail(limit, median, error, logarithm, test.at_limit)
+        )
+        found.append(
+            {
+                "limit": limit.said,
+                "coefficient": limit.coefficient,
+                "at_limit": test.at_limit,
+                "median": median,
+                "median_unit": typical,
+                "relative_error": error if logarithm else None,
+                "caught_from": limit.value * math.exp(reach) if logarithm else limit.value + reach,
+            }
+        )
     return found

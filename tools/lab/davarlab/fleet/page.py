@@ -1,7 +1,7 @@
 """The page of a population, and the same in the terminal."""
 
 import shlex
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
@@ -10,8 +10,10 @@ from markupsafe import Markup
 
 from .. import files
 from ..effects import table
-from ..report import page as pages, words
-from . import limits as limits_of, pictures, population, sources
+from ..report import page as pages
+from ..report import words
+from . import limits as limits_of
+from . import pictures, population, sources
 
 HERE = Path(__file__).resolve().parent
 ROWS_MAX = 40  # of a table; the Parquet file has all
@@ -22,21 +24,45 @@ LEAST_SHOWN = 1e-6  # share, below which its size is nobody's business
 
 @cache
 def template():
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True,
-                                     undefined=jinja2.StrictUndefined)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(HERE),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
     environment.globals.update(chance=words.chance, rows_max=ROWS_MAX)
-    environment.filters.update(breakable=pages.breakable, number=words.number, name=words.name, percent=percent, coefficient=pictures.coefficient)
+    environment.filters.update(
+        breakable=pages.breakable,
+        number=words.number,
+        name=words.name,
+        percent=percent,
+        coefficient=pictures.coefficient,
+    )
     return environment.get_template("page.html")
 
 
 def percent(share, digits=2):
-    return "–" if share is None else "below 0.0001 %" if 0 < share < LEAST_SHOWN else f"{100 * share:.{digits}g} %"
+    return (
+        "–"
+        if share is None
+        else "below 0.0001 %"
+        if 0 < share < LEAST_SHOWN
+        else f"{100 * share:.{digits}g} %"
+    )
 
 
 def command_of(typed):
     """The command as typed, the middle of a long list of files left out."""
-    return shlex.join(["tools/davarlab", *typed]) if len(typed) <= WORDS_MAX else (
-        shlex.join(["tools/davarlab", *typed[:3]]) + f" .. ({len(typed) - WORDS_MAX} more) .. " + shlex.join(typed[3 - WORDS_MAX:]))
+    return (
+        shlex.join(["tools/davarlab", *typed])
+        if len(typed) <= WORDS_MAX
+        else (
+            shlex.join(["tools/davarlab", *typed[:3]])
+            + f" .. ({len(typed) - WORDS_MAX} more) .. "
+            + shlex.join(typed[3 - WORDS_MAX :])
+        )
+    )
 
 
 def where(one, many_axes=False):
@@ -48,17 +74,30 @@ def where(one, many_axes=False):
 def verdict(found):
     """(tone, what a reader must know first)."""
     said, many = [], len({one["axis"] for one in found["hidden"]}) > 1
-    said += [f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
-             for one in found["hidden"] if one["named"]]
+    said += [
+        f"{where(one, many)} as a whole {'have' if not one['batch'] else 'has'} an effect that the model lacks: {words.name(one['kind'])}."
+        for one in found["hidden"]
+        if one["named"]
+    ]
     judged = found["limits"]
     if judged:
-        said.append(f"{judged['pass']} of {found['rows']} pass the limits, {judged['fail']} fail"
-                    + (f", {judged['no result']} without result." if judged["no result"] else "."))
+        said.append(
+            f"{judged['pass']} of {found['rows']} pass the limits, {judged['fail']} fail"
+            + (f", {judged['no result']} without result." if judged["no result"] else ".")
+        )
     if found["failed"]:
-        said.append(f"{len(found['failed'])} recording{'s' if len(found['failed']) > 1 else ''} could not be used.")
+        said.append(
+            f"{len(found['failed'])} recording{'s' if len(found['failed']) > 1 else ''} could not be used."
+        )
     bad = judged and judged["fail"]
-    return ("bad" if bad or found["failed"] else "missing" if said and any(one["named"] for one in found["hidden"]) else "good",
-            " ".join(said) or "Nothing stands out beyond chance.")
+    return (
+        "bad"
+        if bad or found["failed"]
+        else "missing"
+        if said and any(one["named"] for one in found["hidden"])
+        else "good",
+        " ".join(said) or "Nothing stands out beyond chance.",
+    )
 
 
 def hidden_sentences(found):
@@ -66,15 +105,30 @@ def hidden_sentences(found):
     out, many = [], len({one["axis"] for one in found["hidden"]}) > 1
     for one in (one for one in found["hidden"] if one["named"]):
         alone = found["named_alone"].get(one["batch"], {}).get(one["kind"], 0)
-        also = [words.name(other["kind"]) for other in found["hidden"] if other["found"] and not other["named"] and other["kind"] not in one["tied"]
-                and (other["axis"], other["batch"]) == (one["axis"], one["batch"])]
-        out.append(f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
-                   f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
-                   f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
-                   + (f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}; the effect with the fewest parameters is named."
-                      if one["tied"] else "")
-                   + (f" Beyond chance, and weaker: {', '.join(also)}; the same cause may gain there too." if also else "")
-                   + f" To confirm: {table.find(one['kind']).confirm}")
+        also = [
+            words.name(other["kind"])
+            for other in found["hidden"]
+            if other["found"]
+            and not other["named"]
+            and other["kind"] not in one["tied"]
+            and (other["axis"], other["batch"]) == (one["axis"], one["batch"])
+        ]
+        out.append(
+            f"{where(one, many)}: {words.name(one['kind'])} gains {one['mean_gain']:.2f} log-likelihood units a unit, {one['by_chance']:.2f} "
+            f"by chance; over {one['units']} units that is {one['deviations']:.1f} standard deviations (p {words.chance(one['p_value'])}). "
+            f"{alone} of the {one['units']} recordings {'names' if alone == 1 else 'name'} it alone."
+            + (
+                f" These recordings cannot tell it from {', '.join(map(words.name, one['tied']))}; the effect with the fewest parameters is named."
+                if one["tied"]
+                else ""
+            )
+            + (
+                f" Beyond chance, and weaker: {', '.join(also)}; the same cause may gain there too."
+                if also
+                else ""
+            )
+            + f" To confirm: {table.find(one['kind']).confirm}"
+        )
     return out
 
 
@@ -82,8 +136,18 @@ def attention(rows):
     """Units to look at: those that fail a limit, then outliers; (rows to show, how many there are)."""
     found = [row for row in rows if row.get("limits") in ("fail", "no result")]
     found += [row for row in rows if row["outlier"] and row not in found]
-    return [{"file": row["file"], "batch": row["batch"], "axis": row["axis"], "limits": row.get("limits", ""), "why": row.get("why", []),
-             "outlier": row["outlier"], "verdict": row["verdict"]} for row in found[:ROWS_MAX]], len(found)
+    return [
+        {
+            "file": row["file"],
+            "batch": row["batch"],
+            "axis": row["axis"],
+            "limits": row.get("limits", ""),
+            "why": row.get("why", []),
+            "outlier": row["outlier"],
+            "verdict": row["verdict"],
+        }
+        for row in found[:ROWS_MAX]
+    ], len(found)
 
 
 def contents_of(options, rows, found):
@@ -92,13 +156,25 @@ def contents_of(options, rows, found):
     read = limits_of.read(options.limits).limits if options.limits else ()
     tone, said = verdict(found)
     shown, count = attention(good)
-    return {"found": found, "tone": tone, "verdict": said, "hidden_said": hidden_sentences(found), "attention": shown, "attention_count": count,
-            "model": files.read_whole(options.model).decode(), "command": command_of(options.typed), "skip": len(sources.shared_folder([row["file"] for row in rows])),
-            "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"), "outlier_share": population.OUTLIER, "family_wise": population.FAMILY_WISE,
-            "distributions": pictures.distributions(good, names, read) if names else None, "many_axes": len({row["axis"] for row in good}) > 1,
-            "gains": pictures.gains(found["hidden"]) if found["hidden"] else None,
-            "dates": pictures.over(good, names, "start_s") if names else None,
-            "temperatures": pictures.over(good, names, "temperature_degC") if names else None}
+    return {
+        "found": found,
+        "tone": tone,
+        "verdict": said,
+        "hidden_said": hidden_sentences(found),
+        "attention": shown,
+        "attention_count": count,
+        "model": files.read_whole(options.model).decode(),
+        "command": command_of(options.typed),
+        "skip": len(sources.shared_folder([row["file"] for row in rows])),
+        "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        "outlier_share": population.OUTLIER,
+        "family_wise": population.FAMILY_WISE,
+        "distributions": pictures.distributions(good, names, read) if names else None,
+        "many_axes": len({row["axis"] for row in good}) > 1,
+        "gains": pictures.gains(found["hidden"]) if found["hidden"] else None,
+        "dates": pictures.over(good, names, "start_s") if names else None,
+        "temperatures": pictures.over(good, names, "temperature_degC") if names else None,
+    }
 
 
 def write(contents, path):
@@ -109,19 +185,32 @@ def write(contents, path):
 def text(found, folder):
     """What the terminal shows."""
     out = [words.in_ascii(verdict(found)[1]), ""]
-    out += [f"{'batch':<14}{'axis':<14}{'coefficient':<52}{'units':>6}{'median':>11}{'spread':>9}{'outliers':>9}"]
-    out += [f"{one['batch']:<14}{one['axis']:<14}{one['coefficient']:<52}{one['units']:>6}{one['median']:>11.4g}{100 * one['spread']:>7.1f} %"
-            f"{len(one['outliers']):>9}" for one in found["coefficients"]]
+    out += [
+        f"{'batch':<14}{'axis':<14}{'coefficient':<52}{'units':>6}{'median':>11}{'spread':>9}{'outliers':>9}"
+    ]
+    out += [
+        f"{one['batch']:<14}{one['axis']:<14}{one['coefficient']:<52}{one['units']:>6}{one['median']:>11.4g}{100 * one['spread']:>7.1f} %"
+        f"{len(one['outliers']):>9}"
+        for one in found["coefficients"]
+    ]
     out += [words.in_ascii(line) for line in hidden_sentences(found)]
     for one in (found["limits"] or {}).get("stated", []):
-        out.append(f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of cases, the median unit in "
-                   + words.in_ascii(percent(one["median_unit"])) + f"; {one['caught_from']:.4g} fails in 95 %")
-    out += [f"{one['coefficient']} goes with {one['against']}: {100 * one['slope']:+.3g} % a {'day' if one['against'] == 'date' else 'degree'}"
-            for one in found["trends"] if one["found"]]
+        out.append(
+            f"{one['limit']}: a unit exactly at the limit fails in {100 * one['at_limit']:g} % of cases, the median unit in "
+            + words.in_ascii(percent(one["median_unit"]))
+            + f"; {one['caught_from']:.4g} fails in 95 %"
+        )
+    out += [
+        f"{one['coefficient']} goes with {one['against']}: {100 * one['slope']:+.3g} % a {'day' if one['against'] == 'date' else 'degree'}"
+        for one in found["trends"]
+        if one["found"]
+    ]
     now = found["done_now"]
     if now["recordings"]:
-        out.append(f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} worker{'s' * (now['workers'] != 1)}: "
-                   f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} a second a worker, {now['recordings'] / max(now['cpu_s'], 1e-9):.2g} a second of "
-                   f"processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} a second in all")
+        out.append(
+            f"{now['recordings']} recordings in {now['wall_s']:.0f} s on {now['workers']} worker{'s' * (now['workers'] != 1)}: "
+            f"{now['recordings'] / max(now['worker_s'], 1e-9):.2g} a second a worker, {now['recordings'] / max(now['cpu_s'], 1e-9):.2g} a second of "
+            f"processor time, {now['recordings'] / max(now['wall_s'], 1e-9):.2g} a second in all"
+        )
     out.append(f"{folder}/fleet.parquet, {folder}/fleet.html")
     return "\n".join(out)

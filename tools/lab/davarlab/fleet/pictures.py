@@ -1,6 +1,6 @@
 """The pictures of a population, each one SVG file in text."""
 
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 
 import numpy as np
 
@@ -18,19 +18,31 @@ def coefficient(name):
     """kind.parameter as people read it: a size of a gyro's effect by its unit."""
     kind, _, parameter = name.partition(".")
     size = table.TABLE[kind].size if kind in table.TABLE else None
-    return f"{words.name(kind)} [{size.unit}]" if size and size.name == parameter else f"{words.name(kind)} {parameter.replace('_', ' ')}"
+    return (
+        f"{words.name(kind)} [{size.unit}]"
+        if size and size.name == parameter
+        else f"{words.name(kind)} {parameter.replace('_', ' ')}"
+    )
 
 
 def framed(rows, height):
-    return plt.subplots(rows, 1, figsize=(pictures.WIDTH, height * rows + 0.5), layout="constrained", squeeze=False)
+    return plt.subplots(
+        rows, 1, figsize=(pictures.WIDTH, height * rows + 0.5), layout="constrained", squeeze=False
+    )
 
 
 def batches_of(rows):
     """(name, rows, colour), the last of many together."""
     found = list(population.groups(rows, "batch").items())
-    shown, rest = found[:BATCHES_MAX - 1] if len(found) > BATCHES_MAX else found, found[BATCHES_MAX - 1:] if len(found) > BATCHES_MAX else []
+    shown, rest = (
+        found[: BATCHES_MAX - 1] if len(found) > BATCHES_MAX else found,
+        found[BATCHES_MAX - 1 :] if len(found) > BATCHES_MAX else [],
+    )
     together = [("others", [row for _, part in rest for row in part])] if rest else []
-    return [(name or "units", part, COLOURS[place]) for place, (name, part) in enumerate(shown + together)]
+    return [
+        (name or "units", part, COLOURS[place])
+        for place, (name, part) in enumerate(shown + together)
+    ]
 
 
 def distributions(rows, names, limits):
@@ -41,14 +53,24 @@ def distributions(rows, names, limits):
             everything = population.estimates(rows, name)[1]
             if not len(everything):
                 continue
-            centre, low, high = np.median(everything[:, 0]), *np.quantile(everything[:, 0], [0.005, 0.995])
+            centre, low, high = (
+                np.median(everything[:, 0]),
+                *np.quantile(everything[:, 0], [0.005, 0.995]),
+            )
             marks = [limit.value for limit in limits if limit.coefficient == name]
             low, high = min([low, *marks]), max([high, *marks])
             reach = max(high - low, 1e-3 * abs(centre), 1e-12)
             edges = np.linspace(low - 0.03 * reach, high + 0.03 * reach, 41)
             for batch, part, colour in batches_of(rows):
                 own = np.clip(population.estimates(part, name)[1][:, 0], edges[0], edges[-1])
-                one.hist(own, edges, histtype="stepfilled", alpha=0.35, color=colour, label=f"{batch} ({len(own)})")
+                one.hist(
+                    own,
+                    edges,
+                    histtype="stepfilled",
+                    alpha=0.35,
+                    color=colour,
+                    label=f"{batch} ({len(own)})",
+                )
                 one.hist(own, edges, histtype="step", color=colour, linewidth=1.2)
             for mark in marks:
                 one.axvline(mark, color="k", linestyle="--", linewidth=1)
@@ -67,14 +89,25 @@ def gains(hidden):
         figure, axes = framed(1, 0.28 * len(kinds) + 0.9)
         one, thick = axes[0, 0], 0.8 / max(len(batches), 1)
         for place, (axis, batch) in enumerate(batches):
-            found = {entry["kind"]: entry for entry in hidden if (entry["axis"], entry["batch"]) == (axis, batch)}
+            found = {
+                entry["kind"]: entry
+                for entry in hidden
+                if (entry["axis"], entry["batch"]) == (axis, batch)
+            }
             height = np.arange(len(kinds)) + (place - (len(batches) - 1) / 2) * thick
             values = [found[kind]["deviations"] if kind in found else 0.0 for kind in kinds]
             name = f"{batch or 'all'} {axis}" if many else batch or "all units"
             one.barh(height, values, thick, color=COLOURS[place], label=name)
             for at, kind, value in zip(height, kinds, values):
                 if kind in found and found[kind]["found"]:
-                    one.annotate("beyond chance", (value, at), (3, 0), textcoords="offset points", va="center", fontsize="x-small")
+                    one.annotate(
+                        "beyond chance",
+                        (value, at),
+                        (3, 0),
+                        textcoords="offset points",
+                        va="center",
+                        fontsize="x-small",
+                    )
         one.set_yticks(np.arange(len(kinds)), [kind.replace("_", " ") for kind in kinds])
         one.invert_yaxis()
         one.set(xlabel="sum of the gains against chance [standard deviations]")
@@ -95,13 +128,17 @@ def over(rows, names, key):
         for one, name in zip(axes[:, 0], names):
             for batch, part, colour in batches_of(rows):
                 have, values = population.estimates(part, name)
-                x = [datetime.fromtimestamp(row[key], timezone.utc) for row in have] if key == "start_s" else [row[key] for row in have]
+                x = (
+                    [datetime.fromtimestamp(row[key], UTC) for row in have]
+                    if key == "start_s"
+                    else [row[key] for row in have]
+                )
                 one.plot(x, values[:, 0], ".", markersize=4, alpha=0.6, color=colour, label=batch)
             one.set_ylabel(coefficient(name).replace(" [", "\n["), fontsize="small")
             one.grid(alpha=0.3)
-        axes[-1, 0].set_xlabel("date of the recording" if key == "start_s" else "mean temperature [degC]")
+        axes[-1, 0].set_xlabel(
+            "date of the recording" if key == "start_s" else "mean temperature [degC]"
+        )
         axes[0, 0].legend(fontsize="small")
         figure.autofmt_xdate() if key == "start_s" else None
         return pictures.svg(figure)
-
-

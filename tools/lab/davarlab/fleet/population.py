@@ -10,11 +10,16 @@ from . import limits
 
 OUTLIER = 0.01  # share of groups (a coefficient in a batch) of normal values in which one is called an outlier
 FAMILY_WISE = 0.01  # of all trends together; of all hidden effects of all batches together
-CAPPED = 0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
+CAPPED = (
+    0.99  # quantile of the gains of batch and chance together, above which a gain counts no more
+)
 LEAST = 8  # units of a group, from which something is said of it
 PERMUTATIONS = 20000
 NEAR = 0.1  # p of the batch, up to which an effect beside one that is found may be what is named
-DRAWS, DRAWN_TO = 4000, 1000  # of the largest deviation of so many normal values; beyond: as if the spread was known
+DRAWS, DRAWN_TO = (
+    4000,
+    1000,
+)  # of the largest deviation of so many normal values; beyond: as if the spread was known
 TO_SIGMA = 1.482602218505602  # of the median absolute deviation
 SLOPES_MAX = 1000  # units that the slopes of all pairs are taken of
 
@@ -71,11 +76,28 @@ def summary(rows, axis, batch, name):
         for row, off in zip(have, robust(x)):
             if abs(off) > limit:
                 row["outlier"].append(f"{name}: {off:+.1f}")
-                outliers.append({"file": row["file"], "value": row["coefficients"][name][0], "robust_deviations": float(off)})
-    own = float(np.sqrt(max(spread ** 2 - np.median(errors) ** 2, 0.0)))
-    return {"axis": axis, "batch": batch, "coefficient": name, "units": len(x), "median": float(np.median(values[:, 0])),
-            "low_5": float(np.quantile(values[:, 0], 0.05)), "high_95": float(np.quantile(values[:, 0], 0.95)), "spread": spread / scale,
-            "measurement": float(np.median(errors)) / scale, "between_units": own / scale, "threshold": limit, "outliers": outliers}
+                outliers.append(
+                    {
+                        "file": row["file"],
+                        "value": row["coefficients"][name][0],
+                        "robust_deviations": float(off),
+                    }
+                )
+    own = float(np.sqrt(max(spread**2 - np.median(errors) ** 2, 0.0)))
+    return {
+        "axis": axis,
+        "batch": batch,
+        "coefficient": name,
+        "units": len(x),
+        "median": float(np.median(values[:, 0])),
+        "low_5": float(np.quantile(values[:, 0], 0.05)),
+        "high_95": float(np.quantile(values[:, 0], 0.95)),
+        "spread": spread / scale,
+        "measurement": float(np.median(errors)) / scale,
+        "between_units": own / scale,
+        "threshold": limit,
+        "outliers": outliers,
+    }
 
 
 def compared(rows, axis, name):
@@ -102,8 +124,16 @@ def trend(rows, axis, name, against):
         return None
     step = -(-len(x) // SLOPES_MAX)
     slope = stats.theilslopes(y[::step], x[::step])
-    return {"axis": axis, "coefficient": name, "against": {"start_s": "date", "temperature_degC": "temperature"}[against], "units": len(x),
-            "p_value": float(stats.spearmanr(x, y).pvalue), "slope": float(slope[0]), "low": float(slope[2]), "high": float(slope[3])}
+    return {
+        "axis": axis,
+        "coefficient": name,
+        "against": {"start_s": "date", "temperature_degC": "temperature"}[against],
+        "units": len(x),
+        "p_value": float(stats.spearmanr(x, y).pvalue),
+        "slope": float(slope[0]),
+        "low": float(slope[2]),
+        "high": float(slope[3]),
+    }
 
 
 def capped(rows, chance):
@@ -128,10 +158,15 @@ def name_one(near, rows, chance):
     tied = []
     for one in near:
         lead = beyond[:, place[first["kind"]]] - beyond[:, place[one["kind"]]]
-        scatter = np.sqrt(np.var(lead) / len(own) + np.var(null[:, place[first["kind"]]] - null[:, place[one["kind"]]]) / len(null))
+        scatter = np.sqrt(
+            np.var(lead) / len(own)
+            + np.var(null[:, place[first["kind"]]] - null[:, place[one["kind"]]]) / len(null)
+        )
         if one is first or lead.mean() < 2 * scatter:
             tied.append(one)
-    chosen = min(tied, key=lambda one: (free_parameters(one["kind"]), -beyond[:, place[one["kind"]]].mean()))
+    chosen = min(
+        tied, key=lambda one: (free_parameters(one["kind"]), -beyond[:, place[one["kind"]]].mean())
+    )
     others = [one["kind"] for one in tied if one is not chosen]
     chosen.update(found=True, named=True, tied=others, alternatives=others)
 
@@ -165,15 +200,31 @@ def hidden(rows, axis, batch, chance, seed=0):
         np.put_along_axis(chosen, picked, 1.0, axis=1)
         largest.append(deviations(chosen @ everything).max(axis=1))
     largest, found = np.concatenate(largest), deviations(own.sum(axis=0)[None])[0]
-    return [{"axis": axis, "batch": batch, "kind": kind, "units": count, "mean_gain": float(own[:, place].mean()), "by_chance": float(null[:, place].mean()),
-             "deviations": float(z), "p_value": float((1 + np.sum(largest >= z)) / (1 + len(largest)))}
-            for (place, kind), z in zip([(place, kind) for place, kind in enumerate(kinds) if alive[place]], found)]
+    return [
+        {
+            "axis": axis,
+            "batch": batch,
+            "kind": kind,
+            "units": count,
+            "mean_gain": float(own[:, place].mean()),
+            "by_chance": float(null[:, place].mean()),
+            "deviations": float(z),
+            "p_value": float((1 + np.sum(largest >= z)) / (1 + len(largest))),
+        }
+        for (place, kind), z in zip(
+            [(place, kind) for place, kind in enumerate(kinds) if alive[place]], found
+        )
+    ]
 
 
 def hidden_effects(rows):
     """Of all axes and batches, most certain first; `found`: beyond FAMILY_WISE over all of them, or named; `named`: see name_one()."""
     out = []
-    parts = [(axis, batch, part) for axis, own in groups(rows, "axis").items() for batch, part in groups(own, "batch").items()]
+    parts = [
+        (axis, batch, part)
+        for axis, own in groups(rows, "axis").items()
+        for batch, part in groups(own, "batch").items()
+    ]
     for axis, batch, part in parts:
         chance = [row["chance"] for row in rows if row["axis"] == axis and "chance" in row]
         tested = sorted(hidden(part, axis, batch, chance), key=lambda one: -one["deviations"])
@@ -192,16 +243,38 @@ def names_of(rows):
 
 def of(rows):
     """What the population says, plain values. rows: those that did not fail; each gets `outlier`, a list of words."""
-    rows = sorted(rows, key=lambda row: (row["file"], row["axis"]))  # sums and draws go over them in this order, whatever order they came in
+    rows = sorted(
+        rows, key=lambda row: (row["file"], row["axis"])
+    )  # sums and draws go over them in this order, whatever order they came in
     for row in rows:
         row["outlier"] = []
     by_axis = [(axis, part, names_of(part)) for axis, part in groups(rows, "axis").items()]
-    found = [summary(one, axis, batch, name) for axis, part, names in by_axis for name in names for batch, one in groups(part, "batch").items()]
-    trends = [trend(part, axis, name, against) for axis, part, names in by_axis for name in names for against in ("start_s", "temperature_degC")]
+    found = [
+        summary(one, axis, batch, name)
+        for axis, part, names in by_axis
+        for name in names
+        for batch, one in groups(part, "batch").items()
+    ]
+    trends = [
+        trend(part, axis, name, against)
+        for axis, part, names in by_axis
+        for name in names
+        for against in ("start_s", "temperature_degC")
+    ]
     trends = [one for one in trends if one]
     for one in trends:
         one["found"] = one["p_value"] * len(trends) < FAMILY_WISE
-    batches = [one for axis, part, names in by_axis for name in names if (one := compared(part, axis, name))]
+    batches = [
+        one
+        for axis, part, names in by_axis
+        for name in names
+        if (one := compared(part, axis, name))
+    ]
     for one in batches:
         one["found"] = one["p_value"] * len(batches) < FAMILY_WISE
-    return {"coefficients": [one for one in found if one], "trends": trends, "batches": batches, "hidden": hidden_effects(rows)}
+    return {
+        "coefficients": [one for one in found if one],
+        "trends": trends,
+        "batches": batches,
+        "hidden": hidden_effects(rows),
+    }

@@ -8,7 +8,16 @@ from pathlib import Path, PurePosixPath
 from ..errors import BadInput
 
 GLOB = set("*?[")
-TELLS = ("ETag", "etag", "Content-MD5", "Digest", "LastModified", "last_modified", "mtime", "created")  # what a store says of a file's content
+TELLS = (
+    "ETag",
+    "etag",
+    "Content-MD5",
+    "Digest",
+    "LastModified",
+    "last_modified",
+    "mtime",
+    "created",
+)  # what a store says of a file's content
 
 
 def remote(address):
@@ -18,6 +27,7 @@ def remote(address):
 def store_of(address):
     """(fsspec file system, path in it). Raises BadInput for a protocol that nobody serves."""
     import fsspec  # a tenth of a second
+
     try:
         return fsspec.core.url_to_fs(address)
     except (ValueError, ImportError) as why:
@@ -33,7 +43,14 @@ def matches(pattern):
         raise BadInput(f"{pattern}: {said(why)}") from None
     if not found:
         raise BadInput(f"{pattern}: no such file")
-    return [store.unstrip_protocol(one) if remote(pattern) else os.path.relpath(one) if not os.path.isabs(pattern) else one for one in found]
+    return [
+        store.unstrip_protocol(one)
+        if remote(pattern)
+        else os.path.relpath(one)
+        if not os.path.isabs(pattern)
+        else one
+        for one in found
+    ]
 
 
 def expanded(patterns):
@@ -48,7 +65,7 @@ def expanded(patterns):
 def shared_folder(addresses):
     """What the addresses have in common, up to the last folder."""
     common = os.path.commonprefix(addresses)
-    return common[:common.rfind("/") + 1]
+    return common[: common.rfind("/") + 1]
 
 
 def said(why):

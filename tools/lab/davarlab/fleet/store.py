@@ -28,7 +28,10 @@ class Store:
 
     def holds(self, address):
         """Is an address this folder, or in it: no recording, though a glob names it."""
-        return "://" not in address and files.real(self.folder) in (files.real(address), *files.real(address).parents)
+        return "://" not in address and files.real(self.folder) in (
+            files.real(address),
+            *files.real(address).parents,
+        )
 
     def path(self, address):
         return self.units / f"{digest(address)[:24]}.json"
@@ -37,14 +40,25 @@ class Store:
         """What is there of a recording, None: nothing that can be read."""
         try:
             found = json.loads(files.read_whole(self.path(address)))
-            sound = {"marker", "seconds", "rows"} <= set(found) and found["rows"] and all(isinstance(row, dict) for row in found["rows"])
+            sound = (
+                {"marker", "seconds", "rows"} <= set(found)
+                and found["rows"]
+                and all(isinstance(row, dict) for row in found["rows"])
+            )
             return found if sound else None
         except (BadInput, ValueError, TypeError, RecursionError):
             return None
 
     def keep(self, address, marker, done):
         """marker: of file, model and versions; None: to be done again next time."""
-        text = json.dumps({"marker": None if done["again"] else marker, "address": address, "seconds": done["seconds"], "rows": done["rows"]})
+        text = json.dumps(
+            {
+                "marker": None if done["again"] else marker,
+                "address": address,
+                "seconds": done["seconds"],
+                "rows": done["rows"],
+            }
+        )
         files.write_whole(self.path(address), text.encode())
 
 
@@ -52,13 +66,23 @@ def marker(identity, job, version):
     """Equal for a job that would come to the same; None where a change of the file could not be told."""
     how = [job.how.rate_hz, job.how.sensor, job.how.units, job.how.types, job.how.names]
     own = [files.sha256(path) for path in job.effects]
-    return None if identity is None else digest([job.address, identity, job.model, job.axes, how, own, version, TABLE_VERSION])
+    return (
+        None
+        if identity is None
+        else digest([job.address, identity, job.model, job.axes, how, own, version, TABLE_VERSION])
+    )
 
 
 def done(kept, wanted, chance):
     """Need nothing be done: the marker is the same, and what chance gives was asked if it is needed."""
-    return bool(kept) and wanted is not None and kept.get("marker") == wanted and not (
-        chance and any("failed" not in row and "chance" not in row for row in kept["rows"]))
+    return (
+        bool(kept)
+        and wanted is not None
+        and kept.get("marker") == wanted
+        and not (
+            chance and any("failed" not in row and "chance" not in row for row in kept["rows"])
+        )
+    )
 
 
 def columns_of(rows):
@@ -71,17 +95,42 @@ def write_table(rows, path):
     """The rows of population.py as Parquet. A row that failed has nothing but its address, batch and reason."""
     import pyarrow as pa
     import pyarrow.parquet as pq
+
     names, kinds = columns_of(rows)
     text, number, whole = pa.string(), pa.float64(), pa.int64()
-    plain = {"file": text, "batch": text, "axis": text, "failed": text, "verdict": text, "alternatives": text, "adequacy": text, "error": number, "error_floor": number,
-             "p_value": number, "samples": whole, "rate_hz": number, "temperature_degC": number, "observations": text, "limits": text,
-             "why": text, "outlier": text, "seconds": number, "davar": text, "table_version": whole}
-    arrays = {name: pa.array([joined(row.get(name)) for row in rows], kind) for name, kind in plain.items()}
+    plain = {
+        "file": text,
+        "batch": text,
+        "axis": text,
+        "failed": text,
+        "verdict": text,
+        "alternatives": text,
+        "adequacy": text,
+        "error": number,
+        "error_floor": number,
+        "p_value": number,
+        "samples": whole,
+        "rate_hz": number,
+        "temperature_degC": number,
+        "observations": text,
+        "limits": text,
+        "why": text,
+        "outlier": text,
+        "seconds": number,
+        "davar": text,
+        "table_version": whole,
+    }
+    arrays = {
+        name: pa.array([joined(row.get(name)) for row in rows], kind)
+        for name, kind in plain.items()
+    }
     stamps = [None if row.get("start_s") is None else round(row["start_s"] * 1e6) for row in rows]
     arrays["start"] = pa.array(stamps, pa.timestamp("us", tz="UTC"))
     for name in names:
         for place, ending in enumerate(PER_PARAMETER):
-            arrays[name + ending] = pa.array([row.get("coefficients", {}).get(name, [None] * 3)[place] for row in rows], number)
+            arrays[name + ending] = pa.array(
+                [row.get("coefficients", {}).get(name, [None] * 3)[place] for row in rows], number
+            )
     for kind in kinds:
         arrays[f"gain.{kind}"] = pa.array([row.get("gains", {}).get(kind) for row in rows], number)
     sink = pa.BufferOutputStream()

@@ -17,6 +17,7 @@ INDEPENDENT = 3
 @dataclass
 class Adequacy:
     """p of the whole, the p-values of the tests by name, and the cells (bands x times) as normal scores."""
+
     p_value: float
     tests: dict
     cells: np.ndarray
@@ -30,8 +31,10 @@ def normal_score(energy, freedom):
 def spectrum_score(c, free):
     edges = np.unique(np.round(np.geomspace(4, len(c), 70)).astype(int))
     counts = np.diff(edges)
-    z = normal_score(np.add.reduceat(c[:edges[-1]] ** 2, edges[:-1])[:len(counts)] / counts, counts)
-    return float(stats.chi2.sf(np.sum(z ** 2), max(len(z) - free, 1)))
+    z = normal_score(
+        np.add.reduceat(c[: edges[-1]] ** 2, edges[:-1])[: len(counts)] / counts, counts
+    )
+    return float(stats.chi2.sf(np.sum(z**2), max(len(z) - free, 1)))
 
 
 def cells_of(c, kurtosis=0.0):
@@ -44,11 +47,13 @@ def cells_of(c, kurtosis=0.0):
     for low, high in zip(edges[:-1], edges[1:]):
         if high - low < 8 * TIMES:
             continue
-        part = np.zeros(high + 1)  # no more ordinates than the band needs: its course at a lower rate
-        part[low + 1:] = c[low:high]
+        part = np.zeros(
+            high + 1
+        )  # no more ordinates than the band needs: its course at a lower rate
+        part[low + 1 :] = c[low:high]
         x = signals.inverse(part)
         length = len(x) // TIMES
-        energy = (x[:length * TIMES].reshape(TIMES, length) ** 2).sum(axis=1)
+        energy = (x[: length * TIMES].reshape(TIMES, length) ** 2).sum(axis=1)
         freedom = (high - low) / TIMES / (1 + kurtosis / 2 * (high - low) / len(c))
         rows.append(normal_score(energy / energy.mean(), freedom))
     return np.array(rows).reshape(-1, TIMES)
@@ -56,8 +61,12 @@ def cells_of(c, kurtosis=0.0):
 
 def narrow_p(c):
     """The strongest of the narrow bands, half overlapping."""
-    mean = ndimage.uniform_filter1d(c ** 2, NARROW)[NARROW // 2:-(NARROW // 2):100]
-    return float(min(1.0, 0.8 * len(mean) * stats.chi2.sf(NARROW * mean.max(), NARROW))) if len(mean) else 1.0
+    mean = ndimage.uniform_filter1d(c**2, NARROW)[NARROW // 2 : -(NARROW // 2) : 100]
+    return (
+        float(min(1.0, 0.8 * len(mean) * stats.chi2.sf(NARROW * mean.max(), NARROW)))
+        if len(mean)
+        else 1.0
+    )
 
 
 def judge(c, free, extra=None, quick=False, counts=None):
@@ -66,7 +75,9 @@ def judge(c, free, extra=None, quick=False, counts=None):
     tests = {"spectrum": spectrum_score(c, free), "narrow band": narrow_p(c)}
     cells = np.zeros((0, TIMES)) if quick else cells_of(c, counts.kurtosis if counts else 0.0)
     if cells.size:  # a short record has none
-        tests["time and frequency"] = float(stats.chi2.sf(np.sum(cells ** 2) * TIMES / (TIMES - 1), cells.size))
+        tests["time and frequency"] = float(
+            stats.chi2.sf(np.sum(cells**2) * TIMES / (TIMES - 1), cells.size)
+        )
         tests["largest cell"] = float(min(1.0, cells.size * 2 * stats.norm.sf(np.abs(cells).max())))
     tests.update(extra or {})
     tests = {name: p for name, p in tests.items() if counts is None or name not in counts.suspends}

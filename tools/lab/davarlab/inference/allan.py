@@ -15,15 +15,25 @@ TAUS_MAX = 24
 @cache
 def library():
     """The shared library that tools/davarlab builds, or pip installed."""
-    path = os.environ.get("DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so")))
+    path = os.environ.get(
+        "DAVAR_LAB_LIBRARY", str(places.shared("build/tools/tools/lab/libdavar_lab.so"))
+    )
     try:
         found = ctypes.CDLL(path)
     except OSError as why:
         raise BadInput(f"{path}: cannot load the library ({why}); run tools/davarlab") from None
     pointer = ctypes.POINTER
-    found.davar_lab_windows.argtypes = [pointer(ctypes.c_float), ctypes.c_size_t, ctypes.c_double, ctypes.c_uint32,
-                                        ctypes.c_uint32, pointer(ctypes.c_uint32), ctypes.c_uint8,
-                                        pointer(ctypes.c_double), ctypes.c_size_t]
+    found.davar_lab_windows.argtypes = [
+        pointer(ctypes.c_float),
+        ctypes.c_size_t,
+        ctypes.c_double,
+        ctypes.c_uint32,
+        ctypes.c_uint32,
+        pointer(ctypes.c_uint32),
+        ctypes.c_uint8,
+        pointer(ctypes.c_double),
+        ctypes.c_size_t,
+    ]
     found.davar_lab_edf.argtypes = [ctypes.c_int, ctypes.c_uint32, ctypes.c_uint32]
     found.davar_lab_edf.restype = ctypes.c_double
     return found
@@ -31,7 +41,7 @@ def library():
 
 def octaves(window):
     """1, 2, 4 ... <= window / 9."""
-    return [2 ** i for i in range(TAUS_MAX) if 9 * 2 ** i <= window]
+    return [2**i for i in range(TAUS_MAX) if 9 * 2**i <= window]
 
 
 def windows(y, window, taus, known=None):
@@ -50,8 +60,8 @@ def masked(y, window, taus, known):
     rows = len(y) // window
     found, shares = np.full((2, rows, len(taus)), np.nan)
     for column, m in enumerate(taus):
-        square = ((total[2 * m:] - 2 * total[m:-m] + total[:-2 * m]) / m) ** 2
-        valid = lost[2 * m:] == lost[:-2 * m]
+        square = ((total[2 * m :] - 2 * total[m:-m] + total[: -2 * m]) / m) ** 2
+        valid = lost[2 * m :] == lost[: -2 * m]
         for row in range(rows):
             part = slice(row * window, (row + 1) * window - 2 * m + 1)
             count = np.count_nonzero(valid[part])
@@ -68,8 +78,17 @@ def measured(y, window, taus):
     out = np.full((rows, len(taus)), np.nan)
     array = (ctypes.c_uint32 * len(taus))(*taus)
     scale = float(np.abs(data).max()) * 1.01 or 1.0
-    done = library().davar_lab_windows(data.ctypes.data_as(ctypes.POINTER(ctypes.c_float)), len(data), scale, window,
-                                       window, array, len(taus), out.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), rows)
+    done = library().davar_lab_windows(
+        data.ctypes.data_as(ctypes.POINTER(ctypes.c_float)),
+        len(data),
+        scale,
+        window,
+        window,
+        array,
+        len(taus),
+        out.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
+        rows,
+    )
     if done < 0:
         raise BadInput(f"the library refused a window of {window} samples (status {-1 - done})")
     return out[:done]
@@ -117,7 +136,7 @@ def freedom(spectrum, power, m, window, rate_hz):
     if count > LONG * m:  # Parseval
         width = grid()[1]
         power = unit(power * response(m) / width)
-        return float(2 * count * (power @ width) ** 2 / (power ** 2 @ width))
+        return float(2 * count * (power @ width) ** 2 / (power**2 @ width))
     step = max(1, m // FINE)
     lags = -(-count // step)
     points = 1 << (2 * lags).bit_length()
@@ -127,4 +146,6 @@ def freedom(spectrum, power, m, window, rate_hz):
     covariance = np.fft.irfft(power)[:lags]
     weight = 2 * (1 - np.arange(lags) * step / count)
     weight[0] = 1
-    return float(count * covariance[0] ** 2 / (step * np.sum(np.maximum(weight, 0) * covariance ** 2)))
+    return float(
+        count * covariance[0] ** 2 / (step * np.sum(np.maximum(weight, 0) * covariance**2))
+    )

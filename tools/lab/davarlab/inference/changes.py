@@ -12,10 +12,13 @@ FEW = 3  # blocks that a touch takes
 @dataclass
 class Blocks:
     """Mean squares of the whitened residual in blocks of `length` samples."""
+
     energy: np.ndarray
     length: int
     period_s: float
-    freedom: float  # of each energy: its length, fewer where counts scatter more than Gaussian noise
+    freedom: (
+        float  # of each energy: its length, fewer where counts scatter more than Gaussian noise
+    )
     known: np.ndarray | None = None  # relative variance that is divided out already
 
 
@@ -27,8 +30,17 @@ def blocks_of(w, rate_hz, known=None):
     """known: (relative variance of the blocks, scatter of their energies over that of Gaussian noise), from the counts."""
     length = block_length(rate_hz)
     count = len(w) // length
-    energy, (variance, scatter) = (w[:count * length].reshape(count, length) ** 2).mean(axis=1), known or (None, 1.0)
-    return Blocks(energy if variance is None else energy / variance, length, length / rate_hz, length / scatter, variance)
+    energy, (variance, scatter) = (
+        (w[: count * length].reshape(count, length) ** 2).mean(axis=1),
+        known or (None, 1.0),
+    )
+    return Blocks(
+        energy if variance is None else energy / variance,
+        length,
+        length / rate_hz,
+        length / scatter,
+        variance,
+    )
 
 
 def log_likelihood(blocks, variance):
@@ -37,7 +49,11 @@ def log_likelihood(blocks, variance):
 
 def steady_gain(blocks, before, after):
     """Gain in likelihood from one variance to another without the FEW blocks that tell most for it: a touch is no vibration."""
-    each = 0.5 * blocks.freedom * (np.log(before / after) + blocks.energy / before - blocks.energy / after)
+    each = (
+        0.5
+        * blocks.freedom
+        * (np.log(before / after) + blocks.energy / before - blocks.energy / after)
+    )
     return float(np.sort(each)[:-FEW].sum())
 
 
@@ -68,7 +84,11 @@ def best_interval(blocks, variance):
         inside, n = total[last] - total[first], last - first
         a, b = inside / n, (total[-1] - inside) / np.maximum(len(relative) - n, 1)
         mean = total[-1] / len(relative)
-        value = len(relative) * np.log(mean) - n * np.log(a) - (len(relative) - n) * np.log(np.maximum(b, 1e-12))
+        value = (
+            len(relative) * np.log(mean)
+            - n * np.log(a)
+            - (len(relative) - n) * np.log(np.maximum(b, 1e-12))
+        )
         return np.where((a > b) & (n < len(relative)), value * blocks.freedom / 2, 0)
 
     count = len(relative)
@@ -91,8 +111,8 @@ def excess_scatter(blocks, variance, share):
     """How much more than chi-square each block scatters, >= 1, where `share` of its variance is known from a short stretch of the accelerometer
     only: its mean square has a scatter of its own, which enters as share^2 (5.4)."""
     score = (blocks.energy / variance - 1) ** 2 * blocks.freedom / 2 - 1
-    weight = share ** 2
-    total = float(np.sum(weight ** 2))
+    weight = share**2
+    total = float(np.sum(weight**2))
     return 1 + weight * max(0.0, float(np.sum(weight * score)) / total if total > 0 else 0.0)
 
 
@@ -102,7 +122,10 @@ def restless(energy, length):
     edges = np.linspace(0, len(energy), count + 1).astype(int)
     sizes = np.diff(edges)
     means = np.add.reduceat(energy, edges[:-1]) / sizes
-    return max(1.0, float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)))
+    return max(
+        1.0,
+        float(np.sum(sizes * length / 2 * (means / energy.mean() - 1) ** 2) / max(count - 1, 1)),
+    )
 
 
 def trigamma_scatter(blocks):

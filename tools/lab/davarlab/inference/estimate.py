@@ -13,13 +13,16 @@ Z = float(stats.norm.ppf(0.975))
 CHANGE_DOUBT = 11.03  # of the place of a change in white noise (the largest value of a two-sided random walk with drift), 95 %
 
 
-VAGUE = np.log(10.0)  # reach of a 95 % interval of a logarithm, from which the record does not determine the parameter
+VAGUE = np.log(
+    10.0
+)  # reach of a 95 % interval of a logarithm, from which the record does not determine the parameter
 
 
 @dataclass
 class Estimate:
     """A parameter with its 95 % interval. low, high None: it has none, because it is a word or was taken as it is, or, when `undetermined`,
     because the record says next to nothing about it."""
+
     value: float | str
     low: float | None = None
     high: float | None = None
@@ -64,17 +67,31 @@ def standard_errors(bench, parts, fit):
     """Of log sizes, log shapes, and coefficients (absolute), jointly. Sizes at zero are left out (infinite)."""
     places = [(i, name) for i, part in enumerate(parts) for name in numeric_shapes(part)]
     live = np.flatnonzero(fit.sizes > 0)
-    own = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300)) if len(fit.coefficients) else np.zeros(0)
-    steps = np.concatenate([np.full(len(live), 0.05), [shape_step(bench, parts[i]) for i, _ in places], own])
+    own = (
+        np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
+        if len(fit.coefficients)
+        else np.zeros(0)
+    )
+    steps = np.concatenate(
+        [np.full(len(live), 0.05), [shape_step(bench, parts[i]) for i, _ in places], own]
+    )
 
     tried = {}
 
     def at(x):
         sizes = fit.sizes.copy()
-        sizes[live] *= np.exp(x[:len(live)])
-        moved = with_shapes(parts, zip(places, x[len(live):len(live) + len(places)]))
-        tried.update({part.key: part for part, old in zip(moved, parts) if part != old and part.effect.regressor})
-        return vector_likelihood(bench, moved, sizes, fit.coefficients + x[len(live) + len(places):])
+        sizes[live] *= np.exp(x[: len(live)])
+        moved = with_shapes(parts, zip(places, x[len(live) : len(live) + len(places)]))
+        tried.update(
+            {
+                part.key: part
+                for part, old in zip(moved, parts)
+                if part != old and part.effect.regressor
+            }
+        )
+        return vector_likelihood(
+            bench, moved, sizes, fit.coefficients + x[len(live) + len(places) :]
+        )
 
     matrix = curvature(at, steps)
     for part in tried.values():
@@ -83,8 +100,12 @@ def standard_errors(bench, parts, fit):
     inverse = linalg.pinvh(matrix * np.outer(scale, scale), rtol=1e-8) * np.outer(scale, scale)
     errors = np.sqrt(np.maximum(np.diag(inverse), 0))
     sizes = np.full(len(fit.sizes), np.inf)
-    sizes[live] = errors[:len(live)]
-    return sizes, dict(zip(places, errors[len(live):len(live) + len(places)])), errors[len(live) + len(places):]
+    sizes[live] = errors[: len(live)]
+    return (
+        sizes,
+        dict(zip(places, errors[len(live) : len(live) + len(places)])),
+        errors[len(live) + len(places) :],
+    )
 
 
 def shape_step(bench, part):
@@ -98,20 +119,30 @@ def interval(value, error, relative):
     if not np.isfinite(value) or not np.isfinite(reach) or reach <= 0 or relative and reach > VAGUE:
         return Estimate(value, undetermined=True)
     if relative:
-        return Estimate(value, *sorted((float(value * np.exp(-reach)), float(value * np.exp(reach)))))
+        return Estimate(
+            value, *sorted((float(value * np.exp(-reach)), float(value * np.exp(reach))))
+        )
     return Estimate(value, float(value - reach), float(value + reach))
 
 
 def wider(one, two):
     """Estimates of `one`, with intervals that hold those of `two` too: of the same parameters, the model put in another way."""
-    return {name: e if e.low is None or two[name].low is None else Estimate(e.value, min(e.low, two[name].low), max(e.high, two[name].high))
-            for name, e in one.items()}
+    return {
+        name: e
+        if e.low is None or two[name].low is None
+        else Estimate(e.value, min(e.low, two[name].low), max(e.high, two[name].high))
+        for name, e in one.items()
+    }
 
 
 def spectrum_estimate(scale, size, error, bound):
     """`bound`: standard error of the size itself, for one that is fitted as nothing."""
     if size <= 0:
-        return Estimate(0.0, 0.0, float(np.sqrt(Z * bound)) / scale) if np.isfinite(bound) else Estimate(0.0, undetermined=True)
+        return (
+            Estimate(0.0, 0.0, float(np.sqrt(Z * bound)) / scale)
+            if np.isfinite(bound)
+            else Estimate(0.0, undetermined=True)
+        )
     return interval(np.sqrt(size) / scale, error / 2, True)
 
 
@@ -120,7 +151,9 @@ def mean_estimates(bench, part, keys, values, errors):
     values, errors = values / scales, errors / scales
     if part.turning:
         size = float(np.hypot(*values))
-        return interval(size, float(np.sqrt(np.sum((values * errors) ** 2)) / max(size, 1e-300)), False)
+        return interval(
+            size, float(np.sqrt(np.sum((values * errors) ** 2)) / max(size, 1e-300)), False
+        )
     return interval(values[0] / part.effect.size.scale, errors[0] / part.effect.size.scale, False)
 
 
@@ -134,15 +167,24 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
     for index, part in enumerate(parts):
         entry = {}
         if part.role == "spectrum":
-            entry[part.effect.size.name] = spectrum_estimate(part.effect.size.scale, fit.sizes[s], size_errors[s], bounds[s])
+            entry[part.effect.size.name] = spectrum_estimate(
+                part.effect.size.scale, fit.sizes[s], size_errors[s], bounds[s]
+            )
             s += 1
         elif part.role == "mean":
             keys = bench.keys(part)
-            entry[part.effect.size.name] = mean_estimates(bench, part, keys, fit.coefficients[c:c + len(keys)],
-                                                          coefficient_errors[c:c + len(keys)])
+            entry[part.effect.size.name] = mean_estimates(
+                bench,
+                part,
+                keys,
+                fit.coefficients[c : c + len(keys)],
+                coefficient_errors[c : c + len(keys)],
+            )
             c += len(keys)
         elif part.behind:
-            entry[part.behind] = spectrum_estimate(1.0, fit.sizes[behind], size_errors[behind], bounds[behind])
+            entry[part.behind] = spectrum_estimate(
+                1.0, fit.sizes[behind], size_errors[behind], bounds[behind]
+            )
             behind += 1
         elif part.kind == "shocks":
             entry = shock_estimates(shocks, bench.recording)
@@ -152,9 +194,15 @@ def all_estimates(bench, parts, fit, blocks=None, shocks=None):
         entry.update(instants(bench, part, entry, fit.level))
         entry.update(dynamic.get(part.kind, {}))
         if part.form == "decoded":
-            entry[part.effect.size.name] = of_levels(entry[part.effect.size.name], bench.decoded[part.key], bench.squares[part.key])
-            switches = max(2.0, bench.recording.samples / bench.recording.rate_hz / part.shape["mean_dwell_s"])
-            entry["mean_dwell_s"] = interval(part.shape["mean_dwell_s"], 1 / np.sqrt(switches), True)
+            entry[part.effect.size.name] = of_levels(
+                entry[part.effect.size.name], bench.decoded[part.key], bench.squares[part.key]
+            )
+            switches = max(
+                2.0, bench.recording.samples / bench.recording.rate_hz / part.shape["mean_dwell_s"]
+            )
+            entry["mean_dwell_s"] = interval(
+                part.shape["mean_dwell_s"], 1 / np.sqrt(switches), True
+            )
         found.append(entry)
     return found
 
@@ -168,9 +216,14 @@ def instants(bench, part, entry, level):
         return {}
     frequency, power = part.shape["frequency_hz"], entry["amplitude_dps"].value ** 2
     noise = np.interp(np.log(frequency), np.log(bench.data.f_bin), level)
-    found = {name: instant(bench, min(part.shape[name], span), power / 2, level, frequency) for name in ("start_s", "stop_s")}
+    found = {
+        name: instant(bench, min(part.shape[name], span), power / 2, level, frequency)
+        for name in ("start_s", "stop_s")
+    }
     seconds = max(found["stop_s"].value - found["start_s"].value, 1 / bench.recording.rate_hz)
-    error = np.sqrt(6 * noise / max(power * seconds * bench.recording.rate_hz, 1e-300)) / (np.pi * seconds)  # Cramer and Rao
+    error = np.sqrt(6 * noise / max(power * seconds * bench.recording.rate_hz, 1e-300)) / (
+        np.pi * seconds
+    )  # Cramer and Rao
     return {**found, "frequency_hz": interval(frequency, min(float(error), frequency), False)}
 
 
@@ -180,8 +233,15 @@ def instant(bench, time_s, power, level, frequency=None):
     reach = 1 / bench.recording.rate_hz
     for _ in range(5):
         noise = np.interp(np.log(frequency or 0.5 / reach), np.log(bench.data.f_bin), level)
-        reach = max(1 / bench.recording.rate_hz, float(CHANGE_DOUBT * noise / max(power, 1e-300) / bench.recording.rate_hz))
-    return Estimate(time_s, max(0.0, time_s - reach), min(time_s + reach, bench.recording.samples / bench.recording.rate_hz))
+        reach = max(
+            1 / bench.recording.rate_hz,
+            float(CHANGE_DOUBT * noise / max(power, 1e-300) / bench.recording.rate_hz),
+        )
+    return Estimate(
+        time_s,
+        max(0.0, time_s - reach),
+        min(time_s + reach, bench.recording.samples / bench.recording.rate_hz),
+    )
 
 
 def dynamic_estimates(bench, parts, fit, blocks):
@@ -193,56 +253,108 @@ def dynamic_estimates(bench, parts, fit, blocks):
     rows = modulation.variance_shapes(parts, bench.recording, blocks)
     sizes, variance, _ = changes.fit(blocks, rows)
     errors = np.sqrt(np.diag(changes.size_covariance(blocks, rows, variance)))
-    white_index = next((i for i, p in enumerate(q for q in parts if q.role == "spectrum")
-                        if p.kind == "angle_random_walk"), 0)
+    white_index = next(
+        (
+            i
+            for i, p in enumerate(q for q in parts if q.role == "spectrum")
+            if p.kind == "angle_random_walk"
+        ),
+        0,
+    )
     share = float(np.average(modulation.white_share(bench, parts, fit), weights=bench.data.counts))
     share = max(share, 1e-6)
     quiet = sizes[0] / variance.mean()
-    share = share if quiet > 1 - share else 1.0  # where nothing white would be left, all of it counts as white
-    sizes, errors = sizes / variance.mean() / share, np.minimum(errors / variance.mean() / share, 1e6)  # of the white noise, mean 1
-    sizes[0] = max(sizes[0] - (1 / share - 1), 1e-9)  # the rest of the spectrum is in the blocks too, and constant
+    share = (
+        share if quiet > 1 - share else 1.0
+    )  # where nothing white would be left, all of it counts as white
+    sizes, errors = (
+        sizes / variance.mean() / share,
+        np.minimum(errors / variance.mean() / share, 1e6),
+    )  # of the white noise, mean 1
+    sizes[0] = max(
+        sizes[0] - (1 / share - 1), 1e-9
+    )  # the rest of the spectrum is in the blocks too, and constant
     level = fit.sizes[white_index]  # (deg/s)^2/Hz, mean
-    found = {"angle_random_walk": {"coefficient_deg_per_sqrt_h": interval(
-        60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True)}} | growth_estimates(dynamic, bench.recording, blocks, share)
+    found = {
+        "angle_random_walk": {
+            "coefficient_deg_per_sqrt_h": interval(
+                60 * np.sqrt(level * sizes[0]), errors[0] / sizes[0] / 2, True
+            )
+        }
+    } | growth_estimates(dynamic, bench.recording, blocks, share)
     order = [part.kind for part in parts if part.kind in ("vibration_noise", "noise_step")]
     for kind, size, error in zip(order, sizes[1:], errors[1:]):
         if kind == "vibration_noise":
             white = level * bench.recording.rate_hz
-            found[kind] = {"coefficient_dps_per_g": interval(np.sqrt(size * white), error / size / 2, True) if size > 0 else
-                           Estimate(0.0, 0.0, float(np.sqrt(Z * error * white)))}
+            found[kind] = {
+                "coefficient_dps_per_g": interval(np.sqrt(size * white), error / size / 2, True)
+                if size > 0
+                else Estimate(0.0, 0.0, float(np.sqrt(Z * error * white)))
+            }
         if kind == "noise_step":
             ratio = np.sqrt(1 + size / sizes[0])
-            found[kind] = {"ratio": interval(ratio, (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio ** 2),
-                                             True)} | ends(dynamic, blocks, ratio)
+            found[kind] = {
+                "ratio": interval(
+                    ratio,
+                    (error / sizes[0] + size * errors[0] / sizes[0] ** 2) / (2 * ratio**2),
+                    True,
+                )
+            } | ends(dynamic, blocks, ratio)
     return found
 
 
 def ends(parts, blocks, ratio):
     """Where a noise step begins and stops: within a block, and within what the likelihood of a block on the wrong side leaves open."""
     part = next(part for part in parts if part.kind == "noise_step")
-    nats = 0.5 * blocks.length * abs(ratio ** 2 - 1 - 2 * np.log(max(ratio, 1e-3)))
+    nats = 0.5 * blocks.length * abs(ratio**2 - 1 - 2 * np.log(max(ratio, 1e-3)))
     reach = blocks.period_s * (0.5 + 3 / max(nats, 1e-3))
-    return {name: Estimate(part.shape[name], float(part.shape[name] - reach), float(part.shape[name] + reach)) for name in ("start_s", "stop_s")}
+    return {
+        name: Estimate(
+            part.shape[name], float(part.shape[name] - reach), float(part.shape[name] + reach)
+        )
+        for name in ("start_s", "stop_s")
+    }
 
 
 def growth_estimates(parts, recording, blocks, share):
     """Of temperature_noise: the energies of the blocks know it as far as the spectrum is white."""
-    spread = np.sqrt(2 * blocks.length * np.sum(modulation.block_temperature(recording, blocks) ** 2)) if any(
-        part.kind == "temperature_noise" for part in parts) else 0.0
-    return {part.kind: {"relative_per_degC": interval(part.shape["relative_per_degC"] / share, 1 / spread / share, False)}
-            for part in parts if part.kind == "temperature_noise" and spread > 0}
+    spread = (
+        np.sqrt(2 * blocks.length * np.sum(modulation.block_temperature(recording, blocks) ** 2))
+        if any(part.kind == "temperature_noise" for part in parts)
+        else 0.0
+    )
+    return {
+        part.kind: {
+            "relative_per_degC": interval(
+                part.shape["relative_per_degC"] / share, 1 / spread / share, False
+            )
+        }
+        for part in parts
+        if part.kind == "temperature_noise" and spread > 0
+    }
 
 
 def of_levels(estimate, course, square):
     """The size of levels where the column is their posterior mean: sum(y m) / (n square), the maximum of the chain's likelihood, for the
     sum(y m) / sum(m^2) of least squares (6.4). square: mean of the squared state, 1 of two levels."""
-    factor = float(np.mean(course ** 2)) / square
-    return estimate if estimate.low is None else Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
+    factor = float(np.mean(course**2)) / square
+    return (
+        estimate
+        if estimate.low is None
+        else Estimate(estimate.value * factor, estimate.low * factor, estimate.high * factor)
+    )
 
 
 def shock_estimates(shocks, recording):
     hours = recording.samples / recording.rate_hz / 3600
-    low, high = stats.chi2.ppf(0.025, 2 * shocks.count) / 2, stats.chi2.ppf(0.975, 2 * shocks.count + 2) / 2
+    low, high = (
+        stats.chi2.ppf(0.025, 2 * shocks.count) / 2,
+        stats.chi2.ppf(0.975, 2 * shocks.count + 2) / 2,
+    )
     amplitude = shocks.amplitude_dps
-    return {"amplitude_dps": Estimate(amplitude, amplitude - 1.96 * shocks.error_dps, amplitude + 1.96 * shocks.error_dps),
-            "rate_per_hour": Estimate(shocks.count / hours, low / hours, high / hours)}
+    return {
+        "amplitude_dps": Estimate(
+            amplitude, amplitude - 1.96 * shocks.error_dps, amplitude + 1.96 * shocks.error_dps
+        ),
+        "rate_per_hour": Estimate(shocks.count / hours, low / hours, high / hours),
+    }

@@ -15,15 +15,22 @@ def first_level(y, known):
     loop of draws and fits would take as many rounds as halve the share of missing samples away."""
     count = len(y)
     values = np.where(known, y - y[known].mean(), 0.0)
-    products, pairs = (np.fft.irfft(np.abs(np.fft.rfft(x, 2 * count)) ** 2)[:count // LAGS] for x in (values, known.astype(float)))
+    products, pairs = (
+        np.fft.irfft(np.abs(np.fft.rfft(x, 2 * count)) ** 2)[: count // LAGS]
+        for x in (values, known.astype(float))
+    )
     lags = len(products)
-    covariance = products / np.maximum(pairs, 0.5) * np.cos(0.5 * np.pi * np.arange(lags) / lags) ** 2
+    covariance = (
+        products / np.maximum(pairs, 0.5) * np.cos(0.5 * np.pi * np.arange(lags) / lags) ** 2
+    )
     spectrum = 2 * np.fft.rfft(covariance, 2 * count).real[1:count] - covariance[0]
     edges = signals.bin_edges(count - 1)
     width = np.diff(edges)
     level = np.add.reduceat(spectrum, edges[:-1]) / width
     usual = np.median(level)  # below 0 where few pairs of samples are known of a walk
-    return np.repeat(np.maximum(level, FLOOR * (usual if usual > 0 else np.abs(level).mean())), width)
+    return np.repeat(
+        np.maximum(level, FLOOR * (usual if usual > 0 else np.abs(level).mean())), width
+    )
 
 
 def conditional_draw(y, known, level, rng):
@@ -36,8 +43,12 @@ def conditional_draw(y, known, level, rng):
     level = np.concatenate([[level[0]], level])
     pull = signals.transform(np.where(known, y - mean, 0.0)) / level
     push = rng.standard_normal(len(y)) / np.sqrt(level)
-    drawn = y.astype(float)  # the mean and the draw apart: beside a strong slow course the fast part of a draw would be lost in its tolerance
-    drawn[missing] = mean + sum(solved(signals.inverse(one)[missing], missing, level) for one in (-pull, push))
+    drawn = y.astype(
+        float
+    )  # the mean and the draw apart: beside a strong slow course the fast part of a draw would be lost in its tolerance
+    drawn[missing] = mean + sum(
+        solved(signals.inverse(one)[missing], missing, level) for one in (-pull, push)
+    )
     return drawn
 
 
@@ -61,7 +72,7 @@ def solved(right, missing, level):
         rest -= step * ahead
         shaped = within(rest, missing, level)
         size, before = rest @ shaped, size
-        if size <= CLOSE ** 2 * first:
+        if size <= CLOSE**2 * first:
             break
         direction = shaped + size / before * direction
     return x

@@ -1,7 +1,6 @@
 """White noise whose level changes while the rest of the spectrum does not: what that does to the whitened residual (DESIGN 5)."""
 
 import numpy as np
-
 from scipy import optimize
 
 from ..data import signals
@@ -19,16 +18,24 @@ def variance_shapes(parts, recording, blocks):
     rows = [white_growth(parts, recording, blocks)]
     for part in parts:
         if part.kind == "vibration_noise":
-            rows.append(part.effect.variants.get(part.form, vibration_square)(recording, part.shape["axis"], blocks))
+            rows.append(
+                part.effect.variants.get(part.form, vibration_square)(
+                    recording, part.shape["axis"], blocks
+                )
+            )
         if part.kind == "noise_step":
             time = (np.arange(len(blocks.energy)) + 0.5) * blocks.period_s
-            rows.append(((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float))
+            rows.append(
+                ((time >= part.shape["start_s"]) & (time < part.shape["stop_s"])).astype(float)
+            )
     return np.array(rows)
 
 
 def white_growth(parts, recording, blocks):
     """The variance of the white noise per block, 1 at the mean temperature (5.5)."""
-    relative = sum(part.shape["relative_per_degC"] for part in parts if part.kind == "temperature_noise")
+    relative = sum(
+        part.shape["relative_per_degC"] for part in parts if part.kind == "temperature_noise"
+    )
     if not relative:
         return np.ones(len(blocks.energy))
     return np.exp(np.clip(2 * relative * block_temperature(recording, blocks), -40, 40))
@@ -38,7 +45,7 @@ def block_temperature(recording, blocks):
     """Of each block, from the mean of the record, degC."""
     slow = columns.slow_temperature(recording)
     count = len(blocks.energy)
-    return slow[:count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
+    return slow[: count * blocks.length].reshape(count, blocks.length).mean(axis=1) - slow.mean()
 
 
 def changing(parts):
@@ -61,13 +68,19 @@ def best_growth(parts, recording, blocks):
         return 0.0, 0.0
 
     def loss(relative):
-        return -changes.fit(blocks, np.vstack([rows[:1] * np.exp(2 * relative * warm), rows[1:]]))[2]
+        return -changes.fit(blocks, np.vstack([rows[:1] * np.exp(2 * relative * warm), rows[1:]]))[
+            2
+        ]
 
     reach = GROWTH_MOST / np.ptp(warm)
     tried = np.linspace(-reach, reach, 17)
     best = int(np.argmin([loss(relative) for relative in tried]))
-    found = optimize.minimize_scalar(loss, bounds=(tried[max(best - 1, 0)], tried[min(best + 1, 16)]), method="bounded",
-                                     options={"xatol": 1e-4 * reach})
+    found = optimize.minimize_scalar(
+        loss,
+        bounds=(tried[max(best - 1, 0)], tried[min(best + 1, 16)]),
+        method="bounded",
+        options={"xatol": 1e-4 * reach},
+    )
     return float(found.x), float(loss(0.0) - found.fun)
 
 
@@ -77,7 +90,10 @@ def regrown(bench, parts, fit):
         return parts
     blocks = bench.blocks(parts, fit)
     relative = best_growth(parts, bench.recording, blocks)[0]
-    return [part.moved("relative_per_degC", relative) if part.kind == "temperature_noise" else part for part in parts]
+    return [
+        part.moved("relative_per_degC", relative) if part.kind == "temperature_noise" else part
+        for part in parts
+    ]
 
 
 def white_share(bench, parts, fit):
@@ -87,7 +103,15 @@ def white_share(bench, parts, fit):
         return np.ones_like(fit.level)
     rows = bench.rows(parts)
     white = [i for i, part in enumerate(noise) if part.kind == "angle_random_walk"]
-    return np.clip((sum((fit.sizes[i] * rows[i] for i in white), np.zeros_like(fit.level)) + bench.fixed(parts)) / fit.level, 0, 1)
+    return np.clip(
+        (
+            sum((fit.sizes[i] * rows[i] for i in white), np.zeros_like(fit.level))
+            + bench.fixed(parts)
+        )
+        / fit.level,
+        0,
+        1,
+    )
 
 
 def local(variance, share, mean):
@@ -113,7 +137,7 @@ def dispersion(bench, share, variance):
     found = []
     for value in share:
         here = local(relative, value, mean)
-        found.append(np.mean(here ** 2) / np.mean(here) ** 2)
+        found.append(np.mean(here**2) / np.mean(here) ** 2)
     return np.array(found)
 
 
@@ -121,7 +145,10 @@ def crowding(bench, share, variance):
     """How much more than chi-square a few neighbouring ordinates have together, at most: they go with each other where the noise is loud for a
     while, by its level there over its mean (5.3)."""
     mean = float(np.sum(share * bench.data.counts) / np.sum(bench.data.counts))
-    loudest = max(np.mean(piece) for piece in np.array_split(variance / variance.mean(), min(CROWDED, len(variance))))
+    loudest = max(
+        np.mean(piece)
+        for piece in np.array_split(variance / variance.mean(), min(CROWDED, len(variance)))
+    )
     return local(loudest, share, mean)
 
 

@@ -4,19 +4,23 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..data import counts as counted, signals
+from ..data import counts as counted
+from ..data import signals
 from ..effects import table
 from . import changes
 from .whittle import Data, maximise
 
-
-SLOW_S, SLOW_LEAST = 0.5, 10000  # a slow course: what moves in half a second, and at least so many means
+SLOW_S, SLOW_LEAST = (
+    0.5,
+    10000,
+)  # a slow course: what moves in half a second, and at least so many means
 SLOW_TURN = 0.01  # of a turn in that time: a line as slow as that is a slow course
 
 
 @dataclass(frozen=True)
 class Part:
     """An effect with its shape; `form` says which variant of the regressor (raw: the effect's own) or decoded states."""
+
     kind: str
     shape: dict = field(default_factory=dict)
     form: str = "raw"
@@ -27,7 +31,13 @@ class Part:
 
     @property
     def role(self):
-        return "mean" if self.form == "decoded" else "spectrum" if self.effect.role == "states" else self.effect.role
+        return (
+            "mean"
+            if self.form == "decoded"
+            else "spectrum"
+            if self.effect.role == "states"
+            else self.effect.role
+        )
 
     @property
     def turning(self):
@@ -49,7 +59,11 @@ class Part:
 
 def part_of(term):
     effect = table.find(term.kind)
-    return Part(term.kind, effect.shape_of(term.parameters), "behind" if term.parameters.get(effect.behind) else "raw")
+    return Part(
+        term.kind,
+        effect.shape_of(term.parameters),
+        "behind" if term.parameters.get(effect.behind) else "raw",
+    )
 
 
 def as_spectra(parts):
@@ -79,9 +93,20 @@ def spectrum_of(parts, sizes, rate_hz, counts=None):
     known = known_level(parts, counts) or np.zeros_like
 
     def at(f):
-        shapes = {part.key: unit_spectrum(part, f, rate_hz, counts) for part in parts if part.role in ("spectrum", "filter")}
-        gain = np.prod([np.ones_like(f)] + [shapes[part.key] for part in parts if part.role == "filter"], axis=0)
-        rows = [shapes[part.key] * (gain if part.effect.in_front else 1.0) for part in parts if part.role == "spectrum"]
+        shapes = {
+            part.key: unit_spectrum(part, f, rate_hz, counts)
+            for part in parts
+            if part.role in ("spectrum", "filter")
+        }
+        gain = np.prod(
+            [np.ones_like(f)] + [shapes[part.key] for part in parts if part.role == "filter"],
+            axis=0,
+        )
+        rows = [
+            shapes[part.key] * (gain if part.effect.in_front else 1.0)
+            for part in parts
+            if part.role == "spectrum"
+        ]
         rows = (rows or [rate_hz * gain]) + [np.ones_like(f) for part in parts if part.behind]
         return sum((size * row for size, row in zip(sizes, rows) if size), known(f))
 
@@ -107,24 +132,44 @@ class Bench:
 
     def with_gyro(self, y):
         """The same with another gyro record; what is known of the columns is kept."""
-        other = Bench(self.recording, y, self.counts, self.data.with_gyro(y), self.gyro, self.logged)
-        other.decoded, other.squares, other.latest, other.held = dict(self.decoded), dict(self.squares), self.latest, self.held
+        other = Bench(
+            self.recording, y, self.counts, self.data.with_gyro(y), self.gyro, self.logged
+        )
+        other.decoded, other.squares, other.latest, other.held = (
+            dict(self.decoded),
+            dict(self.squares),
+            self.latest,
+            self.held,
+        )
         return other
 
     def resolving(self, parts):
         """The same with bins that are narrow enough for the narrow bands among the parts; itself when they are already (1.3)."""
-        bands = tuple((part.shape["frequency_hz"], part.shape["half_width_hz"]) for part in parts if part.kind == "narrow_band")
+        bands = tuple(
+            (part.shape["frequency_hz"], part.shape["half_width_hz"])
+            for part in parts
+            if part.kind == "narrow_band"
+        )
         if self.data.resolves(bands):
             return self
-        other = Bench(self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro, self.logged)
-        other.decoded, other.squares, other.latest, other.held = self.decoded, self.squares, self.latest, self.held
+        other = Bench(
+            self.recording, self.y, self.counts, self.data.resolving(bands), self.gyro, self.logged
+        )
+        other.decoded, other.squares, other.latest, other.held = (
+            self.decoded,
+            self.squares,
+            self.latest,
+            self.held,
+        )
         return other
 
     def courses(self, part):
         """The time series of a mean part, or of how a filter settles, size 1."""
         if part.form == "decoded":
             return [self.decoded[part.key]]
-        course = part.effect.variants.get(part.form, part.effect.regressor)(self.recording, part.shape)
+        course = part.effect.variants.get(part.form, part.effect.regressor)(
+            self.recording, part.shape
+        )
         if part.turning:
             return [course, part.effect.regressor(self.recording, part.shape, turn=0.25)]
         return [course]
@@ -142,12 +187,18 @@ class Bench:
         for i in range(2):
             key = f"{part.key}:{i}"
             self.data.columns.pop(key, None)
-            self.data.products = {pair: value for pair, value in self.data.products.items() if key not in pair}
+            self.data.products = {
+                pair: value for pair, value in self.data.products.items() if key not in pair
+            }
         if part.form == "decoded":  # another course may have the same shape
-            self.data.fits = {asked: fit for asked, fit in self.data.fits.items() if part.key not in asked[0]}
+            self.data.fits = {
+                asked: fit for asked, fit in self.data.fits.items() if part.key not in asked[0]
+            }
 
     def row(self, part, gain):
-        shape = self.data.binned(part.key, lambda f: unit_spectrum(part, f, self.data.rate_hz, self.counts))
+        shape = self.data.binned(
+            part.key, lambda f: unit_spectrum(part, f, self.data.rate_hz, self.counts)
+        )
         return shape * gain if part.effect.in_front else shape
 
     def gain(self, parts):
@@ -156,7 +207,9 @@ class Bench:
         for part in parts:
             if part.role == "filter":
                 gain = gain * self.data.binned(
-                    part.key, lambda f, part=part: part.effect.spectrum(f, self.data.rate_hz, part.shape))
+                    part.key,
+                    lambda f, part=part: part.effect.spectrum(f, self.data.rate_hz, part.shape),
+                )
         return gain
 
     def rows(self, parts):
@@ -176,11 +229,18 @@ class Bench:
     def blocks(self, parts, fit):
         """Energies of short blocks of the whitened residual, with what the counts are known to do to them divided out."""
         w, rate = self.residual(parts, fit), self.recording.rate_hz
-        return changes.blocks_of(w, rate, counted.relative_variance(self.logged, self.counts, changes.block_length(rate)))
+        return changes.blocks_of(
+            w, rate, counted.relative_variance(self.logged, self.counts, changes.block_length(rate))
+        )
 
     def all_keys(self, parts):
         """Of the mean parts, in their order; then of how filters settle as the record begins."""
-        return [key for group in ([part for part in parts if part.role == "mean"], settling(parts)) for part in group for key in self.keys(part)]
+        return [
+            key
+            for group in ([part for part in parts if part.role == "mean"], settling(parts))
+            for part in group
+            for key in self.keys(part)
+        ]
 
     def coefficients_of(self, keys, parts, fit):
         """Those of some of the columns in a fit of the parts."""
@@ -191,7 +251,14 @@ class Bench:
         """The maximum of the likelihood, sought once. `near`: level of a similar fit to start from."""
         asked = tuple(part.key for part in parts), restricted
         if asked not in self.data.fits:
-            self.data.fits[asked] = maximise(self.data, self.rows(parts), self.all_keys(parts), near, restricted, self.fixed(parts))
+            self.data.fits[asked] = maximise(
+                self.data,
+                self.rows(parts),
+                self.all_keys(parts),
+                near,
+                restricted,
+                self.fixed(parts),
+            )
         return self.data.fits[asked]
 
     def remembered(self, what, fit, make):
@@ -205,8 +272,14 @@ class Bench:
         """The sum of the mean parts, deg/s."""
         if not len(fit.coefficients):
             return np.zeros(len(self.y))
-        return self.remembered("course", fit, lambda: signals.in_time(
-            self.data.columns["gyro"][0] - self.data.without(fit.coefficients, self.all_keys(parts))))
+        return self.remembered(
+            "course",
+            fit,
+            lambda: signals.in_time(
+                self.data.columns["gyro"][0]
+                - self.data.without(fit.coefficients, self.all_keys(parts))
+            ),
+        )
 
     def together(self, part):
         """Samples of which the course of a part need only know the mean (1.4)."""
@@ -217,7 +290,11 @@ class Bench:
 
     def whitened(self, parts, fit):
         """Ordinates of the residual, unit variance when the model is true."""
-        return self.remembered("whitened", fit, lambda: self.data.whitened(fit.level, fit.coefficients, self.all_keys(parts)))
+        return self.remembered(
+            "whitened",
+            fit,
+            lambda: self.data.whitened(fit.level, fit.coefficients, self.all_keys(parts)),
+        )
 
     def residual(self, parts, fit):
         """The whitened residual in time, unit variance when the model is true."""

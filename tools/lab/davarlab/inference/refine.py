@@ -8,13 +8,22 @@ from ..data import signals
 TURNS_LEAST = 40  # in the record: from here on the noise is white across the lobe of a line
 PIECES = 1000
 TURNS_OF_TWO = 8
-TURNING = 1 / 6  # of the frequency of a line with a width, its half width at most: it turns about once before it forgets its phase
+TURNING = (
+    1 / 6
+)  # of the frequency of a line with a width, its half width at most: it turns about once before it forgets its phase
 
 
 def numeric_shapes(part):
     fixed = {parameter.name for parameter in part.effect.parameters if parameter.searched}
-    return [name for name, value in part.shape.items() if isinstance(value, float) and value and name not in fixed] if part.role in (
-        "spectrum", "filter", "mean") and part.form != "decoded" else []
+    return (
+        [
+            name
+            for name, value in part.shape.items()
+            if isinstance(value, float) and value and name not in fixed
+        ]
+        if part.role in ("spectrum", "filter", "mean") and part.form != "decoded"
+        else []
+    )
 
 
 def half_width(bench, part, name):
@@ -29,12 +38,18 @@ def half_width(bench, part, name):
 def bounds(bench, part, name):
     """Where a shape makes sense on this recording: (least, most)."""
     rate, samples = bench.data.rate_hz, bench.data.samples
-    widest = min(0.03 * rate, TURNING * part.shape["frequency_hz"]) if part.kind == "narrow_band" else np.inf
+    widest = (
+        min(0.03 * rate, TURNING * part.shape["frequency_hz"])
+        if part.kind == "narrow_band"
+        else np.inf
+    )
     parameter = next(p for p in part.effect.parameters if p.name == name)
-    least, most = {("gauss_markov", "correlation_time_s"): (8 / rate, np.inf),
-                   ("low_pass", "cutoff_hz"): (0, rate),
-                   ("narrow_band", "frequency_hz"): (0, rate / 2),
-                   ("narrow_band", "half_width_hz"): (0.75 * rate / samples, widest)}.get((part.kind, name), (0, np.inf))
+    least, most = {
+        ("gauss_markov", "correlation_time_s"): (8 / rate, np.inf),
+        ("low_pass", "cutoff_hz"): (0, rate),
+        ("narrow_band", "frequency_hz"): (0, rate / 2),
+        ("narrow_band", "half_width_hz"): (0.75 * rate / samples, widest),
+    }.get((part.kind, name), (0, np.inf))
     return max(least, parameter.low), min(most, parameter.high)
 
 
@@ -53,14 +68,18 @@ def line_frequency(bench, parts, index):
     turned = np.add.reduceat(w * np.exp(-2j * np.pi * part.shape["frequency_hz"] * time), starts)
     middle = np.add.reduceat(time, starts) / np.diff(np.append(starts, len(w)))
     reach = 0.5 * bench.recording.rate_hz / len(w)
-    best = optimize.minimize_scalar(lambda off: -np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2, bounds=(-reach, reach),
-                                    method="bounded", options={"xatol": 1e-4 * reach})
+    best = optimize.minimize_scalar(
+        lambda off: -(np.abs(turned @ np.exp(-2j * np.pi * off * middle)) ** 2),
+        bounds=(-reach, reach),
+        method="bounded",
+        options={"xatol": 1e-4 * reach},
+    )
     return part.shape["frequency_hz"] + float(best.x)
 
 
 def line_refined(bench, parts, index):
     moved = parts[index].moved("frequency_hz", line_frequency(bench, parts, index))
-    trial = parts[:index] + [moved] + parts[index + 1:]
+    trial = parts[:index] + [moved] + parts[index + 1 :]
     better = bench.fit(trial).log_likelihood > bench.fit(parts).log_likelihood
     bench.forget(parts[index] if better else moved)
     return trial if better else parts
@@ -78,18 +97,22 @@ def refine_one(bench, parts, index, name):
 
     def loss(x):
         moved = at(x)
-        trial = parts[:index] + [moved] + parts[index + 1:]
+        trial = parts[:index] + [moved] + parts[index + 1 :]
         value = -bench.fit(trial).log_likelihood
         if moved.effect.regressor:
             bench.forget(moved)
         return value
 
-    best = optimize.minimize_scalar(loss, bounds=(-width, width), method="bounded",
-                                    options={"xatol": width * 2e-3, "maxiter": 24})
+    best = optimize.minimize_scalar(
+        loss,
+        bounds=(-width, width),
+        method="bounded",
+        options={"xatol": width * 2e-3, "maxiter": 24},
+    )
     if best.fun >= -bench.fit(parts).log_likelihood:
         return parts
     bench.forget(part)
-    return parts[:index] + [at(best.x)] + parts[index + 1:]
+    return parts[:index] + [at(best.x)] + parts[index + 1 :]
 
 
 def sweeps_for(parts, kind):
@@ -102,7 +125,9 @@ def refined(bench, parts, sweeps=1, only=None, only_last=False):
     parts = list(parts)
     for _ in range(sweeps):
         for index in range(len(parts)):
-            if (only is None or parts[index].kind in only) and (not only_last or index == len(parts) - 1):
+            if (only is None or parts[index].kind in only) and (
+                not only_last or index == len(parts) - 1
+            ):
                 for name in numeric_shapes(parts[index]):
                     parts = refine_one(bench, parts, index, name)
     return parts

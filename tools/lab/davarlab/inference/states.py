@@ -6,7 +6,9 @@ import numpy as np
 from scipy import optimize, signal
 
 BLOCKS_MAX = 40000
-BLOCKS_PER_DWELL = 48  # with 8 the dwell came out a fifth too long: switches within a block are lost
+BLOCKS_PER_DWELL = (
+    48  # with 8 the dwell came out a fifth too long: switches within a block are lost
+)
 LEVELS_MAX = 5
 MORE_LEVELS = 5.0  # log-likelihood units that one more level must gain: half the logarithm of the number of blocks (BIC)
 LEAST = 8  # blocks, however far a search for the dwell strays
@@ -17,7 +19,7 @@ SEARCH = {"maxfev": 120, "xatol": 1e-2, "fatol": 0.05}
 
 def averaged(x, block):
     count = len(x) // block
-    return x[:count * block].reshape(count, block).mean(axis=1)
+    return x[: count * block].reshape(count, block).mean(axis=1)
 
 
 def times(a, b):
@@ -34,7 +36,7 @@ def places(levels):
 
 def mean_square(levels):
     """Of places that are all as likely."""
-    return (levels ** 2 - 1) / 3
+    return (levels**2 - 1) / 3
 
 
 def staying(period, dwell, levels=2):
@@ -49,7 +51,9 @@ def steps_of(values, level, noise, stay, levels=2):
     other = (1 - stay) / (levels - 1)
     change = other + (stay - other) * np.eye(levels)
     fits = np.exp(np.maximum(lean - top, -600.0))
-    return change[:, :, None] * fits[None, :, :], float(top.sum()) - 0.5 * len(values) * log(2 * pi * noise ** 2)
+    return change[:, :, None] * fits[None, :, :], float(top.sum()) - 0.5 * len(values) * log(
+        2 * pi * noise**2
+    )
 
 
 def two_level_log_likelihood(values, level, noise, stay, levels=2):
@@ -66,8 +70,8 @@ def two_level_log_likelihood(values, level, noise, stay, levels=2):
 
 def gauss_markov_log_likelihood(values, std, noise, decay):
     """Kalman filter of a first-order process in white noise; once its gain has settled it is a plain recursive filter."""
-    mean, variance, total = 0.0, std ** 2, 0.0
-    grow, white = std ** 2 * (1 - decay ** 2), noise ** 2
+    mean, variance, total = 0.0, std**2, 0.0
+    grow, white = std**2 * (1 - decay**2), noise**2
     for i, value in enumerate(values):
         spread, before = variance + white, variance
         miss, gain = value - mean, variance / spread
@@ -75,9 +79,15 @@ def gauss_markov_log_likelihood(values, std, noise, decay):
         mean = decay * (mean + gain * miss)
         variance = decay * decay * variance * (1 - gain) + grow
         if abs(variance - before) < 1e-9 * before:
-            rest = values[i + 1:]
-            means = signal.lfilter([0.0, decay * gain], [1.0, -decay * (1 - gain)], rest, zi=[mean])[0] if len(rest) else rest
-            return total - 0.5 * float(len(rest) * log(2 * pi * spread) + np.sum((rest - means) ** 2) / spread)
+            rest = values[i + 1 :]
+            means = (
+                signal.lfilter([0.0, decay * gain], [1.0, -decay * (1 - gain)], rest, zi=[mean])[0]
+                if len(rest)
+                else rest
+            )
+            return total - 0.5 * float(
+                len(rest) * log(2 * pi * spread) + np.sum((rest - means) ** 2) / spread
+            )
     return total
 
 
@@ -88,7 +98,9 @@ def bounded(logarithms):
 
 def blocks_for(x, rate_hz, dwell_s):
     """Means of x over a small part of the dwell, and the length of a block in samples."""
-    block = min(max(1, int(max(dwell_s / BLOCKS_PER_DWELL * rate_hz, len(x) / BLOCKS_MAX))), len(x) // LEAST)
+    block = min(
+        max(1, int(max(dwell_s / BLOCKS_PER_DWELL * rate_hz, len(x) / BLOCKS_MAX))), len(x) // LEAST
+    )
     values = averaged(x, block)
     return values - values.mean(), block
 
@@ -101,13 +113,28 @@ def fit_levels(x, rate_hz, std, dwell_s, white, levels=2):
 
     def loss(p):
         level, spread, dwell = bounded(p[:3])
-        return -two_level_log_likelihood(values - p[3] * level, level, spread, staying(period, dwell, levels), levels)
+        return -two_level_log_likelihood(
+            values - p[3] * level, level, spread, staying(period, dwell, levels), levels
+        )
 
-    first = [log(std / sqrt(mean_square(levels))), log(noise * 1.1), log(dwell_s / 2 * levels / (levels - 1))]
-    starts = [[first[0] + size, *first[1:], off] for size in (-0.4, 0.0, 0.4) for off in (0.0, -0.5, 0.5, -1.0, 1.0)]
+    first = [
+        log(std / sqrt(mean_square(levels))),
+        log(noise * 1.1),
+        log(dwell_s / 2 * levels / (levels - 1)),
+    ]
+    starts = [
+        [first[0] + size, *first[1:], off]
+        for size in (-0.4, 0.0, 0.4)
+        for off in (0.0, -0.5, 0.5, -1.0, 1.0)
+    ]
     found = optimize.minimize(loss, min(starts, key=loss), method="Nelder-Mead", options=SEARCH)
     level, _, dwell = bounded(found.x[:3])
-    return -found.fun, level, dwell, float(np.mean(x[:len(values) * block])) + float(found.x[3]) * level
+    return (
+        -found.fun,
+        level,
+        dwell,
+        float(np.mean(x[: len(values) * block])) + float(found.x[3]) * level,
+    )
 
 
 def fit_continuum(x, rate_hz, std, dwell_s, white):
@@ -119,7 +146,9 @@ def fit_continuum(x, rate_hz, std, dwell_s, white):
         size, spread, dwell = bounded(p)
         return -gauss_markov_log_likelihood(values, size, spread, exp(-2 * period / dwell))
 
-    return -optimize.minimize(loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH).fun
+    return -optimize.minimize(
+        loss, [log(std), log(noise * 1.1), log(dwell_s)], method="Nelder-Mead", options=SEARCH
+    ).fun
 
 
 def running_products(steps):
@@ -131,7 +160,7 @@ def running_products(steps):
     found = np.empty_like(steps)
     found[..., 0] = steps[..., 0]
     found[..., 1:even:2] = running_products(times(steps[..., 0:even:2], steps[..., 1:even:2])[0])
-    found[..., 2::2] = times(found[..., 1:count - 1:2], steps[..., 2::2])[0]
+    found[..., 2::2] = times(found[..., 1 : count - 1 : 2], steps[..., 2::2])[0]
     return found
 
 
@@ -159,11 +188,23 @@ def decoded(x, rate_hz, level, dwell_s, white, levels=2, resolution=240):
     noise = max(white / sqrt(block / rate_hz), 1e-9)
     stay = staying(block / rate_hz, dwell_s, levels)
     chance = posterior(values, level, noise, stay, levels)
-    total, state, square = two_level_log_likelihood(values, level, noise, stay, levels), places(levels) @ chance, places(levels) ** 2 @ chance
-    doubt = float(np.sum(square - state ** 2)) / (2 * noise ** 2)
-    known = -0.5 * np.sum((values - level * state) ** 2 / noise ** 2 + np.log(2 * pi * noise ** 2)) - level ** 2 * doubt
+    total, state, square = (
+        two_level_log_likelihood(values, level, noise, stay, levels),
+        places(levels) @ chance,
+        places(levels) ** 2 @ chance,
+    )
+    doubt = float(np.sum(square - state**2)) / (2 * noise**2)
+    known = (
+        -0.5 * np.sum((values - level * state) ** 2 / noise**2 + np.log(2 * pi * noise**2))
+        - level**2 * doubt
+    )
     centres = (np.arange(len(state)) + 0.5) * block
-    return np.interp(np.arange(len(x)), centres, state), float(known) - total, doubt, float(square.mean())
+    return (
+        np.interp(np.arange(len(x)), centres, state),
+        float(known) - total,
+        doubt,
+        float(square.mean()),
+    )
 
 
 def many_switches(dwell_s, x, rate_hz):

@@ -10,13 +10,17 @@ from ..data import signals
 
 ITERATIONS = 60
 HALVINGS = 12
-SCORED, FLAT = 2, 0.3  # steps of Fisher scoring before those of Newton; least curvature of a bin then, over the expected one
+SCORED, FLAT = (
+    2,
+    0.3,
+)  # steps of Fisher scoring before those of Newton; least curvature of a bin then, over the expected one
 WELL_POSED = 1e-5  # least pivot of a Cholesky factor of rows with unit norm
 
 
 @dataclass
 class Fit:
     """Sizes (>= 0) of the spectra, coefficients of the columns, log-likelihood, level per bin; `measured`: Allan variances of the columns' course."""
+
     sizes: np.ndarray
     coefficients: np.ndarray
     log_likelihood: float
@@ -45,7 +49,10 @@ class Data:
         """The same columns and bins with another gyro record."""
         other = copy.copy(self)
         other.columns = dict(self.columns)
-        other.products, other.fits = {pair: value for pair, value in self.products.items() if "gyro" not in pair}, {}
+        other.products, other.fits = (
+            {pair: value for pair, value in self.products.items() if "gyro" not in pair},
+            {},
+        )
         other.add("gyro", y)
         return other
 
@@ -56,19 +63,24 @@ class Data:
         """The same columns with bins that are narrow about each band (frequency, half width in Hz) (1.3)."""
         other, scale = copy.copy(self), 2 * self.samples / self.rate_hz
         other.bands = bands
-        other.cut(signals.bin_edges(self.samples - 1, [(f * scale, width * scale) for f, width in bands]))
+        other.cut(
+            signals.bin_edges(self.samples - 1, [(f * scale, width * scale) for f, width in bands])
+        )
         return other
 
     def add(self, key, x, together=1):
         """Columns are scaled to unit norm inside; `scale` undoes it. A constant column has scale 0. Of a slow one, means of `together`
         samples say all: the ordinates behind theirs are 0 and not kept (1.4)."""
         count = len(x) // together
-        x = x[:count * together].reshape(count, together).mean(axis=1) if together > 1 else x
+        x = x[: count * together].reshape(count, together).mean(axis=1) if together > 1 else x
         c = np.sqrt(together) * signals.transform(x - x.mean())[1:]
         norm = 1.0 if key == "gyro" else float(np.sqrt(c @ c))
         ok = key == "gyro" or norm > 1e-9 * max(1e-30, float(np.abs(x).max()))
         kind = np.float32 if self.samples >= signals.NARROW_FROM and key != "gyro" else np.float64
-        self.columns[key] = ((c / norm if ok else c * 0).astype(kind, copy=False), norm if ok else 0.0)
+        self.columns[key] = (
+            (c / norm if ok else c * 0).astype(kind, copy=False),
+            norm if ok else 0.0,
+        )
 
     def scale(self, key):
         return self.columns[key][1]
@@ -78,9 +90,11 @@ class Data:
         if key not in self.products:
             x, y = self.columns[a][0], self.columns[b][0]
             length = min(len(x), len(y))
-            starts = self.starts[:np.searchsorted(self.starts, length)]
+            starts = self.starts[: np.searchsorted(self.starts, length)]
             self.products[key] = np.zeros(len(self.starts))
-            self.products[key][:len(starts)] = np.add.reduceat(x[:length] * y[:length], starts, dtype=np.float64)
+            self.products[key][: len(starts)] = np.add.reduceat(
+                x[:length] * y[:length], starts, dtype=np.float64
+            )
         return self.products[key]
 
     def without(self, coefficients, keys):
@@ -88,7 +102,7 @@ class Data:
         c = self.columns["gyro"][0].copy()
         for key, value in zip(keys, coefficients):
             column = self.columns[key][0]
-            c[:len(column)] -= value * column
+            c[: len(column)] -= value * column
         return c
 
     def binned(self, key, spectrum):
@@ -112,6 +126,7 @@ class Data:
 class Sums:
     """What a fit needs of the record and of some columns: energies of the gyro, its products with the columns (k rows), theirs with each other, all
     per bin."""
+
     energy: np.ndarray
     cross: np.ndarray
     gram: np.ndarray
@@ -123,15 +138,22 @@ class Sums:
         weight = 1 / level
         inverse = inverse_of(self.gram @ weight)
         beta = inverse @ (self.cross @ weight)
-        residual = self.energy - 2 * beta @ self.cross + np.einsum("i,ijb,j->b", beta, self.gram, beta)
+        residual = (
+            self.energy - 2 * beta @ self.cross + np.einsum("i,ijb,j->b", beta, self.gram, beta)
+        )
         leverage = np.einsum("ij,jib->b", inverse, self.gram) * weight
         return beta, inverse, np.maximum(residual, 0), leverage
 
 
 def sums(data, keys):
     bins = len(data.counts)
-    return Sums(data.product("gyro", "gyro"), np.array([data.product(key, "gyro") for key in keys]).reshape(len(keys), bins),
-                np.array([[data.product(a, b) for b in keys] for a in keys]).reshape(len(keys), len(keys), bins))
+    return Sums(
+        data.product("gyro", "gyro"),
+        np.array([data.product(key, "gyro") for key in keys]).reshape(len(keys), bins),
+        np.array([[data.product(a, b) for b in keys] for a in keys]).reshape(
+            len(keys), len(keys), bins
+        ),
+    )
 
 
 def generalised_least_squares(data, keys, level):
@@ -161,7 +183,11 @@ def solved(matrix, right):
         factor = linalg.cho_factor(matrix, check_finite=False)
     except linalg.LinAlgError:
         return None
-    return linalg.cho_solve(factor, right, check_finite=False) if factor[0].diagonal().min() > WELL_POSED else None
+    return (
+        linalg.cho_solve(factor, right, check_finite=False)
+        if factor[0].diagonal().min() > WELL_POSED
+        else None
+    )
 
 
 def inverse_of(matrix):
@@ -176,10 +202,10 @@ def inverse_of(matrix):
 
 def score_of_row(data, shapes, residual, level, row):
     """What a further spectrum would gain, to second order: its score beside the others over its information, squared (4.2)."""
-    weight = data.counts / (2 * level ** 2)
+    weight = data.counts / (2 * level**2)
     others = shapes * weight
     slope = row @ (weight * (residual / data.counts - level))
-    information = row ** 2 @ weight
+    information = row**2 @ weight
     if len(shapes):
         cross = others @ row
         information -= cross @ inverse_of(others @ shapes.T) @ cross
@@ -188,12 +214,19 @@ def score_of_row(data, shapes, residual, level, row):
 
 def score_of_column(data, keys, level, key):
     """What a further column would gain at this level, exactly (4.2)."""
-    others = np.array([data.product(a, key) for a in keys]) / level if keys else np.zeros((0, len(level)))
+    others = (
+        np.array([data.product(a, key) for a in keys]) / level
+        if keys
+        else np.zeros((0, len(level)))
+    )
     beta, inverse, *_ = generalised_least_squares(data, keys, level)
-    slope, information = (data.product(key, "gyro") / level).sum(), (data.product(key, key) / level).sum()
+    slope, information = (
+        (data.product(key, "gyro") / level).sum(),
+        (data.product(key, key) / level).sum(),
+    )
     cross = others.sum(axis=1)
     slope, information = slope - cross @ beta, information - cross @ inverse @ cross
-    return 0.5 * slope ** 2 / information if information > 1e-9 else 0.0
+    return 0.5 * slope**2 / information if information > 1e-9 else 0.0
 
 
 def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
@@ -203,19 +236,26 @@ def maximise(data, shapes, keys, near=None, restricted=False, fixed=0.0):
     least = 1e-12 * known.energy.sum() / counts.sum()
     level = near if near is not None else np.maximum(known.energy / counts, 1e-30)
     if near is None and keys:
-        level = np.maximum(shapes.T @ non_negative_step(shapes, known.energy / counts, counts) + fixed, 1e-12 * level.max())
+        level = np.maximum(
+            shapes.T @ non_negative_step(shapes, known.energy / counts, counts) + fixed,
+            1e-12 * level.max(),
+        )
     sizes, before = None, -np.inf
     for turn in range(ITERATIONS):
         beta, covariance, residual, leverage = known.at(level)
         free = np.maximum(counts - leverage, 1e-3 * counts) if restricted else counts
-        seen, weight = residual / free, counts / (2 * level ** 2)
+        seen, weight = residual / free, counts / (2 * level**2)
         if turn < SCORED:
             step = non_negative_step(shapes, seen - fixed, weight)
         else:  # (3.1)
             curved = np.maximum(2 * seen / level - 1, FLAT)
-            step = non_negative_step(shapes, shapes.T @ sizes + (seen - level) / curved, weight * curved)
+            step = non_negative_step(
+                shapes, shapes.T @ sizes + (seen - level) / curved, weight * curved
+            )
         before_step = log_likelihood(data, seen * counts, level) if turn else -np.inf
-        for _ in range(HALVINGS):  # where one ordinate holds nearly all the energy, whole steps go to and fro
+        for _ in range(
+            HALVINGS
+        ):  # where one ordinate holds nearly all the energy, whole steps go to and fro
             level = np.maximum(shapes.T @ step + fixed, least)
             if log_likelihood(data, seen * counts, level) >= before_step - 1e-9 * abs(before_step):
                 break

@@ -8,7 +8,10 @@ from .. import files
 from ..errors import BadInput
 from . import named
 
-ORDERS = {3: ["gyro_x", "gyro_y", "gyro_z"], 4: ["time", "gyro_x", "gyro_y", "gyro_z"]}  # of the columns of an array without names
+ORDERS = {
+    3: ["gyro_x", "gyro_y", "gyro_z"],
+    4: ["time", "gyro_x", "gyro_y", "gyro_z"],
+}  # of the columns of an array without names
 
 
 def npy(path, options):
@@ -18,19 +21,34 @@ def npy(path, options):
         found = {name: array[name] for name in array.dtype.names}
     else:
         if array.ndim != 2:
-            raise BadInput(f"{path}: an array of {array.ndim} dimensions; a row for each sample expected")
+            raise BadInput(
+                f"{path}: an array of {array.ndim} dimensions; a row for each sample expected"
+            )
         array = array if array.shape[0] >= array.shape[1] else array.T
         names = options.names or ORDERS.get(array.shape[1])
         if names is None or len(names) != array.shape[1]:
-            raise BadInput(f"{path}: {array.shape[1]} columns without names: --names says what they are (time,gyro_x,gyro_y,gyro_z,temp ..)")
+            raise BadInput(
+                f"{path}: {array.shape[1]} columns without names: --names says what they are (time,gyro_x,gyro_y,gyro_z,temp ..)"
+            )
         found = {name: array[:, place] for place, name in enumerate(names)}
-    return named.Log(path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy", True)
+    return named.Log(
+        path,
+        {name: one.shape for name, one in found.items()},
+        found.get,
+        options.units,
+        "NumPy",
+        True,
+    )
 
 
 def npz(path, options):
     with files.reading(path) as file, np.load(file, allow_pickle=False) as archive:
-        found = {name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"}
-    return named.Log(path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy")
+        found = {
+            name: archive[name] for name in archive.files if member_kind(archive, name) in "iufM"
+        }
+    return named.Log(
+        path, {name: one.shape for name, one in found.items()}, found.get, options.units, "NumPy"
+    )
 
 
 def member_kind(archive, name):
@@ -47,12 +65,24 @@ def table(path, options):
     count = file.metadata.num_rows
     if not count:
         raise BadInput(f"{path}: no samples")
-    return named.Log(path, {field.name: (count,) for field in fields}, lambda name: column(file, path, name), options.units, "Parquet", True)
+    return named.Log(
+        path,
+        {field.name: (count,) for field in fields},
+        lambda name: column(file, path, name),
+        options.units,
+        "Parquet",
+        True,
+    )
 
 
 def numeric(kind):
     types = pyarrow.types
-    return types.is_integer(kind) or types.is_floating(kind) or types.is_timestamp(kind) or types.is_decimal(kind)
+    return (
+        types.is_integer(kind)
+        or types.is_floating(kind)
+        or types.is_timestamp(kind)
+        or types.is_decimal(kind)
+    )
 
 
 def column(file, path, name):
@@ -61,13 +91,15 @@ def column(file, path, name):
     for batch in file.iter_batches(columns=[name]):
         piece = batch.column(0)
         if piece.null_count:
-            raise BadInput(f"{path}: column {name}: empty at row {place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}")
+            raise BadInput(
+                f"{path}: column {name}: empty at row {place + int(np.flatnonzero(piece.is_null().to_numpy(False))[0]) + 1}"
+            )
         if pyarrow.types.is_timestamp(piece.type):
             piece = piece.cast(pyarrow.timestamp("ns")).cast(pyarrow.int64())
         elif pyarrow.types.is_decimal(piece.type):
             piece = piece.cast(pyarrow.float64())
         values = piece.to_numpy(zero_copy_only=False)
         out = np.empty(file.metadata.num_rows, values.dtype) if out is None else out
-        out[place:place + len(values)] = values
+        out[place : place + len(values)] = values
         place += len(values)
     return out

@@ -19,7 +19,11 @@ from .sensor import Samples, Sensor
 
 FIELDS = {"gyro": ("GyrX", "GyrY", "GyrZ"), "accel": ("AccX", "AccY", "AccZ"), "temp": ("T",)}
 KINDS = re.compile(r"^(IMU|GYR|ACC)([123]?)$")
-CLOCKS = (("SampleUS", 1000), ("TimeUS", 1000), ("TimeMS", 1_000_000))  # the moment of the sample first; in nanoseconds
+CLOCKS = (
+    ("SampleUS", 1000),
+    ("TimeUS", 1000),
+    ("TimeMS", 1_000_000),
+)  # the moment of the sample first; in nanoseconds
 ROWS = 1 << 14
 HEAD = b"\xa3\x95"  # of a message
 
@@ -34,7 +38,10 @@ def silenced():
         try:
             for number in (1, 2):
                 os.dup2(file.fileno(), number)
-            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            with (
+                contextlib.redirect_stdout(io.StringIO()),
+                contextlib.redirect_stderr(io.StringIO()),
+            ):
                 yield said
         finally:
             for number, before in zip((1, 2), kept):
@@ -51,14 +58,18 @@ class Log:
         self.path, self.sensors, self.rows = path, [], {}
         with silenced() as said:
             log = DFReader.DFReader_binary(str(path))
-        self.notes = {"damaged": f"{len(said)} places of the log were skipped ({said[0]})"} if said else {}
+        self.notes = (
+            {"damaged": f"{len(said)} places of the log were skipped ({said[0]})"} if said else {}
+        )
         end = 0
         try:
             for kind, form in log.formats.items():
                 places = np.array(log.offsets[kind], np.int64)
                 end = max(end, int(places[-1]) + form.len) if len(places) else end
                 if end > log.data_len:
-                    raise BadInput(f"{path}: cut short: its last message, {form.name}, is not whole (ArduPilot DataFlash)")
+                    raise BadInput(
+                        f"{path}: cut short: its last message, {form.name}, is not whole (ArduPilot DataFlash)"
+                    )
                 if len(places) and KINDS.match(form.name):
                     self.take(form, places)
         finally:
@@ -66,7 +77,9 @@ class Log:
         with files.reading(path) as file:
             file.seek(end)
             if file.read(len(HEAD)) in (HEAD[:1], HEAD):
-                raise BadInput(f"{path}: cut short: behind its last message another one begins (ArduPilot DataFlash)")
+                raise BadInput(
+                    f"{path}: cut short: behind its last message another one begins (ArduPilot DataFlash)"
+                )
 
     def take(self, form, places):
         """Lists the messages of one format."""
@@ -82,28 +95,48 @@ class Log:
             self.add(f"{kind}:{one}", str(one), message, places[instance == one])
 
     def add(self, name, group, message, places):
-        gives = [quantity for quantity, fields in FIELDS.items() if set(fields) <= set(message.form.columns)]
+        gives = [
+            quantity
+            for quantity, fields in FIELDS.items()
+            if set(fields) <= set(message.form.columns)
+        ]
         if "temp" in gives and not units.measured(message.columns(places[:ROWS], ["T"])["T"]):
             gives.remove("temp")
         self.sensors.append(Sensor(name, frozenset(gives), len(places), group))
         self.rows[name] = message, places
 
     def read(self, name):
-        message, places = self.rows.pop(name)  # read once: 80 MB of places in a log of ten million messages
+        message, places = self.rows.pop(
+            name
+        )  # read once: 80 MB of places in a log of ten million messages
         sensor = next(sensor for sensor in self.sensors if sensor.name == name)
         clocks = [(field, unit) for field, unit in CLOCKS if field in message.form.columns]
         if not clocks:
             raise BadInput(f"{self.path}: {name} has no time")
         field, unit = clocks[0]
-        wanted = [field for quantity in FIELDS if quantity in sensor.gives for field in FIELDS[quantity]]
+        wanted = [
+            field for quantity in FIELDS if quantity in sensor.gives for field in FIELDS[quantity]
+        ]
         found = message.columns(places, [field] + wanted)
         del places
         stamps = units.nanoseconds(found.pop(field), unit, f"{self.path}: {name}: {field}")
         columns = {}
         for quantity in FIELDS:
             if quantity in sensor.gives:
-                columns.update(units.axes(quantity, [found.pop(one) for one in FIELDS[quantity]], "rad/s", "m/s^2"))
-        return Samples(columns, stamps, notes={"source": f"ArduPilot DataFlash, {name}, {field}", "time_s": "seconds since boot", **self.notes})
+                columns.update(
+                    units.axes(
+                        quantity, [found.pop(one) for one in FIELDS[quantity]], "rad/s", "m/s^2"
+                    )
+                )
+        return Samples(
+            columns,
+            stamps,
+            notes={
+                "source": f"ArduPilot DataFlash, {name}, {field}",
+                "time_s": "seconds since boot",
+                **self.notes,
+            },
+        )
 
 
 class Message:
@@ -112,19 +145,29 @@ class Message:
     def __init__(self, path, form):
         self.path, self.form = path, form
         codes = [DFReader.FORMAT_TO_STRUCT[one] for one in form.format]
-        self.kind = np.dtype([("", "u1")] * 3 + [(name, numpy_type(code)) for name, (code, _, _) in zip(form.columns, codes)])
+        self.kind = np.dtype(
+            [("", "u1")] * 3
+            + [(name, numpy_type(code)) for name, (code, _, _) in zip(form.columns, codes)]
+        )
         self.factors = {name: factor or 1 for name, (_, factor, _) in zip(form.columns, codes)}
 
     def columns(self, places, names):
         """name -> numbers of the messages that begin at these places."""
         out = {name: np.empty(len(places), self.kind[name]) for name in names}
         for first in range(0, len(places), ROWS):
-            part = places[first:first + ROWS]
-            data = np.fromfile(self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0])
-            rows = data[(part - part[0])[:, None] + np.arange(self.kind.itemsize)].view(self.kind)[:, 0]
+            part = places[first : first + ROWS]
+            data = np.fromfile(
+                self.path, np.uint8, part[-1] - part[0] + self.kind.itemsize, offset=part[0]
+            )
+            rows = data[(part - part[0])[:, None] + np.arange(self.kind.itemsize)].view(self.kind)[
+                :, 0
+            ]
             for name in names:
-                out[name][first:first + ROWS] = rows[name]
-        return {name: column if self.factors[name] == 1 else column * self.factors[name] for name, column in out.items()}
+                out[name][first : first + ROWS] = rows[name]
+        return {
+            name: column if self.factors[name] == 1 else column * self.factors[name]
+            for name, column in out.items()
+        }
 
 
 class TextMessage:
@@ -153,7 +196,9 @@ class TextLog(Log):
             log.close()
         for name, message in found.items():
             kind, number = KINDS.match(name).groups()
-            self.instances(kind, number, message, np.arange(len(message.rows[message.form.columns[0]])))
+            self.instances(
+                kind, number, message, np.arange(len(message.rows[message.form.columns[0]]))
+            )
 
 
 def numpy_type(code):

@@ -8,9 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from .. import files
-from ..data import clock, plausible, recording as recordings, table as tables
+from ..data import clock, plausible
+from ..data import recording as recordings
+from ..data import table as tables
 from ..errors import BadInput
-from . import sensor as sensors, text
+from . import sensor as sensors
+from . import text
 
 SECOND = 10**9
 FAR_S = 1_000_000  # from 0, beyond which stamps are counted from a whole second near the first
@@ -21,6 +24,7 @@ class Options:
     """How a log is to be read. sensor: the name of one of its sensors; units: NAME=UNIT pairs over guesses; renames, scales: OLD=NEW,
     NAME=FACTOR; types: .msg files; names: of the columns of an array without; plain: a CSV as it is, without guesses;
     as_recorded: rate, units and levels are right, however implausible."""
+
     rate_hz: float | None = None
     sensor: str | None = None
     units: list = field(default_factory=list)
@@ -34,18 +38,39 @@ class Options:
 
 def by(module, name):
     """A reader of this room: path, Options -> a log with its sensors and read(name). Its library is loaded when it is needed."""
-    return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(path, options)
+    return lambda path, options: getattr(importlib.import_module("." + module, __package__), name)(
+        path, options
+    )
 
 
 ROS, HDF5_FILE = by("ros", "Log"), by("matlab", "hdf5")
 # (how it begins, its name, who reads it)
-FORMATS = ((b"ULog", "PX4 ULog", by("ulog", "Log")), (b"\xa3\x95", "ArduPilot DataFlash", by("dataflash", "Log")),
-           (b"FMT, ", "ArduPilot DataFlash text", by("dataflash", "TextLog")), (b"#ROSBAG", "ROS 1 bag", ROS), (b"SQLite format 3\0", "ROS 2 db3", ROS),
-           (b"\x89MCAP0\r\n", "MCAP", ROS), (b"MATLAB 5.0", "MATLAB 5", by("matlab", "version_5")), (b"\x93NUMPY", "NumPy npy", by("arrays", "npy")),
-           (b"PK\x03\x04", "NumPy npz", by("arrays", "npz")), (b"PAR1", "Parquet", by("arrays", "table")))
+FORMATS = (
+    (b"ULog", "PX4 ULog", by("ulog", "Log")),
+    (b"\xa3\x95", "ArduPilot DataFlash", by("dataflash", "Log")),
+    (b"FMT, ", "ArduPilot DataFlash text", by("dataflash", "TextLog")),
+    (b"#ROSBAG", "ROS 1 bag", ROS),
+    (b"SQLite format 3\0", "ROS 2 db3", ROS),
+    (b"\x89MCAP0\r\n", "MCAP", ROS),
+    (b"MATLAB 5.0", "MATLAB 5", by("matlab", "version_5")),
+    (b"\x93NUMPY", "NumPy npy", by("arrays", "npy")),
+    (b"PK\x03\x04", "NumPy npz", by("arrays", "npz")),
+    (b"PAR1", "Parquet", by("arrays", "table")),
+)
 HDF5 = b"\x89HDF\r\n\x1a\n"  # at the beginning, or behind the 512 bytes of MATLAB 7.3
-ENDINGS = {".ulg": "PX4 ULog", ".bin": "ArduPilot DataFlash", ".bag": "ROS 1 bag", ".db3": "ROS 2 db3", ".mcap": "MCAP", ".mat": "MATLAB",
-           ".npy": "NumPy npy", ".npz": "NumPy npz", ".parquet": "Parquet", ".h5": "HDF5", ".hdf5": "HDF5"}
+ENDINGS = {
+    ".ulg": "PX4 ULog",
+    ".bin": "ArduPilot DataFlash",
+    ".bag": "ROS 1 bag",
+    ".db3": "ROS 2 db3",
+    ".mcap": "MCAP",
+    ".mat": "MATLAB",
+    ".npy": "NumPy npy",
+    ".npz": "NumPy npz",
+    ".parquet": "Parquet",
+    ".h5": "HDF5",
+    ".hdf5": "HDF5",
+}
 
 
 def format_of(path):
@@ -61,10 +86,19 @@ def format_of(path):
         raise BadInput(f"{path}: {why.strerror or why}") from None
     if HDF5 in (head[:8], head[512:520]):
         return "MATLAB 7.3 or HDF5", HDF5_FILE
-    found = next(((name, reader) for magic, name, reader in FORMATS if head.startswith(magic)), None)
+    found = next(
+        ((name, reader) for magic, name, reader in FORMATS if head.startswith(magic)), None
+    )
     said = ENDINGS.get(Path(path).suffix.lower())
     if not found and said:
-        raise BadInput(f"{path}: " + ("empty" if not head else f"not {said}, as its name says: it begins with {head[:8]!r}"))
+        raise BadInput(
+            f"{path}: "
+            + (
+                "empty"
+                if not head
+                else f"not {said}, as its name says: it begins with {head[:8]!r}"
+            )
+        )
     return found or ("CSV", text.log)
 
 
@@ -85,7 +119,9 @@ def guarded(path, name, work):
     except (BadInput, BrokenPipeError):
         raise
     except MemoryError:
-        raise BadInput(f"{path}: damaged, or no {name}, or more than this machine's memory holds") from None
+        raise BadInput(
+            f"{path}: damaged, or no {name}, or more than this machine's memory holds"
+        ) from None
     except Exception as why:
         said = " ".join(str(why).split())[:160] or type(why).__name__
         raise BadInput(f"{path}: damaged, or no {name} ({said})") from None
@@ -112,16 +148,24 @@ def samples(path, options):
         if any(name.startswith(quantity) for name in found.columns):
             continue
         there = guarded(path, name, lambda: log.read(other.name))
-        columns = {name: column for name, column in there.columns.items() if name.startswith(quantity)}
+        columns = {
+            name: column for name, column in there.columns.items() if name.startswith(quantity)
+        }
         if there.stamps_ns is not None and len(there.stamps_ns) and columns:
             found.beside.append((there.stamps_ns, columns))
-            found.notes[f"beside, {', '.join(columns)}"] = f"{other.name}, at its own stamps, interpolated at those of the gyro"
+            found.notes[f"beside, {', '.join(columns)}"] = (
+                f"{other.name}, at its own stamps, interpolated at those of the gyro"
+            )
     return checked(found, main.name, path, options)
 
 
 def checked(found, name, path, options):
     """Samples that every command can go on with: columns of one length and finite, what was beside them at their times, stamps in seconds."""
-    count = len(found.stamps_ns) if found.stamps_ns is not None else len(next(iter(found.columns.values()), ()))
+    count = (
+        len(found.stamps_ns)
+        if found.stamps_ns is not None
+        else len(next(iter(found.columns.values()), ()))
+    )
     where = path if found.line is not None else f"{path}: {name}"
     if not count:
         raise BadInput(f"{where}: no samples")
@@ -136,7 +180,9 @@ def checked(found, name, path, options):
         sensors.check_finite(values, f"{where}: column {column}")
     odd = next((name for name in found.columns if not tables.is_name(name)), None)
     if odd is not None:
-        raise BadInput(f"{where}: column {odd[:tables.SHOWN]!r}: not a name that a recording holds (--rename OLD=NEW)")
+        raise BadInput(
+            f"{where}: column {odd[: tables.SHOWN]!r}: not a name that a recording holds (--rename OLD=NEW)"
+        )
     return found
 
 
@@ -149,14 +195,18 @@ def place(found):
         for name, column in columns.items():
             if np.any(np.isfinite(column)):
                 order = np.argsort(own, kind="stable")
-                found.columns[name] = np.interp((found.stamps_ns - found.origin_ns) / SECOND, own[order], column[order]).astype(column.dtype)
+                found.columns[name] = np.interp(
+                    (found.stamps_ns - found.origin_ns) / SECOND, own[order], column[order]
+                ).astype(column.dtype)
     found.columns = {"time_s": (found.stamps_ns - found.origin_ns) / SECOND, **found.columns}
     found.stamps_ns, found.beside = None, []
 
 
 def recording_of(found, path, rate_hz):
     """A Recording on the even grid of the clock."""
-    made = recordings.of_columns(found.columns, rate_hz or found.rate_hz, path, found.notes, found.line)
+    made = recordings.of_columns(
+        found.columns, rate_hz or found.rate_hz, path, found.notes, found.line
+    )
     made.origin_ns = found.origin_ns
     return made
 
@@ -168,9 +218,16 @@ def read(path, options=None, told=lambda text: None):
     count = len(next(iter(found.columns.values())))
     if count < recordings.MINIMUM_SAMPLES:
         raise BadInput(f"{path}: {count} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
-    made = replace(recordings.at_own_rate(recording_of(found, path, options.rate_hz)), as_recorded=options.as_recorded)
+    made = replace(
+        recordings.at_own_rate(recording_of(found, path, options.rate_hz)),
+        as_recorded=options.as_recorded,
+    )
     note = None if options.as_recorded else plausible.note(found.columns, made.rate_hz)
-    for line in (*said(found.guesses), *([note] if note else []), *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made))):
+    for line in (
+        *said(found.guesses),
+        *([note] if note else []),
+        *(f"doubtful: {one} (or {plausible.CONFIRM})" for one in plausible.of(made)),
+    ):
         told(f"{path}: {line}")
     return made
 
@@ -184,8 +241,12 @@ def said(guesses):
     """What was guessed, a line for each column that is not as davarlab would call it."""
     for one in guesses:
         if one.quantity != "other" and (one.name != one.column or not one.sure):
-            how = f"{one.unit} by its {'name' if one.sure else 'numbers'}" if one.unit else "as it is"
-            yield f"{one.name} -> {one.column}, {how}" + ("" if one.sure else f" (--unit {one.name}=UNIT says otherwise)")
+            how = (
+                f"{one.unit} by its {'name' if one.sure else 'numbers'}" if one.unit else "as it is"
+            )
+            yield f"{one.name} -> {one.column}, {how}" + (
+                "" if one.sure else f" (--unit {one.name}=UNIT says otherwise)"
+            )
 
 
 def write(found, path, rate_hz, source):

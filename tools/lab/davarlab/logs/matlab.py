@@ -32,8 +32,17 @@ def numeric(found):
         if name.startswith("__"):
             continue
         if isinstance(value, io.matlab.mat_struct):
-            yield from ((f"{name}.{field}", one) for field, one in numeric({field: getattr(value, field) for field in value._fieldnames}))
-        elif isinstance(value, np.ndarray) and value.dtype.kind in "iuf" or isinstance(value, (int, float)):
+            yield from (
+                (f"{name}.{field}", one)
+                for field, one in numeric(
+                    {field: getattr(value, field) for field in value._fieldnames}
+                )
+            )
+        elif (
+            isinstance(value, np.ndarray)
+            and value.dtype.kind in "iuf"
+            or isinstance(value, (int, float))
+        ):
             yield name, np.asarray(value)
 
 
@@ -44,15 +53,30 @@ def loaded_5(path):
 def version_5(path, options):
     check_survived(path, loaded_5)
     found = dict(numeric(loaded_5(path)))
-    return named.Log(path, {name: array.shape for name, array in found.items()}, found.get, options.units, "MATLAB 5")
+    return named.Log(
+        path,
+        {name: array.shape for name, array in found.items()},
+        found.get,
+        options.units,
+        "MATLAB 5",
+    )
 
 
 def hdf5(path, options):
     shapes = {}
     with h5py.File(path, "r") as file:
-        file.visititems(lambda name, one: shapes.update({name.replace("/", "."): one.shape})
-                        if isinstance(one, h5py.Dataset) and one.dtype.kind in "iuf" and not name.startswith("#") else None)
-    return named.Log(path, shapes, lambda name: loaded(path, name), options.units, "MATLAB 7.3 or HDF5")
+        file.visititems(
+            lambda name, one: (
+                shapes.update({name.replace("/", "."): one.shape})
+                if isinstance(one, h5py.Dataset)
+                and one.dtype.kind in "iuf"
+                and not name.startswith("#")
+                else None
+            )
+        )
+    return named.Log(
+        path, shapes, lambda name: loaded(path, name), options.units, "MATLAB 7.3 or HDF5"
+    )
 
 
 def loaded(path, name):

@@ -11,7 +11,9 @@ from . import units
 from .sensor import Samples, Sensor, check_finite
 
 AXIS = re.compile(r"roll|pitch|yaw|[xyzXYZ](?![a-z])|(?<![0-9])[012](?![0-9])")
-RATE = re.compile(r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE)
+RATE = re.compile(
+    r"^(fs|rate|rate_hz|sample_rate|sampling_rate|freq|frequency|fsamp|sr)$", re.IGNORECASE
+)
 UNIT_WORDS = {"dps", "deg", "rad", "s", "g", "ms", "m", "s2", "mps2", "raw", "counts", "lsb"}
 TICKS = {"s": 10**9, "ms": 10**6, "us": 1000, "ns": 1}  # nanoseconds
 FOREIGN = ("datetime64", "timedelta64")
@@ -20,6 +22,7 @@ FOREIGN = ("datetime64", "timedelta64")
 @dataclass
 class Column:
     """A row or column of an array. name: as it is called from here on; array, place: where it is; count: of its numbers."""
+
     name: str
     array: str
     place: int | None
@@ -33,14 +36,20 @@ def columns_of(shapes):
         if len(size) == 1:
             yield Column(name, name, None, size[0])
         elif len(size) == 2 and min(size) == 3 and guess.quantity_of(name) in ("gyro", "accel"):
-            yield from (Column(f"{name}_{axis}", name, place, max(size)) for place, axis in enumerate("xyz"))
+            yield from (
+                Column(f"{name}_{axis}", name, place, max(size)) for place, axis in enumerate("xyz")
+            )
 
 
 def stem_of(name):
     """A name without its axis, so that those of one sensor are alike."""
-    found = [match for match in AXIS.finditer(name) if guess.AXES.get(match.group().lower()) == guess.axis_of(name)]
+    found = [
+        match
+        for match in AXIS.finditer(name)
+        if guess.AXES.get(match.group().lower()) == guess.axis_of(name)
+    ]
     cut = found[-1] if found else None
-    return (name[:cut.start()] + name[cut.end():] if cut else name).strip(" _.-")
+    return (name[: cut.start()] + name[cut.end() :] if cut else name).strip(" _.-")
 
 
 def sets_of(names, quantity):
@@ -69,15 +78,28 @@ def quantities(names):
 
 def words_of(stem):
     """What a name says but the quantity and the unit: the device."""
-    return {word for word in guess.tokens(stem) if guess.quantity_of(word) == "other" and word not in UNIT_WORDS}
+    return {
+        word
+        for word in guess.tokens(stem)
+        if guess.quantity_of(word) == "other" and word not in UNIT_WORDS
+    }
 
 
 def nearest(stem, others):
     """The one of other names that speaks of the same device, in a unit where this one does; None where two do as well."""
     if len(others) < 2:
         return next(iter(others), None)
-    has_unit = {name: any(guess.said_unit(name, quantity) for quantity in guess.UNITS) for name in (stem, *others)}
-    shared = sorted(((len(words_of(stem) & words_of(other)), has_unit[stem] == has_unit[other], other) for other in others), reverse=True)
+    has_unit = {
+        name: any(guess.said_unit(name, quantity) for quantity in guess.UNITS)
+        for name in (stem, *others)
+    }
+    shared = sorted(
+        (
+            (len(words_of(stem) & words_of(other)), has_unit[stem] == has_unit[other], other)
+            for other in others
+        ),
+        reverse=True,
+    )
     return shared[0][2] if shared[0][:2] > shared[1][:2] else None
 
 
@@ -86,39 +108,98 @@ class Log:
     calls them (--unit NAME=UNIT). origins: name -> what the numbers of a column count from."""
 
     def __init__(self, path, shapes, load, given, what, whole=False, line=None, origins=None):
-        self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = path, load, given, what, whole, line, origins or {}
-        self.columns = {one.name: one for one in columns_of({name: shape for name, shape in shapes.items() if not RATE.match(name)})}
-        self.rates = [name for name in shapes if RATE.match(name) and max(shapes[name], default=1) == 1]
+        self.path, self.load, self.given, self.what, self.whole, self.line, self.origins = (
+            path,
+            load,
+            given,
+            what,
+            whole,
+            line,
+            origins or {},
+        )
+        self.columns = {
+            one.name: one
+            for one in columns_of(
+                {name: shape for name, shape in shapes.items() if not RATE.match(name)}
+            )
+        }
+        self.rates = [
+            name for name in shapes if RATE.match(name) and max(shapes[name], default=1) == 1
+        ]
         self.gyros = sets_of([name for name, one in self.columns.items() if one.count > 1], "gyro")
-        self.accels = sets_of([name for name, one in self.columns.items() if one.count > 1], "accel")
-        sets = [("gyro", stem, axes) for stem, axes in self.gyros.items()] + [("accel", stem, axes) for stem, axes in self.accels.items()]
-        self.sensors = [Sensor(stem, frozenset([quantity]), self.columns[next(iter(axes.values()))].count, stem) for quantity, stem, axes in sets]
+        self.accels = sets_of(
+            [name for name, one in self.columns.items() if one.count > 1], "accel"
+        )
+        sets = [("gyro", stem, axes) for stem, axes in self.gyros.items()] + [
+            ("accel", stem, axes) for stem, axes in self.accels.items()
+        ]
+        self.sensors = [
+            Sensor(stem, frozenset([quantity]), self.columns[next(iter(axes.values()))].count, stem)
+            for quantity, stem, axes in sets
+        ]
 
     def picked(self, stem):
         """Names of the columns of a sensor: its axes, its time, and what was measured beside it."""
         axes = self.gyros.get(stem) or self.accels[stem]
         count = self.columns[next(iter(axes.values()))].count
         if self.whole:
-            other = {name for axes in self.gyros.values() for name in axes.values()} - set(axes.values())
-            return [name for name, one in self.columns.items() if one.count == count and name not in other]
-        alike = [name for name, one in self.columns.items() if one.count == count and one.place is None]
+            other = {name for axes in self.gyros.values() for name in axes.values()} - set(
+                axes.values()
+            )
+            return [
+                name
+                for name, one in self.columns.items()
+                if one.count == count and name not in other
+            ]
+        alike = [
+            name for name, one in self.columns.items() if one.count == count and one.place is None
+        ]
         found = list(axes.values())
         for quantity in ("temp", "time"):
             one = nearest(stem, [name for name in alike if guess.quantity_of(name) == quantity])
             found += [one] if one else []
-        beside = nearest(stem, [other for other, of in self.accels.items() if other != stem and self.columns[next(iter(of.values()))].count == count])
+        beside = nearest(
+            stem,
+            [
+                other
+                for other, of in self.accels.items()
+                if other != stem and self.columns[next(iter(of.values()))].count == count
+            ],
+        )
         return found + (list(self.accels[beside].values()) if beside and stem in self.gyros else [])
 
     def apart(self, stem, quantity):
         """(stamps, columns) of what was measured beside a gyro at a rate and with a time of its own."""
-        singles = {name: {"": name} for name, one in self.columns.items() if guess.quantity_of(name) == "temp" and one.count > 1}
+        singles = {
+            name: {"": name}
+            for name, one in self.columns.items()
+            if guess.quantity_of(name) == "temp" and one.count > 1
+        }
         sets = self.accels if quantity == "accel" else singles
         best = nearest(stem, list(sets))
         names = list(sets[best].values()) if best else []
-        time = names and nearest(best, [name for name, one in self.columns.items() if guess.quantity_of(name) == "time" and one.count == self.columns[names[0]].count])
+        time = names and nearest(
+            best,
+            [
+                name
+                for name, one in self.columns.items()
+                if guess.quantity_of(name) == "time" and one.count == self.columns[names[0]].count
+            ],
+        )
         if time:
-            found = dressed({name: vector(self.load(self.columns[name].array), self.columns[name], f"{self.path}: {name}") for name in [*names, time]},
-                            [], self.path, self.origins)
+            found = dressed(
+                {
+                    name: vector(
+                        self.load(self.columns[name].array),
+                        self.columns[name],
+                        f"{self.path}: {name}",
+                    )
+                    for name in [*names, time]
+                },
+                [],
+                self.path,
+                self.origins,
+            )
             yield found.stamps_ns, found.columns
 
     def read(self, stem):
@@ -130,8 +211,12 @@ class Log:
         rate = float(np.ravel(self.load(self.rates[0]))[0]) if self.rates else None
         found = dressed(columns, self.given, self.path, self.origins)
         if found.stamps_ns is not None and stem in self.gyros:
-            found.beside = [other for quantity in ("accel", "temp") if not any(name.startswith(quantity) for name in found.columns)
-                            for other in self.apart(stem, quantity)]
+            found.beside = [
+                other
+                for quantity in ("accel", "temp")
+                if not any(name.startswith(quantity) for name in found.columns)
+                for other in self.apart(stem, quantity)
+            ]
         found.notes["source"] = f"{self.what}, {stem}"
         found.rate_hz, found.line = rate if found.stamps_ns is None else None, self.line
         return found
@@ -156,14 +241,22 @@ def overridden(guesses, given, path):
         met = [one for one in guesses if name in (one.name, one.quantity)]
         if not met:
             names = ", ".join(one.name for one in guesses)
-            raise BadInput(f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, temp, time for all of one kind)")
+            raise BadInput(
+                f"--unit {pair}: {path} has no such column (there are: {names}; or gyro, accel, temp, time for all of one kind)"
+            )
         for one in met:
             factors = guess.UNITS.get(one.quantity, {})
             try:
-                one.unit, one.factor, one.sure = (unit, factors[unit], True) if unit in factors else ("counts", float(unit), True)
+                one.unit, one.factor, one.sure = (
+                    (unit, factors[unit], True)
+                    if unit in factors
+                    else ("counts", float(unit), True)
+                )
             except ValueError:
-                raise BadInput(f"--unit {pair}: no unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
-                               f"{next(iter(factors), '1')})") from None
+                raise BadInput(
+                    f"--unit {pair}: no unit of {one.name} (there are: {', '.join(factors)}; or a number, the factor to "
+                    f"{next(iter(factors), '1')})"
+                ) from None
     return guesses
 
 
@@ -177,7 +270,14 @@ def dressed(columns, given, path, origins):
             stamps = nanoseconds(values, one, origins.get(one.name, 0), path)
         else:
             out[column_name(one)] = units.scaled(values, one.factor)
-    late = next((one.name for one in guesses if one.quantity == "other" and guess.quantity_of(one.name) == "time"), None)
+    late = next(
+        (
+            one.name
+            for one in guesses
+            if one.quantity == "other" and guess.quantity_of(one.name) == "time"
+        ),
+        None,
+    )
     if stamps is None and late:
         raise BadInput(f"{path}: column {late}: time runs backwards")
     return Samples(out, stamps, guesses=guesses)
@@ -196,4 +296,6 @@ def nanoseconds(values, one, origin, path):
     if values.dtype.kind in "iu" and unit:
         return units.nanoseconds(values, unit, where, origin)
     check_finite(values, where)
-    return units.nanoseconds(np.round(np.asarray(values, np.float64) * one.factor * 1e9), 1, where, origin * (unit or 0))
+    return units.nanoseconds(
+        np.round(np.asarray(values, np.float64) * one.factor * 1e9), 1, where, origin * (unit or 0)
+    )

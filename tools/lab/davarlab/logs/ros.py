@@ -16,9 +16,19 @@ from . import named, units
 from .sensor import Samples, Sensor
 
 IMU, TEMPERATURE = "sensor_msgs/msg/Imu", "sensor_msgs/msg/Temperature"
-KNOWN = {IMU: {"gyro": [f"angular_velocity.{axis}" for axis in "xyz"], "accel": [f"linear_acceleration.{axis}" for axis in "xyz"]},
-         TEMPERATURE: {"temp": ["temperature"]}}
-OF_OTHERS = ("geometry_msgs/", "nav_msgs/", "tf", "sensor_msgs/")  # no sensor's own; rates in them are somebody's estimate
+KNOWN = {
+    IMU: {
+        "gyro": [f"angular_velocity.{axis}" for axis in "xyz"],
+        "accel": [f"linear_acceleration.{axis}" for axis in "xyz"],
+    },
+    TEMPERATURE: {"temp": ["temperature"]},
+}
+OF_OTHERS = (
+    "geometry_msgs/",
+    "nav_msgs/",
+    "tf",
+    "sensor_msgs/",
+)  # no sensor's own; rates in them are somebody's estimate
 LONGEST = 9  # numbers of an array that is looked into
 
 
@@ -42,14 +52,22 @@ class HeldPath(type(Path())):
 def typestore(paths):
     """The types of ROS 2, and those of .msg files (PACKAGE/msg/NAME.msg, or a folder of such)."""
     store = get_typestore(Stores.LATEST)
-    found = [path for given in map(Path, paths) for path in (sorted(given.rglob("*.msg")) if os.path.isdir(given) else [given])]
+    found = [
+        path
+        for given in map(Path, paths)
+        for path in (sorted(given.rglob("*.msg")) if os.path.isdir(given) else [given])
+    ]
     if paths and not found:
         raise BadInput(f"{paths[0]}: no .msg file in it")
     for path in found:
         place = files.real(path)
         package = place.parts[-3] if place.parent.name == "msg" else place.parent.name
         try:
-            store.register(get_types_from_msg(files.read_whole(path).decode("utf-8"), f"{package}/msg/{path.stem}"))
+            store.register(
+                get_types_from_msg(
+                    files.read_whole(path).decode("utf-8"), f"{package}/msg/{path.stem}"
+                )
+            )
         except BadInput:
             raise
         except Exception as why:  # whatever the parser of a grammar raises
@@ -79,7 +97,9 @@ class Log:
             fields = sought(bag.deserialize(raw, kind), topic)
         if fields:
             self.fields[topic] = fields
-            self.sensors.append(Sensor(topic, frozenset(fields), count, topic.rsplit("/", 1)[0], rank))
+            self.sensors.append(
+                Sensor(topic, frozenset(fields), count, topic.rsplit("/", 1)[0], rank)
+            )
 
     def read(self, topic):
         fields = [field for names in self.fields[topic].values() for field in names]
@@ -87,7 +107,10 @@ class Log:
         with self.opened() as bag:
             connections = [one for one in bag.connections if one.topic == topic]
             kind = connections[0].msgtype
-            ways = [[int(step) if step.isdigit() else step for step in field.split(".")] for field in fields]
+            ways = [
+                [int(step) if step.isdigit() else step for step in field.split(".")]
+                for field in fields
+            ]
             for _, when, raw in bag.messages(connections):
                 message = bag.deserialize(raw, kind)
                 for column, way in zip(numbers, ways):
@@ -97,20 +120,36 @@ class Log:
                 stamped.append(stamp.sec * 1_000_000_000 + stamp.nanosec if stamp else 0)
         stamps = np.frombuffer(stamped, np.int64) if len(stamped) else np.array([], np.int64)
         own = len(stamps) > 0 and bool(np.all(stamps > 0))
-        notes = {"source": f"ROS bag, {topic}, {'header.stamp' if own else 'time of arrival'}", "time_s": "seconds of the clock of the robot (Unix, unless simulated)"}
-        columns = {field: np.frombuffer(numbers.pop(0)) for field in fields}  # each goes as soon as it is converted
-        return self.dressed(topic, kind, columns, stamps if own else np.frombuffer(sent, np.int64), notes)
+        notes = {
+            "source": f"ROS bag, {topic}, {'header.stamp' if own else 'time of arrival'}",
+            "time_s": "seconds of the clock of the robot (Unix, unless simulated)",
+        }
+        columns = {
+            field: np.frombuffer(numbers.pop(0)) for field in fields
+        }  # each goes as soon as it is converted
+        return self.dressed(
+            topic, kind, columns, stamps if own else np.frombuffer(sent, np.int64), notes
+        )
 
     def dressed(self, topic, kind, columns, stamps, notes):
         """Samples: of a known type with its units, else guessed."""
         if kind in KNOWN:
             out = {}
             for quantity, names in self.fields[topic].items():
-                out.update(units.axes(quantity, [columns.pop(name) for name in names], "rad/s", "m/s^2"))
+                out.update(
+                    units.axes(quantity, [columns.pop(name) for name in names], "rad/s", "m/s^2")
+                )
             return Samples(out, stamps, notes=notes)
-        quantities = {name: quantity for quantity, names in self.fields[topic].items() for name in names}
-        called = {name: name if guess.quantity_of(name) == quantity else f"{quantity}.{name}" for name, quantity in quantities.items()}
-        found = named.dressed({called[name]: column for name, column in columns.items()}, self.units, self.path, {})
+        quantities = {
+            name: quantity for quantity, names in self.fields[topic].items() for name in names
+        }
+        called = {
+            name: name if guess.quantity_of(name) == quantity else f"{quantity}.{name}"
+            for name, quantity in quantities.items()
+        }
+        found = named.dressed(
+            {called[name]: column for name, column in columns.items()}, self.units, self.path, {}
+        )
         found.stamps_ns, found.notes = stamps, notes
         return found
 
@@ -130,7 +169,9 @@ def numbers_of(value, name=""):
     elif isinstance(value, (list, np.ndarray)):
         if len(value) <= LONGEST:
             for place, one in enumerate(value):
-                yield from numbers_of(one.item() if hasattr(one, "item") else one, f"{name}.{place}")
+                yield from numbers_of(
+                    one.item() if hasattr(one, "item") else one, f"{name}.{place}"
+                )
     else:
         for field in getattr(value, "__dataclass_fields__", {}):
             if field not in ("header", "__msgtype__"):

@@ -14,6 +14,7 @@ LISTED_MOST = 20
 class Sensor:
     """name: as --sensor takes it. gives: what it measures, of gyro, accel, temp. samples: how many, None where only reading would tell.
     group: of what belongs together on a device. rank: only those of the lowest rank in a log are chosen without being named."""
+
     name: str
     gives: frozenset
     samples: int | None = None
@@ -22,7 +23,9 @@ class Sensor:
 
     @property
     def said(self):
-        return f"{self.name} ({', '.join(sorted(self.gives))}" + (")" if self.samples is None else f"; {self.samples} samples)")
+        return f"{self.name} ({', '.join(sorted(self.gives))}" + (
+            ")" if self.samples is None else f"; {self.samples} samples)"
+        )
 
 
 @dataclass
@@ -30,6 +33,7 @@ class Samples:
     """columns: name -> one number per sample, in deg/s, g and degC where the name says so. stamps_ns: int64, None where the log has none.
     beside: (stamps_ns, columns) of what was measured at times of its own. guesses: how names and units were found, of data.guess.
     line: of the file in which the header of the numbers stands, None where a log has no lines. origin_ns: of a column time_s."""
+
     columns: dict
     stamps_ns: object = None
     beside: list = field(default_factory=list)
@@ -44,13 +48,19 @@ def check_finite(values, where):
     """Raises BadInput that names the first sample whose number is none, or one that no sensor says."""
     wrong = np.flatnonzero(~(np.abs(values) < table.LARGEST))
     if len(wrong):
-        what = f"{values[wrong[0]]:g} is no sensor's" if np.isfinite(values[wrong[0]]) else "not a finite number"
+        what = (
+            f"{values[wrong[0]]:g} is no sensor's"
+            if np.isfinite(values[wrong[0]])
+            else "not a finite number"
+        )
         raise BadInput(f"{where}: {what} at sample {wrong[0] + 1}")
 
 
 def listed(sensors):
     names = [sensor.said for sensor in sensors[:LISTED_MOST]]
-    return ", ".join(names) + (f" and {len(sensors) - LISTED_MOST} more" if len(sensors) > LISTED_MOST else "")
+    return ", ".join(names) + (
+        f" and {len(sensors) - LISTED_MOST} more" if len(sensors) > LISTED_MOST else ""
+    )
 
 
 def chosen(sensors, name, path):
@@ -58,15 +68,25 @@ def chosen(sensors, name, path):
     if name is not None:
         found = next((sensor for sensor in sensors if sensor.name == name), None)
         if found is None:
-            raise BadInput(f"--sensor {name}: {path} has no such sensor (there are: {listed(sensors) or 'none'})")
+            raise BadInput(
+                f"--sensor {name}: {path} has no such sensor (there are: {listed(sensors) or 'none'})"
+            )
         return found
     gyros = [sensor for sensor in sensors if "gyro" in sensor.gives]
     if not gyros:
-        raise BadInput(f"{path}: no gyro in it (" + (f"there are: {listed(sensors)}; --sensor NAME reads one)" if sensors
-                                                     else "columns of odd names: --rename OLD=gyro_x_dps says what they are)"))
+        raise BadInput(
+            f"{path}: no gyro in it ("
+            + (
+                f"there are: {listed(sensors)}; --sensor NAME reads one)"
+                if sensors
+                else "columns of odd names: --rename OLD=gyro_x_dps says what they are)"
+            )
+        )
     first = [sensor for sensor in gyros if sensor.rank == min(gyro.rank for gyro in gyros)]
     if len(first) > 1:
-        raise BadInput(f"{path}: more than one gyro: --sensor NAME says which (there are: {listed(gyros)})")
+        raise BadInput(
+            f"{path}: more than one gyro: --sensor NAME says which (there are: {listed(gyros)})"
+        )
     return first[0]
 
 
@@ -75,8 +95,18 @@ def companions(sensors, main):
     found = []
     for quantity in ("accel", "temp"):
         if "gyro" in main.gives and quantity not in main.gives:
-            others = [sensor for sensor in sensors if quantity in sensor.gives and sensor is not main]
-            others = sorted(others, key=lambda sensor: (sensor.rank, "gyro" not in sensor.gives if quantity == "temp" else "gyro" in sensor.gives))
+            others = [
+                sensor for sensor in sensors if quantity in sensor.gives and sensor is not main
+            ]
+            others = sorted(
+                others,
+                key=lambda sensor: (
+                    sensor.rank,
+                    "gyro" not in sensor.gives if quantity == "temp" else "gyro" in sensor.gives,
+                ),
+            )
             own = [sensor for sensor in others if sensor.group == main.group]
-            found += [(sensor, quantity) for sensor in own[:1] or (others if len(others) == 1 else [])]
+            found += [
+                (sensor, quantity) for sensor in own[:1] or (others if len(others) == 1 else [])
+            ]
     return found

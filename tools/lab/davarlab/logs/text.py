@@ -3,7 +3,8 @@
 import contextlib
 import math
 
-from ..data import guess, recording as recordings, table
+from ..data import guess, table
+from ..data import recording as recordings
 from ..errors import BadInput
 from . import named
 from .sensor import Samples, Sensor
@@ -16,7 +17,9 @@ def renamed(names, mapping, path):
     for pair in mapping:
         old, equals, new = pair.partition("=")
         if not equals or old not in names:
-            raise BadInput(f"--rename {pair}: {path} has no column {old!r} (there are: {', '.join(names)})")
+            raise BadInput(
+                f"--rename {pair}: {path} has no column {old!r} (there are: {', '.join(names)})"
+            )
         if new in names and new != old:
             raise BadInput(f"--rename {pair}: {path} has a column {new} already")
         if not table.is_name(new):
@@ -30,11 +33,21 @@ def check_renames(mapping, scales):
     for pair in mapping:
         old, _, new = pair.partition("=")
         quantity = guess.quantity_of(new)
-        said, wanted = (guess.said_unit(name, quantity) if quantity in guess.UNITS else "" for name in (old, new))
-        if said in guess.UNITS.get(quantity, {}) and wanted and said != wanted and not any(scale.startswith(f"{new}=") for scale in scales):
+        said, wanted = (
+            guess.said_unit(name, quantity) if quantity in guess.UNITS else ""
+            for name in (old, new)
+        )
+        if (
+            said in guess.UNITS.get(quantity, {})
+            and wanted
+            and said != wanted
+            and not any(scale.startswith(f"{new}=") for scale in scales)
+        ):
             factor = guess.UNITS[quantity][said] / guess.UNITS[quantity][wanted]
-            raise BadInput(f"--rename {pair}: column {old}: its name says {said}, {new} is in {wanted}: add --scale {new}={factor:.9g}, or leave --rename out "
-                           "where davarlab reads the column by its name")
+            raise BadInput(
+                f"--rename {pair}: column {old}: its name says {said}, {new} is in {wanted}: add --scale {new}={factor:.9g}, or leave --rename out "
+                "where davarlab reads the column by its name"
+            )
 
 
 def factor_of(pair, names):
@@ -57,7 +70,9 @@ def scaled(columns, scales):
 
 def is_own(names, rate_hz):
     """Are the columns called as davarlab calls them: then nothing is guessed."""
-    return any(name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names) and ("time_s" in names or bool(rate_hz))
+    return any(
+        name.endswith(tuple("_" + unit for unit in recordings.TO_DPS)) for name in names
+    ) and ("time_s" in names or bool(rate_hz))
 
 
 class Own:
@@ -65,16 +80,30 @@ class Own:
 
     def __init__(self, found):
         self.found = found
-        self.sensors = [Sensor("recording", frozenset(["gyro"]), len(next(iter(found.columns.values()))))]
+        self.sensors = [
+            Sensor("recording", frozenset(["gyro"]), len(next(iter(found.columns.values()))))
+        ]
 
     def read(self, name):
         found = self.found
-        return Samples(found.columns, notes=dict(found.notes), line=found.line, origin_ns=found.origin * 10**9)
+        return Samples(
+            found.columns, notes=dict(found.notes), line=found.line, origin_ns=found.origin * 10**9
+        )
 
 
 def log(path, options):
-    found = table.read(path, SEPARATORS, lambda names, where: renamed(names, options.renames, where))
+    found = table.read(
+        path, SEPARATORS, lambda names, where: renamed(names, options.renames, where)
+    )
     if options.plain or is_own(found.columns, options.rate_hz) and not options.units:
         return Own(found)
-    return named.Log(path, {name: one.shape for name, one in found.columns.items()}, found.columns.get, options.units, "CSV", True, found.line,
-                     {found.time: found.origin})
+    return named.Log(
+        path,
+        {name: one.shape for name, one in found.columns.items()},
+        found.columns.get,
+        options.units,
+        "CSV",
+        True,
+        found.line,
+        {found.time: found.origin},
+    )

@@ -16,7 +16,13 @@ SINCE_BOOT, SELECTION = "seconds since boot", "sensor_selection"
 XYZ = ("x", "y", "z")
 # topic: (what it measures: fields of x, y, z; rank). Rank 1: filtered, made of the others.
 TOPICS = {
-    "sensor_combined": ({"gyro": [f"gyro_rad[{i}]" for i in range(3)], "accel": [f"accelerometer_m_s2[{i}]" for i in range(3)]}, 0),
+    "sensor_combined": (
+        {
+            "gyro": [f"gyro_rad[{i}]" for i in range(3)],
+            "accel": [f"accelerometer_m_s2[{i}]" for i in range(3)],
+        },
+        0,
+    ),
     "sensor_gyro": ({"gyro": XYZ, "temp": ["temperature"]}, 0),
     "sensor_gyro_fifo": ({"gyro": XYZ}, 0),
     "sensor_accel": ({"accel": XYZ, "temp": ["temperature"]}, 0),
@@ -24,7 +30,9 @@ TOPICS = {
     "vehicle_angular_velocity": ({"gyro": [f"xyz[{i}]" for i in range(3)]}, 1),
     "vehicle_acceleration": ({"accel": [f"xyz[{i}]" for i in range(3)]}, 1),
 }
-NO_ACCEL = np.iinfo(np.int32).max  # sensor_combined.accelerometer_timestamp_relative of a sample without one
+NO_ACCEL = np.iinfo(
+    np.int32
+).max  # sensor_combined.accelerometer_timestamp_relative of a sample without one
 
 
 class Log:
@@ -36,11 +44,27 @@ class Log:
         if whole.cut:
             raise BadInput(f"{path}: cut short: its last message is not whole (PX4 ULog)")
         if log.file_corruption:
-            raise BadInput(f"{path}: damaged ({said.getvalue().strip().splitlines()[0] if said.getvalue().strip() else 'messages of a wrong length'})")
-        self.data = {f"{one.name}:{one.multi_id}": one for one in log.data_list if one.name in TOPICS and set(fields(one)) <= set(one.data)}
+            raise BadInput(
+                f"{path}: damaged ({said.getvalue().strip().splitlines()[0] if said.getvalue().strip() else 'messages of a wrong length'})"
+            )
+        self.data = {
+            f"{one.name}:{one.multi_id}": one
+            for one in log.data_list
+            if one.name in TOPICS and set(fields(one)) <= set(one.data)
+        }
         selected = selected_gyro(log.data_list)
-        self.sensors = [Sensor(name, frozenset(gives(one)), len(one.data["timestamp"]), str(one.multi_id) if one.name.startswith("sensor_")
-                               and one.name != "sensor_combined" else selected, TOPICS[one.name][1]) for name, one in self.data.items()]
+        self.sensors = [
+            Sensor(
+                name,
+                frozenset(gives(one)),
+                len(one.data["timestamp"]),
+                str(one.multi_id)
+                if one.name.startswith("sensor_") and one.name != "sensor_combined"
+                else selected,
+                TOPICS[one.name][1],
+            )
+            for name, one in self.data.items()
+        ]
 
     def read(self, name):
         one = self.data[name]
@@ -66,38 +90,65 @@ class Watched:
 
 def selected_gyro(topics):
     """The instance of the gyro that sensor_combined was made of; empty where the log does not say, or it changed."""
-    device = next((set(one.data["gyro_device_id"].tolist()) for one in topics if one.name == SELECTION), set())
-    return next((str(one.multi_id) for one in topics if one.name == "sensor_gyro" and set(one.data.get("device_id", np.array([-1])).tolist()) == device), "")
+    device = next(
+        (set(one.data["gyro_device_id"].tolist()) for one in topics if one.name == SELECTION), set()
+    )
+    return next(
+        (
+            str(one.multi_id)
+            for one in topics
+            if one.name == "sensor_gyro"
+            and set(one.data.get("device_id", np.array([-1])).tolist()) == device
+        ),
+        "",
+    )
 
 
 def fields(one):
     """Those that a topic must have: its axes."""
     if one.name.endswith("_fifo"):
         return [f"{axis}[0]" for axis in XYZ] + ["dt", "samples", "scale", "timestamp_sample"]
-    return [field for quantity, names in TOPICS[one.name][0].items() if quantity != "temp" for field in names]
+    return [
+        field
+        for quantity, names in TOPICS[one.name][0].items()
+        if quantity != "temp"
+        for field in names
+    ]
 
 
 def gives(one):
-    return [quantity for quantity, names in TOPICS[one.name][0].items() if quantity != "temp" or units.measured(one.data.get(names[0]))]
+    return [
+        quantity
+        for quantity, names in TOPICS[one.name][0].items()
+        if quantity != "temp" or units.measured(one.data.get(names[0]))
+    ]
 
 
 def stamps(data, where):
     """Of the samples where the topic has them, else of its messages: nanoseconds."""
     sampled = data.get("timestamp_sample")
-    return units.nanoseconds(sampled if sampled is not None and np.all(sampled > 0) else data["timestamp"], 1000, where)
+    return units.nanoseconds(
+        sampled if sampled is not None and np.all(sampled > 0) else data["timestamp"], 1000, where
+    )
 
 
 def plain(one, where):
     data, own, beside = one.data, {}, []
     for quantity in gives(one):
-        columns = units.axes(quantity, [data[field] for field in TOPICS[one.name][0][quantity]], "rad/s", "m/s^2")
+        columns = units.axes(
+            quantity, [data[field] for field in TOPICS[one.name][0][quantity]], "rad/s", "m/s^2"
+        )
         late = data.get("accelerometer_timestamp_relative") if quantity == "accel" else None
         if late is None:
             own.update(columns)
             continue
         there = late != NO_ACCEL
         when = stamps(data, where)[there] + late[there].astype(np.int64) * 1000
-        beside += [(when, {name: column[there] for name, column in columns.items()})] if np.any(there) else []
+        beside += (
+            [(when, {name: column[there] for name, column in columns.items()})]
+            if np.any(there)
+            else []
+        )
     return Samples(own, stamps(data, where), beside)
 
 
@@ -108,6 +159,15 @@ def fifo(one, where):
     place, count = np.arange(width), data["samples"].astype(np.int64)[:, None]
     there = place < count
     ago = (count - 1 - place) * data["dt"].astype(np.float64)[:, None] * 1000
-    when = (units.nanoseconds(data["timestamp_sample"], 1000, where)[:, None] - np.round(ago).astype(np.int64))[there]
-    values = [(np.stack([data[f"{axis}[{i}]"] for i in range(width)], 1) * data["scale"].astype(np.float64)[:, None])[there] for axis in XYZ]
+    when = (
+        units.nanoseconds(data["timestamp_sample"], 1000, where)[:, None]
+        - np.round(ago).astype(np.int64)
+    )[there]
+    values = [
+        (
+            np.stack([data[f"{axis}[{i}]"] for i in range(width)], 1)
+            * data["scale"].astype(np.float64)[:, None]
+        )[there]
+        for axis in XYZ
+    ]
     return Samples(units.axes(quantity, values, "rad/s", "m/s^2"), when)

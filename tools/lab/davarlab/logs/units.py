@@ -13,7 +13,9 @@ def nanoseconds(ticks, unit_ns, where, origin=0):
     ticks = np.asarray(ticks)
     wrong = np.flatnonzero(~(np.abs(ticks.astype(np.float64) + origin) * unit_ns < table.SAFE))
     if len(wrong):
-        raise BadInput(f"{where}: a stamp of {float(ticks[wrong[0]]) + origin:.6g} is no time, at sample {wrong[0] + 1}")
+        raise BadInput(
+            f"{where}: a stamp of {float(ticks[wrong[0]]) + origin:.6g} is no time, at sample {wrong[0] + 1}"
+        )
     return (ticks.astype(np.int64) + origin) * unit_ns
 
 
@@ -21,7 +23,11 @@ def scaled(values, factor):
     """In double precision, or in single where there are very many."""
     kind = np.float32 if len(values) >= signals.NARROW_FROM else np.float64
     values = np.asarray(values)
-    return np.multiply(values, factor, dtype=kind, casting="unsafe") if factor != 1 or values.dtype != kind else values.astype(kind)
+    return (
+        np.multiply(values, factor, dtype=kind, casting="unsafe")
+        if factor != 1 or values.dtype != kind
+        else values.astype(kind)
+    )
 
 
 def axes(quantity, values, rate, force):
@@ -29,7 +35,9 @@ def axes(quantity, values, rate, force):
     if quantity == "temp":
         return {"temp_degC": scaled(values[0], 1.0)}
     factor = guess.RATES[rate] if quantity == "gyro" else guess.FORCES[force]
-    return {NAMES[quantity].format(axis): scaled(column, factor) for axis, column in zip("xyz", values)}
+    return {
+        NAMES[quantity].format(axis): scaled(column, factor) for axis, column in zip("xyz", values)
+    }
 
 
 def measured(values):

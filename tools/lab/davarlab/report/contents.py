@@ -7,10 +7,11 @@ import platform
 import re
 import shlex
 from dataclasses import dataclass, field
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from pathlib import Path
 
-from .. import files, model as models, places
+from .. import files, places
+from .. import model as models
 from ..diagnosis import contributions, evidence, improve, judge, search
 from ..effects import table
 from . import pictures, words
@@ -23,13 +24,16 @@ WHERE_MAX = 6
 @dataclass
 class Run:
     """What was asked for: the command as typed, the files and what they held, options that every further command needs."""
+
     typed: list
     recording: object
     model: object
     files: dict = field(default_factory=dict)  # role -> path
     common: list = field(default_factory=list)
     output: str | None = None  # the model file that was written
-    called: tuple | None = None  # what further commands call recording and model; None: as the files are called
+    called: tuple | None = (
+        None  # what further commands call recording and model; None: as the files are called
+    )
 
     @property
     def command(self):
@@ -43,8 +47,12 @@ class Run:
 
 
 def versions():
-    found = {"davar": ".".join(re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", VERSION_HEADER.read_text())),
-             "Python": platform.python_version()}
+    found = {
+        "davar": ".".join(
+            re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", VERSION_HEADER.read_text())
+        ),
+        "Python": platform.python_version(),
+    }
     return {**found, **{name: importlib.metadata.version(name) for name in PACKAGES}}
 
 
@@ -52,87 +60,169 @@ def file_facts(given):
     """Path, size and SHA-256, so that a reader can tell whether he has the same file."""
     rows = []
     for role, path in given.items():
-        parts = sorted(one for one in Path(path).iterdir() if one.is_file()) if os.path.isdir(path) else [path]  # of a bag that is a folder each file
-        rows += [{"role": role, "path": str(one), "bytes": os.path.getsize(one), "sha256": files.sha256(one)} for one in parts]
+        parts = (
+            sorted(one for one in Path(path).iterdir() if one.is_file())
+            if os.path.isdir(path)
+            else [path]
+        )  # of a bag that is a folder each file
+        rows += [
+            {
+                "role": role,
+                "path": str(one),
+                "bytes": os.path.getsize(one),
+                "sha256": files.sha256(one),
+            }
+            for one in parts
+        ]
     return rows
 
 
 def run_facts(run):
     recording = run.recording
-    return {"command": run.command, "files": file_facts(run.files),
-            "samples": recording.measured_samples, "missing": recording.samples - recording.measured_samples, "rate_hz": recording.rate_hz, "duration_s": recording.samples / recording.rate_hz,
-            "gaps": len(recording.gaps), "column": run.model.column, "notes": recording.notes,
-            "columns": list(recording.columns), "versions": versions(),
-            "made": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC")}
+    return {
+        "command": run.command,
+        "files": file_facts(run.files),
+        "samples": recording.measured_samples,
+        "missing": recording.samples - recording.measured_samples,
+        "rate_hz": recording.rate_hz,
+        "duration_s": recording.samples / recording.rate_hz,
+        "gaps": len(recording.gaps),
+        "column": run.model.column,
+        "notes": recording.notes,
+        "columns": list(recording.columns),
+        "versions": versions(),
+        "made": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    }
 
 
 def parameter_rows(model, given, estimates):
     """One row per parameter: the value in the file (None: not in it), the fitted value and its 95 % interval."""
     before, rows = {term.kind: term.parameters for term in given.terms}, []
     for place, (term, entry) in enumerate(zip(model.terms, estimates)):
-        for index, parameter in enumerate(p for p in table.find(term.kind).parameters if p.name in entry):
-            rows.append({"effect": words.name(term.kind), "first": index == 0, "name": parameter.name,
-                         "key": f"fitted.{place}.parameters.{parameter.name}",
-                         "unit": "" if parameter.values or parameter.text else parameter.unit,
-                         "given": before.get(term.kind, {}).get(parameter.name), "fitted": entry[parameter.name],
-                         "new": term.kind not in before})
+        for index, parameter in enumerate(
+            p for p in table.find(term.kind).parameters if p.name in entry
+        ):
+            rows.append(
+                {
+                    "effect": words.name(term.kind),
+                    "first": index == 0,
+                    "name": parameter.name,
+                    "key": f"fitted.{place}.parameters.{parameter.name}",
+                    "unit": "" if parameter.values or parameter.text else parameter.unit,
+                    "given": before.get(term.kind, {}).get(parameter.name),
+                    "fitted": entry[parameter.name],
+                    "new": term.kind not in before,
+                }
+            )
     return rows
 
 
 def candidate_rows(found):
     """(candidates to show, names of those that only imitate what was added, names of those that are chance)."""
     count, added, shown, imitators, chance = len(found.candidates), found.added, [], [], []
-    remaining = {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining} if added else {}
+    remaining = (
+        {candidate.kind: math.exp(candidate.log_p) for candidate in found.diagnosis.remaining}
+        if added
+        else {}
+    )
     fitted = dict(zip(found.model.kinds, found.estimates))
     for index, candidate in enumerate(found.candidates):
         kind, after = candidate.kind, remaining.get(candidate.kind)
         joined, lasting = kind in added, after is not None and after * count < search.FAMILY_WISE
         if joined or lasting or candidate.parameters and candidate.p_value < 0.05:
-            weight = words.evidence(candidate.p_value, after, count, joined, kind in [one.kind for one in found.diagnosis.alternatives])
-            shown.append({"index": index, "candidate": candidate, "name": words.name(kind), "added": joined,
-                          "evidence": weight, "effect": table.find(kind),
-                          "after": None if joined else after, "share": evidence.share(candidate.error_after, found.base),
-                          "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {}))})
+            weight = words.evidence(
+                candidate.p_value,
+                after,
+                count,
+                joined,
+                kind in [one.kind for one in found.diagnosis.alternatives],
+            )
+            shown.append(
+                {
+                    "index": index,
+                    "candidate": candidate,
+                    "name": words.name(kind),
+                    "added": joined,
+                    "evidence": weight,
+                    "effect": table.find(kind),
+                    "after": None if joined else after,
+                    "share": evidence.share(candidate.error_after, found.base),
+                    "strength": words.strength(kind, candidate.parameters or fitted.get(kind, {})),
+                }
+            )
         else:
-            (imitators if candidate.p_value * count < search.FAMILY_WISE else chance).append(words.name(kind))
+            (imitators if candidate.p_value * count < search.FAMILY_WISE else chance).append(
+                words.name(kind)
+            )
     return shown, imitators, chance
 
 
 def test_rows(given, better):
-    return [{"name": name, "what": words.TESTS.get(name, ""), "p": p, "after": better.tests.get(name) if better else None}
-            for name, p in given.tests.items()]
+    return [
+        {
+            "name": name,
+            "what": words.TESTS.get(name, ""),
+            "p": p,
+            "after": better.tests.get(name) if better else None,
+        }
+        for name, p in given.tests.items()
+    ]
 
 
 def correlation_rows(given, better):
     after = better.correlations if better else {}
-    return [{"name": name, "value": value, "p": p, "after": after.get(name, (None, None))[0]}
-            for name, (value, p) in sorted(given.correlations.items(), key=lambda item: -abs(item[1][0]))]
+    return [
+        {"name": name, "value": value, "p": p, "after": after.get(name, (None, None))[0]}
+        for name, (value, p) in sorted(
+            given.correlations.items(), key=lambda item: -abs(item[1][0])
+        )
+    ]
 
 
 def measured(run, comparison, better, state, model, estimates):
     """The part that every report has. better: the comparison of the final model when it has more effects than the given one;
     state, model, estimates: the final model on this recording."""
     effects = contributions.of_state(state, run.recording, run.model) if better else []
-    added = [(words.name(kind), tau, deviation) for kind, tau, deviation in effects if kind not in run.model.kinds]
+    added = [
+        (words.name(kind), tau, deviation)
+        for kind, tau, deviation in effects
+        if kind not in run.model.kinds
+    ]
     shocks = state.shocks.times if "shocks" in model.kinds else ()
-    return {"run": run_facts(run), "gap_note": words.gap_note(run.recording),
-            "notes": [words.observation(one) for one in comparison.observations] + evidence.notes(run.recording, run.model),
-            "given_names": [words.name(kind) for kind in run.model.kinds], "comparison": comparison, "better": better,
-            "misfit": words.misfit(comparison), "failed": words.failed_tests((better or comparison).tests),
-            "where": comparison.where[:WHERE_MAX], "tests": test_rows(comparison, better),
-            "correlations": correlation_rows(comparison, better),
-            "parameters": parameter_rows(model, run.model, estimates), "model_text": models.text_of(model),
-            "deviation": pictures.deviation(comparison, better, added),
-            "recorded": pictures.recorded(run.recording, run.model.column, zip(model.kinds, estimates), shocks),
-            "map": pictures.failure_map(comparison, better), "spectrum": pictures.spectrum(comparison, better)}
+    return {
+        "run": run_facts(run),
+        "gap_note": words.gap_note(run.recording),
+        "notes": [words.observation(one) for one in comparison.observations]
+        + evidence.notes(run.recording, run.model),
+        "given_names": [words.name(kind) for kind in run.model.kinds],
+        "comparison": comparison,
+        "better": better,
+        "misfit": words.misfit(comparison),
+        "failed": words.failed_tests((better or comparison).tests),
+        "where": comparison.where[:WHERE_MAX],
+        "tests": test_rows(comparison, better),
+        "correlations": correlation_rows(comparison, better),
+        "parameters": parameter_rows(model, run.model, estimates),
+        "model_text": models.text_of(model),
+        "deviation": pictures.deviation(comparison, better, added),
+        "recorded": pictures.recorded(
+            run.recording, run.model.column, zip(model.kinds, estimates), shocks
+        ),
+        "map": pictures.failure_map(comparison, better),
+        "spectrum": pictures.spectrum(comparison, better),
+    }
 
 
 def of_comparison(run, comparison, state):
     """`davarlab compare`: state is the model refitted on the recording."""
     tone, verdict = words.verdict_of_comparison(comparison)
-    return {**measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
-            "title": "Model against measurement", "tone": tone, "verdict": verdict,
-            "next": words.after_comparison(comparison, state, run)}
+    return {
+        **measured(run, comparison, None, state, *improve.fitted_model(state, run.model)),
+        "title": "Model against measurement",
+        "tone": tone,
+        "verdict": verdict,
+        "next": words.after_comparison(comparison, state, run),
+    }
 
 
 def of_improvement(run, found):
@@ -140,11 +230,21 @@ def of_improvement(run, found):
     better = found.comparisons[-1] if len(found.comparisons) > 1 else None
     tone, verdict = words.verdict_of_diagnosis(found)
     shown, imitators, chance = candidate_rows(found)
-    return {**measured(run, found.comparison, better, found.state, found.model, found.estimates),
-            "notes": [words.observation(one) for one in found.comparison.observations] + found.notes,
-            "title": "Which effect is missing", "tone": tone, "verdict": verdict, "found": found,
-            "improvement": words.improvement(found), "next": words.what_next(found, run),
-            "p_value_after": found.judgement.p_value, "adequate_at": judge.ADEQUATE,
-            "candidates": shown, "imitators": imitators, "chance_kinds": chance,
-            "added": words.listed(found.added) if found.added else None,
-            "steps": found.steps, "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None}
+    return {
+        **measured(run, found.comparison, better, found.state, found.model, found.estimates),
+        "notes": [words.observation(one) for one in found.comparison.observations] + found.notes,
+        "title": "Which effect is missing",
+        "tone": tone,
+        "verdict": verdict,
+        "found": found,
+        "improvement": words.improvement(found),
+        "next": words.what_next(found, run),
+        "p_value_after": found.judgement.p_value,
+        "adequate_at": judge.ADEQUATE,
+        "candidates": shown,
+        "imitators": imitators,
+        "chance_kinds": chance,
+        "added": words.listed(found.added) if found.added else None,
+        "steps": found.steps,
+        "steps_picture": pictures.steps(found.steps) if len(found.steps) > 1 else None,
+    }

@@ -15,23 +15,32 @@ DEVICE_ROLES, DEVICE_KINDS = ("spectrum", "states", "filter"), ("rate_ramp", "si
 def noise_variance(model, taus, rate_hz):
     """Allan variance of the stationary part of a model and of its ramp and lines; what a static device sees."""
     pairs = [(part_of(term), term.parameters) for term in model.terms]
-    noise = [(part, values) for part, values in pairs if part.effect.role in ("spectrum", "states", "filter")]
-    sizes = [part.effect.dps(values) ** 2 for part, values in noise if part.role == "spectrum"] or [0.0]
+    noise = [
+        (part, values)
+        for part, values in pairs
+        if part.effect.role in ("spectrum", "states", "filter")
+    ]
+    sizes = [part.effect.dps(values) ** 2 for part, values in noise if part.role == "spectrum"] or [
+        0.0
+    ]
     sizes += [values.get(part.behind, 0.0) ** 2 for part, values in noise if part.behind]
-    total = allan.expected(allan.on_grid(spectrum_of([part for part, _ in noise], sizes, rate_hz), rate_hz), taus)
+    total = allan.expected(
+        allan.on_grid(spectrum_of([part for part, _ in noise], sizes, rate_hz), rate_hz), taus
+    )
     tau = np.array(taus) / rate_hz
     for part, values in pairs:
         if part.kind == "rate_ramp":
-            total += part.effect.dps(values) ** 2 * tau ** 2 / 2
+            total += part.effect.dps(values) ** 2 * tau**2 / 2
         elif part.kind == "sinusoid":
             x = np.pi * values["frequency_hz"] * tau
-            total += part.effect.dps(values) ** 2 * np.sin(x) ** 4 / x ** 2
+            total += part.effect.dps(values) ** 2 * np.sin(x) ** 4 / x**2
     return total
 
 
 @dataclass
 class Table:
     """What the error model expects: per cluster size the Allan deviation (deg/s) and how far the model may be off."""
+
     model: Model
     taus: list
     adev_dps: np.ndarray
@@ -54,31 +63,60 @@ def table_of(model, window, tolerance, where="the model"):
 
 
 def description(table):
-    lines = [f"{term.kind}: " + ", ".join(f"{k} = {v if isinstance(v, str) else format(v, '.6g')}"
-                                          for k, v in term.parameters.items()) for term in table.model.terms]
-    left_out = [term.kind for term in table.model.terms if part_of(term).effect.role not in DEVICE_ROLES
-                and term.kind not in DEVICE_KINDS]
-    return lines + ([f"not in the table, which holds steady noise, ramp and lines only: {', '.join(left_out)}"] if left_out else [])
+    lines = [
+        f"{term.kind}: "
+        + ", ".join(
+            f"{k} = {v if isinstance(v, str) else format(v, '.6g')}"
+            for k, v in term.parameters.items()
+        )
+        for term in table.model.terms
+    ]
+    left_out = [
+        term.kind
+        for term in table.model.terms
+        if part_of(term).effect.role not in DEVICE_ROLES and term.kind not in DEVICE_KINDS
+    ]
+    return lines + (
+        [f"not in the table, which holds steady noise, ramp and lines only: {', '.join(left_out)}"]
+        if left_out
+        else []
+    )
 
 
 def c_text(table):
     """A C header for davar_monitor_init (lib/include/davar/monitor.h)."""
-    lines = ["/* Written by davarlab export: what the error model expects of the Allan deviation, for davar_monitor_init.", " *"]
+    lines = [
+        "/* Written by davarlab export: what the error model expects of the Allan deviation, for davar_monitor_init.",
+        " *",
+    ]
     lines += [f" *   {line}" for line in description(table)]
-    lines += [" *", f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the model itself. */",
-              "#ifndef DAVAR_MODEL_TABLE_H", "#define DAVAR_MODEL_TABLE_H", "", '#include "davar/monitor.h"', "",
-              f"#define DAVAR_MODEL_TAU_COUNT {len(table.taus)}", "",
-              "static const davar_model_tau_t davar_model_table[DAVAR_MODEL_TAU_COUNT] = {",
-              "    /* m, adev_dps, relative_tolerance */"]
-    lines += [f"    {{ {m}U, {adev:.9e}, {table.tolerance:.6f} }}," for m, adev in zip(table.taus, table.adev_dps)]
+    lines += [
+        " *",
+        f" * Rate {table.model.rate_hz:g} Hz. relative_tolerance: one standard deviation of the model itself. */",
+        "#ifndef DAVAR_MODEL_TABLE_H",
+        "#define DAVAR_MODEL_TABLE_H",
+        "",
+        '#include "davar/monitor.h"',
+        "",
+        f"#define DAVAR_MODEL_TAU_COUNT {len(table.taus)}",
+        "",
+        "static const davar_model_tau_t davar_model_table[DAVAR_MODEL_TAU_COUNT] = {",
+        "    /* m, adev_dps, relative_tolerance */",
+    ]
+    lines += [
+        f"    {{ {m}U, {adev:.9e}, {table.tolerance:.6f} }},"
+        for m, adev in zip(table.taus, table.adev_dps)
+    ]
     return "\n".join(lines + ["};", "", "#endif"]) + "\n"
 
 
 def csv_text(table):
     """The same for davar-sim --model-table."""
     lines = [f"# {line}" for line in description(table)] + ["m,tau_s,adev_dps,relative_tolerance"]
-    lines += [f"{m},{m / table.model.rate_hz:.9g},{adev:.9g},{table.tolerance:.6g}"
-              for m, adev in zip(table.taus, table.adev_dps)]
+    lines += [
+        f"{m},{m / table.model.rate_hz:.9g},{adev:.9g},{table.tolerance:.6g}"
+        for m, adev in zip(table.taus, table.adev_dps)
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -27,15 +27,22 @@ def breakable(name):
 
 @cache
 def template():
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(HERE), autoescape=True, trim_blocks=True,
-                                     lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(HERE),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
     environment.globals.update(quantity=quantity, chance=words.chance, bounds=words.bounds)
     environment.filters.update(breakable=breakable, number=words.number, name=words.name)
     return environment.get_template("page.html")
 
 
 def html(contents):
-    return template().render(contents, style=Markup((HERE / "style.css").read_text(encoding="utf-8")))
+    return template().render(
+        contents, style=Markup((HERE / "style.css").read_text(encoding="utf-8"))
+    )
 
 
 def write(contents, path):

@@ -13,19 +13,28 @@ from .plot import plt
 WIDTH = 5.9  # inches; at the 96 pixels of a browser's inch half of a page
 STRETCHES = 500
 COLUMN_PANELS = 3
-SETTINGS = {"svg.fonttype": "path", "svg.hashsalt": "davarlab", "font.size": 9.5, "axes.titlesize": 9.5}
+SETTINGS = {
+    "svg.fonttype": "path",
+    "svg.hashsalt": "davarlab",
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+}
 
 
 def svg(figure):
     """A data URI; no metadata, so that nothing in it points outside."""
     text = io.BytesIO()
-    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    figure.savefig(
+        text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
+    )
     plt.close(figure)
     return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode()
 
 
 def framed(height, rows=1, **settings):
-    return plt.subplots(rows, 1, figsize=(WIDTH, height), layout="constrained", squeeze=False, **settings)
+    return plt.subplots(
+        rows, 1, figsize=(WIDTH, height), layout="constrained", squeeze=False, **settings
+    )
 
 
 def deviation(given, better, effects):
@@ -61,15 +70,29 @@ def steps(found):
     with plt.rc_context(SETTINGS):
         figure, axes = framed(3.2)
         one, place = axes[0, 0], np.arange(len(found))
-        one.plot(place, [step.error for step in found], "o-", color=plot.BETTER, label="this recording")
+        one.plot(
+            place, [step.error for step in found], "o-", color=plot.BETTER, label="this recording"
+        )
         outside = [step.error_held_out for step in found]
         if None not in outside:
             one.plot(place, outside, "s--", color=plot.GIVEN, label="held-out recording")
-        one.plot(place, [step.error_floor for step in found], "--", color="0.4", label="floor: scatter alone")
+        one.plot(
+            place,
+            [step.error_floor for step in found],
+            "--",
+            color="0.4",
+            label="floor: scatter alone",
+        )
         names = ["as given"] + [f"+\u00a0{words.name(step.added)}" for step in found[1:]]
-        one.set_xticks(place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names])
+        one.set_xticks(
+            place, [textwrap.fill(name, 72 // len(found), break_on_hyphens=False) for name in names]
+        )
         top = max(max(step.error, step.error_held_out or 0) for step in found)
-        one.set(ylabel="error [decades of Allan deviation]", ylim=(0, 1.15 * top), xlim=(-0.4, len(found) - 0.6))
+        one.set(
+            ylabel="error [decades of Allan deviation]",
+            ylim=(0, 1.15 * top),
+            xlim=(-0.4, len(found) - 0.6),
+        )
         one.grid(axis="y", alpha=0.3)
         one.legend(fontsize="small")
         return svg(figure)
@@ -79,7 +102,7 @@ def stretches(values):
     """Rows of equal stretches; a rest of less than one stretch is left out."""
     count = min(STRETCHES, len(values))
     length = len(values) // count
-    return values[:count * length].reshape(count, length)
+    return values[: count * length].reshape(count, length)
 
 
 def column_groups(recording, kinds):
@@ -90,10 +113,17 @@ def column_groups(recording, kinds):
         if name == "time_s" or name.startswith("gyro_") or np.ptp(recording.columns[name]) == 0:
             continue
         quantity, _, unit = name.rpartition("_")
-        title = f"vibration [{unit} rms]" if quantity.startswith("accel") else \
-            f"{quantity.replace('_', ' ')} [{unit}]" if quantity else name
+        title = (
+            f"vibration [{unit} rms]"
+            if quantity.startswith("accel")
+            else f"{quantity.replace('_', ' ')} [{unit}]"
+            if quantity
+            else name
+        )
         groups.setdefault(title, []).append(name)
-    ordered = sorted(groups.items(), key=lambda group: not (needs and group[1][0].startswith(needs)))
+    ordered = sorted(
+        groups.items(), key=lambda group: not (needs and group[1][0].startswith(needs))
+    )
     return dict(ordered[:COLUMN_PANELS])
 
 
@@ -118,11 +148,24 @@ def mark(axes, estimates, shock_times):
     """Instants and intervals that the model's effects name."""
     for kind, entry in estimates:
         if kind == "noise_step":
-            axes.axvspan(entry["start_s"].value, entry["stop_s"].value, color=plot.GIVEN, alpha=0.15, label="noise step")
+            axes.axvspan(
+                entry["start_s"].value,
+                entry["stop_s"].value,
+                color=plot.GIVEN,
+                alpha=0.15,
+                label="noise step",
+            )
         if kind == "shocks":
             top = axes.get_ylim()[1]
-            axes.plot(shock_times, np.full(len(shock_times), top), "v", color=plot.GIVEN, markersize=5, clip_on=False,
-                      label="shocks")
+            axes.plot(
+                shock_times,
+                np.full(len(shock_times), top),
+                "v",
+                color=plot.GIVEN,
+                markersize=5,
+                clip_on=False,
+                label="shocks",
+            )
 
 
 def recorded(recording, gyro, estimates=(), shocks=()):
@@ -131,14 +174,28 @@ def recorded(recording, gyro, estimates=(), shocks=()):
     with plt.rc_context(SETTINGS):
         estimates = list(estimates)
         groups = column_groups(recording, [kind for kind, _ in estimates])
-        figure, axes = plt.subplots(1 + len(groups), 1, figsize=(WIDTH, 2.4 + 1.4 * len(groups)), layout="constrained",
-                                    squeeze=False, sharex=True, height_ratios=[1.8] + [1] * len(groups))
+        figure, axes = plt.subplots(
+            1 + len(groups),
+            1,
+            figsize=(WIDTH, 2.4 + 1.4 * len(groups)),
+            layout="constrained",
+            squeeze=False,
+            sharex=True,
+            height_ratios=[1.8] + [1] * len(groups),
+        )
         rows = stretches(recording.rate_dps(gyro))
         time = (np.arange(len(rows)) + 0.5) * rows.shape[1] / recording.rate_hz
         first = axes[0, 0]
-        first.fill_between(time, rows.min(axis=1), rows.max(axis=1), color="0.75", linewidth=0, label="extremes")
-        first.plot(time, rows.mean(axis=1), color="k", linewidth=1,
-                   label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s")
+        first.fill_between(
+            time, rows.min(axis=1), rows.max(axis=1), color="0.75", linewidth=0, label="extremes"
+        )
+        first.plot(
+            time,
+            rows.mean(axis=1),
+            color="k",
+            linewidth=1,
+            label=f"mean over {rows.shape[1] / recording.rate_hz:.3g} s",
+        )
         first.set_ylabel(f"{gyro.rsplit('_', 1)[0].replace('_', ' ')} [deg/s]")
         mark(first, estimates, np.asarray(shocks) / recording.rate_hz)
         legend_on_top(first)

@@ -17,7 +17,11 @@ from scipy import stats  # noqa: E402
 from .. import files  # noqa: E402
 
 GIVEN, BETTER, QUIET = "#d55e00", "#0072b2", "0.45"
-FADED, FULL, MARKED = 2.0, 4.0, 4.0  # |z| at which a cell of the map begins to be coloured, is in full colour, has a dot
+FADED, FULL, MARKED = (
+    2.0,
+    4.0,
+    4.0,
+)  # |z| at which a cell of the map begins to be coloured, is in full colour, has a dot
 
 
 def plain_number(value, _=None):
@@ -50,9 +54,16 @@ def draw_deviation(axes, given, better=None, effects=(), name="model as given", 
         axes.plot(tau, deviation, color=QUIET, linestyle=line, label=f"{kind} alone")
     measured = [(cell.tau_s, cell.measured_dps) for cell in whole_record(given)]
     axes.plot(*zip(*measured), "k.", label="measured")
-    values = [cell.measured_dps for cell in whole_record(given)] + [cell.model_dps for cell in whole_record(better or given)]
-    axes.set(xscale="log", yscale="log", xlabel="averaging time tau [s]", ylabel="Allan deviation [deg/s]",
-             ylim=(min(values) / 3, max(values) * 2))
+    values = [cell.measured_dps for cell in whole_record(given)] + [
+        cell.model_dps for cell in whole_record(better or given)
+    ]
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="averaging time tau [s]",
+        ylabel="Allan deviation [deg/s]",
+        ylim=(min(values) / 3, max(values) * 2),
+    )
     axes.grid(which="major", alpha=0.3)
     axes.legend(fontsize="small")
 
@@ -62,14 +73,27 @@ def finest(comparison):
     rows = {}
     for cell in comparison.cells:
         rows.setdefault(cell.tau_s, []).append(cell)
-    return {tau: [cell for cell in cells if cell.stop_s - cell.start_s < 1.01 * min(c.stop_s - c.start_s for c in cells)]
-            for tau, cells in sorted(rows.items())}
+    return {
+        tau: [
+            cell
+            for cell in cells
+            if cell.stop_s - cell.start_s < 1.01 * min(c.stop_s - c.start_s for c in cells)
+        ]
+        for tau, cells in sorted(rows.items())
+    }
 
 
 def ratio_scale(*comparisons):
     """Colours of measured over model, the same for all of these comparisons; white is 1."""
-    worst = max((max(cell.ratio, 1 / max(cell.ratio, 1e-9)) for c in comparisons for cell in c.cells if abs(cell.z) > FADED),
-                default=2.0)
+    worst = max(
+        (
+            max(cell.ratio, 1 / max(cell.ratio, 1e-9))
+            for c in comparisons
+            for cell in c.cells
+            if abs(cell.z) > FADED
+        ),
+        default=2.0,
+    )
     reach = min(max(worst, 2.0), 10.0)
     return plt.cm.ScalarMappable(LogNorm(1 / reach, reach), "RdBu_r")
 
@@ -84,21 +108,42 @@ def draw_map(axes, comparison, colours):
     """Measured over model in every window and at every tau; what chance would do is pale."""
     rows = finest(comparison)
     cells, taus = [cell for row in rows.values() for cell in row], list(rows)
-    boxes = [Rectangle((cell.start_s, cell.tau_s / 2 ** 0.5), cell.stop_s - cell.start_s, cell.tau_s / 2 ** 0.5)
-             for cell in cells]
-    axes.add_collection(PatchCollection(boxes, facecolors=[cell_colour(cell, colours) for cell in cells], edgecolors="0.8",
-                                        linewidths=0.3))
-    sure = [((cell.start_s + cell.stop_s) / 2, cell.tau_s) for cell in cells if abs(cell.z) > MARKED]
+    boxes = [
+        Rectangle(
+            (cell.start_s, cell.tau_s / 2**0.5), cell.stop_s - cell.start_s, cell.tau_s / 2**0.5
+        )
+        for cell in cells
+    ]
+    axes.add_collection(
+        PatchCollection(
+            boxes,
+            facecolors=[cell_colour(cell, colours) for cell in cells],
+            edgecolors="0.8",
+            linewidths=0.3,
+        )
+    )
+    sure = [
+        ((cell.start_s + cell.stop_s) / 2, cell.tau_s) for cell in cells if abs(cell.z) > MARKED
+    ]
     axes.plot(*np.array(sure or [(np.nan, np.nan)]).T, "k.", markersize=2.5)
-    axes.set(yscale="log", xlabel="time [s]", ylabel="averaging time tau [s]", ylim=(taus[0] / 2 ** 0.5, taus[-1] * 2 ** 0.5),
-             xlim=(0, max(cell.stop_s for cell in cells)))
+    axes.set(
+        yscale="log",
+        xlabel="time [s]",
+        ylabel="averaging time tau [s]",
+        ylim=(taus[0] / 2**0.5, taus[-1] * 2**0.5),
+        xlim=(0, max(cell.stop_s for cell in cells)),
+    )
 
 
 def draw_map_scale(figure, axes, colours):
     bar = figure.colorbar(colours, ax=axes, label="measured / model")
     bar.ax.yaxis.set_major_locator(MaxNLocator(1))
     low, high = colours.norm.vmin, colours.norm.vmax
-    ticks = [value for value in (0.1, 0.2, 0.5, 0.7, 1, 1.4, 2, 5, 10) if low * 0.99 <= value <= high * 1.01]
+    ticks = [
+        value
+        for value in (0.1, 0.2, 0.5, 0.7, 1, 1.4, 2, 5, 10)
+        if low * 0.99 <= value <= high * 1.01
+    ]
     bar.set_ticks(ticks, labels=[f"{value:g}" for value in ticks])
     bar.ax.yaxis.set_minor_formatter(NullFormatter())
     bar.ax.minorticks_off()
@@ -113,10 +158,21 @@ def draw_spectrum(axes, given, better=None, name="model as given"):
     axes.axhline(1, color="0.6", linewidth=0.8)
     axes.plot(f, np.maximum(ratio, least), ".", color=GIVEN if better else BETTER, label=name)
     if better:
-        axes.plot(better.spectrum[0], np.maximum(better.spectrum[1], least), ".", color=BETTER, label="model with what was added")
+        axes.plot(
+            better.spectrum[0],
+            np.maximum(better.spectrum[1], least),
+            ".",
+            color=BETTER,
+            label="model with what was added",
+        )
     top = max(np.max(ratio), np.max(better.spectrum[1]) if better else 0)
-    axes.set(xscale="log", yscale="log", xlabel="frequency [Hz]", ylabel="residual power / model",
-             ylim=(least / 1.2, max(2 * top, 4)))
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="frequency [Hz]",
+        ylabel="residual power / model",
+        ylim=(least / 1.2, max(2 * top, 4)),
+    )
     axes.yaxis.set_major_formatter(FuncFormatter(plain_number))
     axes.grid(which="major", alpha=0.3)
     axes.legend(fontsize="small")
@@ -130,8 +186,10 @@ def draw(comparison, path):
     draw_map(axes[1], comparison, colours)
     draw_map_scale(figure, axes[1], colours)
     draw_spectrum(axes[2], comparison, name="model")
-    axes[0].set_title(f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
-                      f"p = {comparison.p_value:.2g}")
+    axes[0].set_title(
+        f"{', '.join(comparison.effects)}: error {comparison.error:.3f}, floor {comparison.error_floor:.3f}, "
+        f"p = {comparison.p_value:.2g}"
+    )
     axes[1].set_title("pale: within chance; a dot: more than 4 standard deviations")
     data = io.BytesIO()
     figure.savefig(data, dpi=100, format=Path(path).suffix[1:].lower())

@@ -16,8 +16,14 @@ def interval(estimate):
         return "undetermined"
     if estimate.low is None:
         return ""
-    low, high = next(((a, b) for digits in range(5, 10) for a, b in [(f"{estimate.low:.{digits}g}", f"{estimate.high:.{digits}g}")]
-                      if a != b or digits == 9))
+    low, high = next(
+        (
+            (a, b)
+            for digits in range(5, 10)
+            for a, b in [(f"{estimate.low:.{digits}g}", f"{estimate.high:.{digits}g}")]
+            if a != b or digits == 9
+        )
+    )
     return f"95 %: {low} .. {high}"
 
 
@@ -28,7 +34,9 @@ def estimates(model, entries):
         for parameter in table.find(term.kind).parameters:
             e = entry.get(parameter.name)
             if e and not isinstance(e.value, str):
-                lines.append(f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}".rstrip())
+                lines.append(
+                    f"  {parameter.name:<36}{e.value:>12.5g}   {interval(e)} {parameter.unit}".rstrip()
+                )
             elif e:
                 lines.append(f"  {parameter.name:<36}{e.value:>12}")
     return "\n".join(lines)
@@ -47,12 +55,24 @@ def fit(model, entries, judgement, seen):
 
 
 def comparison(c, notes=()):
-    lines = [f"model: {', '.join(c.effects)}", f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
-             words.in_ascii(words.adequacy(c.judgement)), words.in_ascii(words.misfit(c)),
-             *observed(c.observations), *notes]
-    lines += [f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
-              f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)" for w in c.where[:WHERE_MAX]]
-    lines += [f"  residual goes with {name}: correlation {r:+.3f}" for name, (r, p) in c.correlations.items() if p < 1e-3]
+    lines = [
+        f"model: {', '.join(c.effects)}",
+        f"error {c.error:.4f} (floor {c.error_floor:.4f}), p {p_text(c.p_value)}",
+        words.in_ascii(words.adequacy(c.judgement)),
+        words.in_ascii(words.misfit(c)),
+        *observed(c.observations),
+        *notes,
+    ]
+    lines += [
+        f"  {w.start_s:8.0f} .. {w.stop_s:.0f} s, tau {w.tau_s:g} s: measured {w.measured_dps:.3g}, model "
+        f"{w.model_dps:.3g} deg/s, {w.ratio:.2f} times ({w.z:+.1f} sigma)"
+        for w in c.where[:WHERE_MAX]
+    ]
+    lines += [
+        f"  residual goes with {name}: correlation {r:+.3f}"
+        for name, (r, p) in c.correlations.items()
+        if p < 1e-3
+    ]
     return "\n".join(lines)
 
 
@@ -63,7 +83,9 @@ def verdict(found):
     if found.verdict == "unknown" and failed:
         lines.append(f"What fails: {failed}.")
     if found.diagnosis.useless:
-        lines.append(f"Likelier than chance, but the Allan deviation is no better with it: {words.listed(part.kind for part in found.diagnosis.useless)}.")
+        lines.append(
+            f"Likelier than chance, but the Allan deviation is no better with it: {words.listed(part.kind for part in found.diagnosis.useless)}."
+        )
     return words.in_ascii("\n".join(lines + words.confirmations(found)))
 
 
@@ -72,11 +94,22 @@ def candidates(found):
     added, lines = found.added, []
     if added:
         lines = ["Added, in this order, fitted beside each other:"]
-        lines += [f"  {kind}: {words.strength(kind, sizes)}" for kind, sizes in zip(added, found.estimates[-len(added):])] + [""]
-    lines.append("Each alone beside the given effects, refitted" + (" (a strong one may only imitate what was added, or hide it):" if added else ":"))
+        lines += [
+            f"  {kind}: {words.strength(kind, sizes)}"
+            for kind, sizes in zip(added, found.estimates[-len(added) :])
+        ] + [""]
+    lines.append(
+        "Each alone beside the given effects, refitted"
+        + (" (a strong one may only imitate what was added, or hide it):" if added else ":")
+    )
     first = [c for c in found.candidates if c.kind in added]
-    rest = [c for c in found.candidates if c.kind not in added][:max(CANDIDATES_MAX - len(first), 3)]
-    lines += [f"{rank}. {c.kind}{' (added)' if c.kind in added else ''}: {c.why}" for rank, c in enumerate(first + rest, 1)]
+    rest = [c for c in found.candidates if c.kind not in added][
+        : max(CANDIDATES_MAX - len(first), 3)
+    ]
+    lines += [
+        f"{rank}. {c.kind}{' (added)' if c.kind in added else ''}: {c.why}"
+        for rank, c in enumerate(first + rest, 1)
+    ]
     return words.in_ascii("\n".join(lines))
 
 
@@ -86,13 +119,18 @@ def step(name, s):
 
 
 def steps(found):
-    lines = [f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}", step("(as given)", found.steps[0])]
+    lines = [
+        f"{'added':<26}{'error':>9}{'floor':>9}{'held out':>10}{'p':>11}",
+        step("(as given)", found.steps[0]),
+    ]
     lines += [step("(refitted)", found.refitted)] if found.refitted else []
     return "\n".join(lines + [step(s.added, s) for s in found.steps[1:]])
 
 
 def diagnosis(found):
-    return "\n\n".join([comparison(found.comparison, found.notes), verdict(found), candidates(found)])
+    return "\n\n".join(
+        [comparison(found.comparison, found.notes), verdict(found), candidates(found)]
+    )
 
 
 def improvement(found):

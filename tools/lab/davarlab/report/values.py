@@ -17,17 +17,28 @@ def plain(value):
 
 
 def estimates(entries):
-    return {name: {"value": e.value, "low": e.low, "high": e.high} | ({"undetermined": True} if e.undetermined else {})
-            for name, e in entries.items()}
+    return {
+        name: {"value": e.value, "low": e.low, "high": e.high}
+        | ({"undetermined": True} if e.undetermined else {})
+        for name, e in entries.items()
+    }
 
 
 def fitted(model, entries):
-    return [{"kind": term.kind, "parameters": estimates(entry)} for term, entry in zip(model.terms, entries)]
+    return [
+        {"kind": term.kind, "parameters": estimates(entry)}
+        for term, entry in zip(model.terms, entries)
+    ]
 
 
 def judgement(j):
-    return {"adequacy": j.adequacy, "adequate": j.adequate, "largest_deviation": j.largest, "shown_to_tau_s": j.shown_to_tau_s,
-            "said": words.in_ascii(words.adequacy(j))}
+    return {
+        "adequacy": j.adequacy,
+        "adequate": j.adequate,
+        "largest_deviation": j.largest,
+        "shown_to_tau_s": j.shown_to_tau_s,
+        "said": words.in_ascii(words.adequacy(j)),
+    }
 
 
 def observations(seen):
@@ -35,28 +46,76 @@ def observations(seen):
 
 
 def comparison(c):
-    return {"samples": c.samples, "samples_missing": c.missing, "rate_hz": c.rate_hz, "effects": c.effects, "error": c.error, "error_floor": c.error_floor,
-            "p_value": c.p_value, **judgement(c.judgement), "observations": observations(c.observations), "tests": c.tests,
-            "correlations": {name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()},
-            "where": [{"tau_s": w.tau_s, "start_s": w.start_s, "stop_s": w.stop_s, "measured_dps": w.measured_dps,
-                       "model_dps": w.model_dps, "ratio": w.ratio, "z": w.z} for w in c.where]}
+    return {
+        "samples": c.samples,
+        "samples_missing": c.missing,
+        "rate_hz": c.rate_hz,
+        "effects": c.effects,
+        "error": c.error,
+        "error_floor": c.error_floor,
+        "p_value": c.p_value,
+        **judgement(c.judgement),
+        "observations": observations(c.observations),
+        "tests": c.tests,
+        "correlations": {
+            name: {"value": r, "p_value": p} for name, (r, p) in c.correlations.items()
+        },
+        "where": [
+            {
+                "tau_s": w.tau_s,
+                "start_s": w.start_s,
+                "stop_s": w.stop_s,
+                "measured_dps": w.measured_dps,
+                "model_dps": w.model_dps,
+                "ratio": w.ratio,
+                "z": w.z,
+            }
+            for w in c.where
+        ],
+    }
 
 
 def diagnosis(found):
     alternatives = [vars(one) for one in found.diagnosis.alternatives]
-    return {**comparison(found.comparison), "verdict": found.verdict, "missing": found.added, "final": judgement(found.judgement),
-            "useless": [part.kind for part in found.diagnosis.useless], "doubtful": found.diagnosis.doubtful,
-            "steps": [vars(step) for step in found.steps], "refitted": found.refitted and vars(found.refitted), "notes": found.notes,
-            "fitted": fitted(found.model, found.estimates), "p_value_after": found.judgement.p_value,
-            "alternatives": alternatives,
-            "candidates": [{"kind": c.kind, "gain": c.gain, "p_value": c.p_value, "error_after": c.error_after,
-                            "error_held_out_after": c.error_held_out_after,
-                            "parameters": estimates(c.parameters), "why": c.why} for c in found.candidates]}
+    return {
+        **comparison(found.comparison),
+        "verdict": found.verdict,
+        "missing": found.added,
+        "final": judgement(found.judgement),
+        "useless": [part.kind for part in found.diagnosis.useless],
+        "doubtful": found.diagnosis.doubtful,
+        "steps": [vars(step) for step in found.steps],
+        "refitted": found.refitted and vars(found.refitted),
+        "notes": found.notes,
+        "fitted": fitted(found.model, found.estimates),
+        "p_value_after": found.judgement.p_value,
+        "alternatives": alternatives,
+        "candidates": [
+            {
+                "kind": c.kind,
+                "gain": c.gain,
+                "p_value": c.p_value,
+                "error_after": c.error_after,
+                "error_held_out_after": c.error_held_out_after,
+                "parameters": estimates(c.parameters),
+                "why": c.why,
+            }
+            for c in found.candidates
+        ],
+    }
 
 
 def improvement(found, output):
-    return {"steps": [vars(step) for step in found.steps], "refitted": found.refitted and vars(found.refitted), "verdict": found.verdict,
-            **judgement(found.judgement), "observations": observations(found.comparison.observations),
-            "alternatives": [vars(one) for one in found.diagnosis.alternatives],
-            "useless": [part.kind for part in found.diagnosis.useless], "doubtful": found.diagnosis.doubtful,
-            "notes": found.notes, "model": output, "fitted": fitted(found.model, found.estimates)}
+    return {
+        "steps": [vars(step) for step in found.steps],
+        "refitted": found.refitted and vars(found.refitted),
+        "verdict": found.verdict,
+        **judgement(found.judgement),
+        "observations": observations(found.comparison.observations),
+        "alternatives": [vars(one) for one in found.diagnosis.alternatives],
+        "useless": [part.kind for part in found.diagnosis.useless],
+        "doubtful": found.diagnosis.doubtful,
+        "notes": found.notes,
+        "model": output,
+        "fitted": fitted(found.model, found.estimates),
+    }

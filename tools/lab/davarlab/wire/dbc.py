@@ -20,6 +20,8 @@ def moved(base, channels):
         message.frame_id += base - wire.BASE + wire.STEP * number
         message.name += f"_{number}" if len(channels) > 1 else ""
         if message.frame_id > LAST:
-            raise BadInput(f"--channel: {number} does not fit into 11-bit identifiers from {base:X} on")
+            raise BadInput(
+                f"--channel: {number} does not fit into 11-bit identifiers from {base:X} on"
+            )
     database.refresh()
     return database.as_dbc_string()

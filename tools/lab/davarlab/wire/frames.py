@@ -21,7 +21,12 @@ REACH = 4  # results of a channel that are joined at a time: one that is not com
 HISTORY = 8  # places of one identifier that are remembered: half of what Counter can tell apart
 
 
-PLACES = ("TauIndex", "Kind", "MonitorIndex", "ChangeItem")  # which of the frames of a message in one result
+PLACES = (
+    "TauIndex",
+    "Kind",
+    "MonitorIndex",
+    "ChangeItem",
+)  # which of the frames of a message in one result
 DIGEST_START, DIGEST_FACTOR = 0x811C9DC5, 0x01000193  # FNV-1a
 
 
@@ -49,7 +54,7 @@ def digest(identifier, data):
     """FNV-1a of the bytes that Crc covers."""
     value = DIGEST_START
     for byte in (identifier & 0xFF, identifier >> 8, *data[1:]):
-        value = (value ^ byte) * DIGEST_FACTOR % 2 ** 32
+        value = (value ^ byte) * DIGEST_FACTOR % 2**32
     return value
 
 
@@ -71,12 +76,25 @@ class Faults:
     impossible: int = 0  # the Crc is right, and a value is none that a sender means: damage
     incomplete_results: int = 0  # not passed on: a frame is lost, too late, or another result's
     late_results: int = 0  # not passed on: complete after a newer one of the same run had been
-    doubtful_samples: int = 0  # raw ones that were not passed on: of which run they are was not told in time
+    doubtful_samples: int = (
+        0  # raw ones that were not passed on: of which run they are was not told in time
+    )
     restarts: int = 0  # of a sender; no fault
 
     def total(self):
-        return (self.corrupted + self.repeated + self.swapped + self.missing + self.missing_results + self.orphaned
-                + self.noise + self.impossible + self.incomplete_results + self.late_results + self.doubtful_samples)
+        return (
+            self.corrupted
+            + self.repeated
+            + self.swapped
+            + self.missing
+            + self.missing_results
+            + self.orphaned
+            + self.noise
+            + self.impossible
+            + self.incomplete_results
+            + self.late_results
+            + self.doubtful_samples
+        )
 
 
 class Sequence:
@@ -132,7 +150,9 @@ class Result:
     epoch: int
     values: dict = field(default_factory=dict)  # column -> number
     adev: dict = field(default_factory=dict)  # TauIndex -> deg/s
-    deviation: dict = field(default_factory=dict)  # TauIndex -> standard deviations from the error model
+    deviation: dict = field(
+        default_factory=dict
+    )  # TauIndex -> standard deviations from the error model
     stretch: int = 1  # of its channel: the runs of the sender that were seen. (channel, stretch, epoch) comes once.
     of: object = None  # the Channel as it was in that stretch
 
@@ -144,7 +164,11 @@ class Burst:
         self.tag, self.born = tag, born  # born: how many bursts of the channel began before
         self.expected = expected  # a State came before, so this one should have its own
         self.counted = False  # is its State one that had not come before
-        self.places, self.end, self.epoch = {}, None, None  # (message, index) -> (data, signals, digest); signals of DAVAR_End; of State
+        self.places, self.end, self.epoch = (
+            {},
+            None,
+            None,
+        )  # (message, index) -> (data, signals, digest); signals of DAVAR_End; of State
         self.digest = 0  # sum over places
 
     def join(self, name, identifier, data, signals):
@@ -158,12 +182,17 @@ class Burst:
             return None
         one = data, signals, digest(identifier, data)
         self.places[place] = one
-        self.digest = (self.digest + one[2] - (before[2] if before else 0)) % 2 ** 32
+        self.digest = (self.digest + one[2] - (before[2] if before else 0)) % 2**32
         return name if before else None
 
     def complete(self):
         """Are these all the frames of one result, and no other's?"""
-        return bool(self.end) and self.epoch is not None and len(self.places) == self.end["Frames"] and self.digest == self.end["Digest"]
+        return (
+            bool(self.end)
+            and self.epoch is not None
+            and len(self.places) == self.end["Frames"]
+            and self.digest == self.end["Digest"]
+        )
 
     def result(self, index, channel):
         found = Result(index, self.tag, self.epoch, stretch=channel.stretch, of=channel)
@@ -205,14 +234,27 @@ class Channel:
 
 
 COLUMNS = {
-    "ArwDegPerSqrtH": "arw_deg_per_sqrt_h", "ArwRelativeUncertainty": "arw_relative_uncertainty",
-    "WindowSamples": "window_samples", "Unstable": "unstable", "Kurtosis": "kurtosis", "Contribution": "contribution",
-    "QuantizationDeg": "qn_deg", "BiasInstabilityDegPerH": "bi_deg_per_h",
-    "RateRandomWalkDegPerHPerSqrtH": "rrw_deg_per_h_per_sqrt_h", "RateRampDegPerH2": "rr_deg_per_h2",
+    "ArwDegPerSqrtH": "arw_deg_per_sqrt_h",
+    "ArwRelativeUncertainty": "arw_relative_uncertainty",
+    "WindowSamples": "window_samples",
+    "Unstable": "unstable",
+    "Kurtosis": "kurtosis",
+    "Contribution": "contribution",
+    "QuantizationDeg": "qn_deg",
+    "BiasInstabilityDegPerH": "bi_deg_per_h",
+    "RateRandomWalkDegPerHPerSqrtH": "rrw_deg_per_h_per_sqrt_h",
+    "RateRampDegPerH2": "rr_deg_per_h2",
     "ModelHealth": "model_health",
-    "Alarm": "alarm", "Young": "young", "CutAge": "cut_age_samples", "Dispersion": "dispersion", "ChangeClusterSamples": "change_m",
-    "ChangeOlderDps": "change_older", "ChangeNewerDps": "change_newer", "ChangeGain": "change_gain",
-    "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h", "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
+    "Alarm": "alarm",
+    "Young": "young",
+    "CutAge": "cut_age_samples",
+    "Dispersion": "dispersion",
+    "ChangeClusterSamples": "change_m",
+    "ChangeOlderDps": "change_older",
+    "ChangeNewerDps": "change_newer",
+    "ChangeGain": "change_gain",
+    "ArwLowDegPerSqrtH": "arw_low_deg_per_sqrt_h",
+    "ArwHighDegPerSqrtH": "arw_high_deg_per_sqrt_h",
 }
 
 ABOVE_ZERO = ("WindowSamples", "RateHz", "Stride", "ClusterSamples", "UnitPerCount")
@@ -222,7 +264,9 @@ SIGNED = ("ModelDeviation", "RateDps")
 @functools.cache
 def messages_of(dbc):
     """Identifier above BASE -> message of a DBC."""
-    return {message.frame_id - BASE: message for message in cantools.database.load_file(dbc).messages}
+    return {
+        message.frame_id - BASE: message for message in cantools.database.load_file(dbc).messages
+    }
 
 
 def number(value):
@@ -232,7 +276,11 @@ def number(value):
 
 def parts(signals):
     """The values of a frame: [((field of Result, key), number)]."""
-    found = [(("values", COLUMNS[name]), number(value)) for name, value in signals.items() if name in COLUMNS]
+    found = [
+        (("values", COLUMNS[name]), number(value))
+        for name, value in signals.items()
+        if name in COLUMNS
+    ]
     if signals.get("ChangeClusterSamples") == 0:  # no change was told yet
         found.remove((("values", "change_m"), 0))
     if "AdevDps" in signals:
@@ -250,7 +298,11 @@ def possible(name, value):
         return False
     if not isinstance(value, float) or value == 0 or value != value:
         return True
-    return LEAST <= (abs(value) if name in SIGNED else value) <= MOST or value == math.inf and "High" in name
+    return (
+        LEAST <= (abs(value) if name in SIGNED else value) <= MOST
+        or value == math.inf
+        and "High" in name
+    )
 
 
 class Receiver:
@@ -297,14 +349,18 @@ class Receiver:
         return left
 
     def _message(self, identifier):
-        return self.messages.get((identifier - self.base) % STEP) if identifier >= self.base else None
+        return (
+            self.messages.get((identifier - self.base) % STEP) if identifier >= self.base else None
+        )
 
     def _sound(self, identifier, data):
         """What is wrong with a frame as it stands, if anything."""
         message = self._message(identifier)
         if message is None:
             return "foreign"
-        return "corrupted" if len(data) != message.length or data[0] != crc(identifier, data) else None
+        return (
+            "corrupted" if len(data) != message.length or data[0] != crc(identifier, data) else None
+        )
 
     def _decoded(self, identifier, data):
         """(what is wrong with its values, if anything; its signals)."""
@@ -313,7 +369,9 @@ class Receiver:
             signals = message.decode(data)
         except cantools.database.Error:
             return "corrupted", None
-        return None if all(possible(name, value) for name, value in signals.items()) else "impossible", signals
+        return None if all(
+            possible(name, value) for name, value in signals.items()
+        ) else "impossible", signals
 
     def _count(self, kind):
         setattr(self.faults, kind, getattr(self.faults, kind) + 1)
@@ -379,7 +437,7 @@ class Receiver:
 
     def _epoch(self, index, identifier, data, signals):
         """The whole Epoch of a State. One that falls back, and is not late, is of a sender that was restarted."""
-        modulus = 2 ** 32 if len(data) == 8 else 2 ** 24
+        modulus = 2**32 if len(data) == 8 else 2**24
         tag, low = signals["Counter"], signals["Epoch"]
         channel, sequence = self.channels[index], self.sequences.setdefault(identifier, Sequence())
         ahead = 0 if channel.epoch is None else (low - channel.epoch) % modulus
@@ -387,7 +445,11 @@ class Receiver:
         if channel.epoch is not None and (not ahead or back < ahead):
             late = sequence.late(tag)
             stride = channel.setup.get("stride")
-            if sequence.again(tag, data) or late and (not stride or back % stride == 0 and back >= late * stride):
+            if (
+                sequence.again(tag, data)
+                or late
+                and (not stride or back % stride == 0 and back >= late * stride)
+            ):
                 return channel.epoch - back
             channel = self._restart(index)
             ahead = 0
@@ -400,7 +462,11 @@ class Receiver:
         """The sender of a channel has been restarted: a new stretch, in which nothing is known. What is not complete may be of
         either run: frames that no session and no State has told to be old are kept."""
         old = self.channels[index]
-        kept = [one for one in old.bursts if not one.complete() and not one.end and (session is not None or one.epoch is None)]
+        kept = [
+            one
+            for one in old.bursts
+            if not one.complete() and not one.end and (session is not None or one.epoch is None)
+        ]
         old.bursts = [one for one in old.bursts if one not in kept]
         self._settle(index, reach=0)
         self.faults.restarts += 1
@@ -440,15 +506,26 @@ class Receiver:
                 return channel
             rest, channel.bursts = channel.bursts, []
             channel = self._restart(index, channel.session)
-            channel.session, channel.epoch, channel.tag, channel.bursts = burst.end["Session"], burst.epoch, burst.tag, rest
+            channel.session, channel.epoch, channel.tag, channel.bursts = (
+                burst.end["Session"],
+                burst.epoch,
+                burst.tag,
+                rest,
+            )
         channel.passed.append((burst.epoch, burst.digest))
         self.ready.append(burst.result(index, channel))
         return channel
 
     def _release_samples(self, index, channel, last=False):
         """Raw samples whose run, place and size are known now."""
-        if channel.samples.dated and {"rate_hz", "unit_per_count"} <= set(channel.setup) and channel.samples.held:
-            found, left_out = channel.samples.release(channel.epoch, written(channel.setup["unit_per_count"]), last)
+        if (
+            channel.samples.dated
+            and {"rate_hz", "unit_per_count"} <= set(channel.setup)
+            and channel.samples.held
+        ):
+            found, left_out = channel.samples.release(
+                channel.epoch, written(channel.setup["unit_per_count"]), last
+            )
             self.samples.append((index, channel, found))
             self.faults.doubtful_samples += left_out
 

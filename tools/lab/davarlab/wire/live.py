@@ -23,23 +23,40 @@ def alarm(values):
     if not values.get("alarm"):
         return ""
     older, newer, m = (values.get(name) for name in ("change_older", "change_newer", "change_m"))
-    levels = "" if older is None or newer is None else f": {older:.4g} -> {newer:.4g} deg/s at {m} sample{'s' if m > 1 else ''}"
+    levels = (
+        ""
+        if older is None or newer is None
+        else f": {older:.4g} -> {newer:.4g} deg/s at {m} sample{'s' if m > 1 else ''}"
+    )
     return f"  ALARM, the noise has changed{levels}"
 
 
 def line(values):
     """One result for people."""
     arw, doubt = values.get("arw_deg_per_sqrt_h"), values.get("arw_relative_uncertainty")
-    shown = "      absent" if arw is None else f"{arw:12.6g}" + ("" if doubt is None else f" +-{100 * doubt:.0f} %")
+    shown = (
+        "      absent"
+        if arw is None
+        else f"{arw:12.6g}" + ("" if doubt is None else f" +-{100 * doubt:.0f} %")
+    )
     window = f"window {values.get('window_samples', '?')}"
-    return f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}" + \
-        ("" if values.get("model_health") is None else f"  model health {values['model_health']:.2f}") + \
-        ("  UNSTABLE" if values.get("unstable") and "alarm" not in values else "") + alarm(values)
+    return (
+        f"channel {values['channel']}  epoch {values['epoch']:>9}  ARW {shown} deg/sqrt(h)  {window}"
+        + (
+            ""
+            if values.get("model_health") is None
+            else f"  model health {values['model_health']:.2f}"
+        )
+        + ("  UNSTABLE" if values.get("unstable") and "alarm" not in values else "")
+        + alarm(values)
+    )
 
 
 def summary(receiver):
     """What the receiver met, then what each device says it met."""
-    faults = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in asdict(receiver.faults).items())
+    faults = ", ".join(
+        f"{count} {name.replace('_', ' ')}" for name, count in asdict(receiver.faults).items()
+    )
     lines = [f"received: {faults}"]
     for index, channel in sorted(receiver.channels.items()):
         told = ", ".join(f"{name} {count}" for name, count in channel.health.items() if count)
@@ -84,13 +101,22 @@ class Viewer:
     """Shows results, and records them, and raw samples, if asked."""
 
     def __init__(self, receiver, recorder, raw, as_json, stop):
-        self.receiver, self.recorder, self.raw, self.as_json, self.stop, self.shown = receiver, recorder, raw, as_json, stop, 0
+        self.receiver, self.recorder, self.raw, self.as_json, self.stop, self.shown = (
+            receiver,
+            recorder,
+            raw,
+            as_json,
+            stop,
+            0,
+        )
         self.stretches = {}  # channel -> the newest stretch that was said
 
     def show(self, result):
         if result.stretch > self.stretches.setdefault(result.channel, 1):
             self.stretches[result.channel] = result.stretch
-            say(f"channel {result.channel}: the sender has been restarted: a new stretch begins with epoch {result.epoch}")
+            say(
+                f"channel {result.channel}: the sender has been restarted: a new stretch begins with epoch {result.epoch}"
+            )
         values = row(result, result.of)
         if self.recorder:
             self.recorder.add(result, result.of)
@@ -123,13 +149,26 @@ def run(options):
     stop = Stop()
     receiver = wire.Receiver(options.base)
     receiver.wants_raw = bool(options.raw)
-    with contextlib.closing(Source(options.source, receiver.faults, say)) as source, contextlib.ExitStack() as stack:
-        recorder = stack.enter_context(contextlib.closing(Recorder(options.record, say))) if options.record else None
-        raw = stack.enter_context(contextlib.closing(RawRecorder(options.raw, say))) if options.raw else None
+    with (
+        contextlib.closing(Source(options.source, receiver.faults, say)) as source,
+        contextlib.ExitStack() as stack,
+    ):
+        recorder = (
+            stack.enter_context(contextlib.closing(Recorder(options.record, say)))
+            if options.record
+            else None
+        )
+        raw = (
+            stack.enter_context(contextlib.closing(RawRecorder(options.raw, say)))
+            if options.raw
+            else None
+        )
         follow(source, receiver, Viewer(receiver, recorder, raw, options.json, stop), options)
     print(summary(receiver), file=sys.stderr)
     if recorder and recorder.left_out:
-        say(f"{recorder.path}: {recorder.left_out} values left out: they had no column when the header was written")
+        say(
+            f"{recorder.path}: {recorder.left_out} values left out: they had no column when the header was written"
+        )
     if recorder and recorder.unrecorded:
         say(f"{recorder.path}: {recorder.unrecorded} results not recorded")
     if raw and not raw.outputs:

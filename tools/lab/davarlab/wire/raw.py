@@ -15,8 +15,11 @@ SWAPPED = 64  # samples that frames may be late by
 
 def written(single):
     """A float32 as the number that it was before: 0.05, not 0.0500000007."""
-    return next(value for value in (float(f"{single:.{digits}g}") for digits in range(6, 10))
-                if struct.pack("<f", value) == struct.pack("<f", single))
+    return next(
+        value
+        for value in (float(f"{single:.{digits}g}") for digits in range(6, 10))
+        if struct.pack("<f", value) == struct.pack("<f", single)
+    )
 
 
 class Run:
@@ -24,7 +27,9 @@ class Run:
 
     def __init__(self, index):
         self.index, self.values = index, []  # index: of the first, modulo COUNTS
-        self.jumped = self.waited = False  # jumped: not the one that was due; waited: held back when its place was known
+        self.jumped = self.waited = (
+            False  # jumped: not the one that was due; waited: held back when its place was known
+        )
 
     def end(self):
         return (self.index + len(self.values)) % COUNTS
@@ -40,12 +45,17 @@ class Samples:
 
     def __init__(self):
         self.runs, self.held = deque(), 0
-        self.passed, self.lead = -1, HELD_MAX - FAR // 16  # the last index that was passed on; how far it was ahead of the epoch: at first, not behind
+        self.passed, self.lead = (
+            -1,
+            HELD_MAX - FAR // 16,
+        )  # the last index that was passed on; how far it was ahead of the epoch: at first, not behind
         self.dated = False  # has a State come since the newest run began
 
     def take(self, signals):
         """The samples of a frame. Returns how many of those that were held too long are given up."""
-        values = [signals[name] for name in ("Count0", "Count1", "Count", "RateDps") if name in signals]
+        values = [
+            signals[name] for name in ("Count0", "Count1", "Count", "RateDps") if name in signals
+        ]
         due = self.runs[-1].end() if self.runs else (self.passed + 1) % COUNTS
         if not self.runs or due != signals["Index"]:
             self.runs.append(Run(signals["Index"]))
@@ -101,8 +111,16 @@ class Samples:
         if not runs:
             return [], 0
         starts = [run.start(epoch + self.lead) for run in runs]
-        sound = [(run, start) for run, start, after in zip(runs, starts, [*starts[1:], starts[-1]]) if start < after + SWAPPED]
-        found = sorted((start + offset, value * unit if isinstance(value, int) else value) for run, start in sound for offset, value in enumerate(run.values))
+        sound = [
+            (run, start)
+            for run, start, after in zip(runs, starts, [*starts[1:], starts[-1]])
+            if start < after + SWAPPED
+        ]
+        found = sorted(
+            (start + offset, value * unit if isinstance(value, int) else value)
+            for run, start in sound
+            for offset, value in enumerate(run.values)
+        )
         kept = [(index, value) for index, value in found if index > self.passed]
         if kept:
             self.passed = kept[-1][0]

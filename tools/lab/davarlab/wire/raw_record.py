@@ -25,7 +25,9 @@ class RawRecorder:
             if stretch != channel.stretch:
                 output = self._begin(number, channel)
             rate = written(channel.setup["rate_hz"])
-            output.append("".join(f"{index / rate:.12g},{value:.9g}\n" for index, value in samples).encode())
+            output.append(
+                "".join(f"{index / rate:.12g},{value:.9g}\n" for index, value in samples).encode()
+            )
             if self.failing:
                 self.say(f"--raw: {output.path}: goes on")
             self.failing = False
@@ -45,7 +47,9 @@ class RawRecorder:
             count += 1
             path = self.given.with_name(f"{self.given.stem}-{count}{self.given.suffix}")
         output = Output(path)
-        output.append(f"# channel: {number}\n# unit_per_count_dps: {written(channel.setup['unit_per_count'])!r}\ntime_s,gyro_{'xyz'[number % 3]}_dps\n".encode())
+        output.append(
+            f"# channel: {number}\n# unit_per_count_dps: {written(channel.setup['unit_per_count'])!r}\ntime_s,gyro_{'xyz'[number % 3]}_dps\n".encode()
+        )
         if number in self.outputs:
             self.outputs[number][1].file.close()
         self.outputs[number] = channel.stretch, output

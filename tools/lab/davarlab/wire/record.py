@@ -10,10 +10,34 @@ from pathlib import Path
 
 from ..errors import BadInput
 
-FIELDS = ["channel", "stretch", "epoch", "time_s", "window_samples", "kurtosis", "contribution", "unstable", "arw_deg_per_sqrt_h",
-          "arw_low_deg_per_sqrt_h", "arw_high_deg_per_sqrt_h", "arw_relative_uncertainty", "bi_deg_per_h",
-          "rrw_deg_per_h_per_sqrt_h", "rr_deg_per_h2", "qn_deg"]
-TRACKED = ["alarm", "cut_age_samples", "dispersion", "change_m", "change_older", "change_newer", "change_gain", "young"]  # policy glr
+FIELDS = [
+    "channel",
+    "stretch",
+    "epoch",
+    "time_s",
+    "window_samples",
+    "kurtosis",
+    "contribution",
+    "unstable",
+    "arw_deg_per_sqrt_h",
+    "arw_low_deg_per_sqrt_h",
+    "arw_high_deg_per_sqrt_h",
+    "arw_relative_uncertainty",
+    "bi_deg_per_h",
+    "rrw_deg_per_h_per_sqrt_h",
+    "rr_deg_per_h2",
+    "qn_deg",
+]
+TRACKED = [
+    "alarm",
+    "cut_age_samples",
+    "dispersion",
+    "change_m",
+    "change_older",
+    "change_newer",
+    "change_gain",
+    "young",
+]  # policy glr
 WAITING_MAX = 64  # results: DAVAR_Setup names every cluster size within 35
 ROW_BYTES_MAX = 1 << 16
 
@@ -23,19 +47,25 @@ def row(result, channel):
     values = {"channel": result.channel, "stretch": result.stretch, "epoch": result.epoch}
     if "rate_hz" in channel.setup:
         values["time_s"] = result.epoch / channel.setup["rate_hz"]
-    values.update({name: value for name, value in result.values.items() if name in FIELDS or name in TRACKED})
+    values.update(
+        {name: value for name, value in result.values.items() if name in FIELDS or name in TRACKED}
+    )
     for index, value in sorted(result.adev.items()):
         values[f"adev_{channel.clusters.get(index, f'tau{index}')}"] = value
     values.update({name: value for name, value in result.values.items() if name == "model_health"})
     for index, value in sorted(result.deviation.items()):
         values[f"model_deviation_{channel.clusters.get(index, f'tau{index}')}"] = value
-    return {name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in values.items()}
+    return {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in values.items()
+    }
 
 
 def is_named(result, channel):
     """Has DAVAR_Setup said of all values what they are."""
-    return "rate_hz" in channel.setup and set(result.adev) | set(result.deviation) <= set(channel.clusters)
+    return "rate_hz" in channel.setup and set(result.adev) | set(result.deviation) <= set(
+        channel.clusters
+    )
 
 
 def cluster_order(name):
@@ -49,7 +79,11 @@ class Output:
 
     def __init__(self, path):
         self.path = Path(path)
-        self.file = open(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666), "rb+", buffering=0)
+        self.file = open(
+            os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666),
+            "rb+",
+            buffering=0,
+        )
         self.regular = stat.S_ISREG(os.fstat(self.file.fileno()).st_mode)
 
     def size(self):
@@ -73,15 +107,17 @@ class Output:
                 return [], 0
             self.drop_cut_row()
             at = columns.index("stretch")
-            stretches = (line.split(",", at + 1)[at:at + 1] for line in file)
-            return columns, max((int(one) for found in stretches for one in found if one.isdecimal()), default=0)
+            stretches = (line.split(",", at + 1)[at : at + 1] for line in file)
+            return columns, max(
+                (int(one) for found in stretches for one in found if one.isdecimal()), default=0
+            )
 
     def append(self, line):
         """The whole line, or nothing of it and OSError."""
         size, left = self.size(), memoryview(line)
         try:
             while left:
-                left = left[self.file.write(left):]
+                left = left[self.file.write(left) :]
         except OSError:
             if self.regular and self.size() > size:
                 self.file.truncate(size)
@@ -96,9 +132,17 @@ class Recorder:
 
     def __init__(self, path, say=lambda text: None):
         self.path, self.given, self.say = Path(path), Path(path), say
-        self.waiting, self.columns, self.before = [], None, 0  # before: stretches of earlier runs in the file
+        self.waiting, self.columns, self.before = (
+            [],
+            None,
+            0,
+        )  # before: stretches of earlier runs in the file
         self.patient = {}  # (channel, stretch) -> may its rows still wait?
-        self.left_out, self.unrecorded, self.failing = 0, 0, False  # left_out: values without a column
+        self.left_out, self.unrecorded, self.failing = (
+            0,
+            0,
+            False,
+        )  # left_out: values without a column
         try:
             self.output = Output(path)
         except (OSError, ValueError) as why:
@@ -118,7 +162,9 @@ class Recorder:
 
     def _is_named(self, waiting):
         result, channel = waiting
-        return is_named(result, channel) or not self.patient.setdefault((result.channel, result.stretch), True)
+        return is_named(result, channel) or not self.patient.setdefault(
+            (result.channel, result.stretch), True
+        )
 
     def _write_named(self):
         """Writes the rows whose columns have names, and begins the file when there is none yet."""
@@ -137,7 +183,9 @@ class Recorder:
         except OSError as why:
             self.unrecorded += len(rows) - number
             if not self.failing:
-                self.say(f"--record: {self.path}: {why.strerror}: results are shown, and not recorded")
+                self.say(
+                    f"--record: {self.path}: {why.strerror}: results are shown, and not recorded"
+                )
             self.failing = True
 
     def _forget(self):
@@ -167,10 +215,18 @@ class Recorder:
     def _monitor(rows):
         """The columns of the on-device monitor, when there is one."""
         names = {name for one in rows for name in one if name.startswith("model_")}
-        return sorted(names & {"model_health"}) + sorted(names - {"model_health"}, key=cluster_order)
+        return sorted(names & {"model_health"}) + sorted(
+            names - {"model_health"}, key=cluster_order
+        )
 
     def _write(self, values):
-        known = {name: f"{value:.9g}" if isinstance(value, float) else value for name, value in values.items() if value is not None}
+        known = {
+            name: f"{value:.9g}" if isinstance(value, float) else value
+            for name, value in values.items()
+            if value is not None
+        }
         known["stretch"] += self.before
-        self.output.append((",".join(str(known.get(name, "")) for name in self.columns) + "\n").encode())
+        self.output.append(
+            (",".join(str(known.get(name, "")) for name in self.columns) + "\n").encode()
+        )
         self.left_out += len(values.keys() - set(self.columns))

@@ -22,7 +22,11 @@ RECEIVE_BYTES = 1 << 22  # room in the kernel for a burst
 SIOCGIFFLAGS, IFF_UP = 0x8913, 1
 SO_RCVBUFFORCE = 33  # beyond the usual limit; needs CAP_NET_ADMIN
 FAILURES = (OSError, can.CanError, termios.error)
-PLAIN = {errno.ENOTTY: "not a serial line", errno.ENODEV: "no such interface", errno.EAFNOSUPPORT: "this system has no CAN"}
+PLAIN = {
+    errno.ENOTTY: "not a serial line",
+    errno.ENODEV: "no such interface",
+    errno.EAFNOSUPPORT: "this system has no CAN",
+}
 FRAME = re.compile(rb"t([0-7][0-9A-Fa-f]{2})([0-8])([0-9A-Fa-f]*)")
 
 
@@ -53,7 +57,12 @@ class CanPort:
     def read(self):
         """Frames (identifier, data) that came within POLL_S: none or one."""
         message = self.bus.recv(POLL_S)
-        if message is None or message.is_error_frame or message.is_remote_frame or message.is_extended_id:
+        if (
+            message is None
+            or message.is_error_frame
+            or message.is_remote_frame
+            or message.is_extended_id
+        ):
             return []
         return [(message.arbitration_id, bytes(message.data))]
 
@@ -74,7 +83,11 @@ class SerialPort:
     def __init__(self, name, faults):
         path, at, baud = name.rpartition("@")
         path, baud = (path, int(baud)) if at and baud.isdigit() else (name, BAUD)
-        self.port, self.faults, self.text = Line(path, baud, timeout=POLL_S, write_timeout=1), faults, b""
+        self.port, self.faults, self.text = (
+            Line(path, baud, timeout=POLL_S, write_timeout=1),
+            faults,
+            b"",
+        )
         self.too_long = False  # is what comes the rest of a line that was given up
         self.port.write(b"\rO\r")
 

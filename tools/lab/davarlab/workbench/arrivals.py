@@ -56,8 +56,14 @@ class Arrivals:
     @contextlib.contextmanager
     def receive(self, name):
         """A Drop; its file is there only when it came whole. It bears its own name, or a numbered one where another file has that."""
-        if (not name or name != Path(name).name or name.startswith(".") or not name.isprintable() or name.endswith(ENDING)
-                or name in (TUTORIAL_NAME, LIVE_NAME, RAW_NAME)):
+        if (
+            not name
+            or name != Path(name).name
+            or name.startswith(".")
+            or not name.isprintable()
+            or name.endswith(ENDING)
+            or name in (TUTORIAL_NAME, LIVE_NAME, RAW_NAME)
+        ):
             raise BadInput(f"{name!r}: not a name for a recording")
         part = files.partial(self.made() / "drop")
         try:

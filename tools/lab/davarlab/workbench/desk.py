@@ -6,25 +6,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import model as models
-from ..data import clock, guess, recording as recordings, table as tables
 from ..candidates import lines
 from ..candidates.candidate import Candidate
-from ..diagnosis import compare, improve, search, state as state_of
-from ..effects import columns as columns_of, table
+from ..data import clock, guess
+from ..data import recording as recordings
+from ..data import table as tables
+from ..diagnosis import compare, improve, search
+from ..diagnosis import state as state_of
+from ..effects import columns as columns_of
+from ..effects import table
 from ..errors import BadInput
 from ..inference.parts import Part
-from ..logs import door, text as texts
+from ..logs import door
+from ..logs import text as texts
 
 KEPT = 6  # outcomes in memory
 SET = "as set"  # of an outcome whose values stand as somebody set them
 HELD = ("spectrum", "mean", "filter")  # what can be held while the rest is fitted
 ROWS = 5  # of a log, to look at
-FIRST = (("angle_random_walk", 0.3), ("bias_instability", 5.0))  # of a first model; the fit moves them
+FIRST = (
+    ("angle_random_walk", 0.3),
+    ("bias_instability", 5.0),
+)  # of a first model; the fit moves them
 
 
 @dataclass
 class Outcome:
     """A model on the recording. state: judged; fitted: at its best, from which further steps go; estimates: of its parameters."""
+
     model: models.Model
     state: object
     fitted: object
@@ -45,9 +54,22 @@ def preview(path, sensor=None, said=None):
     columns, line = columns_in(path, sensor)
     found, rows = said or guess.of(columns), len(next(iter(columns.values())))
     ticks = clock_of(columns, found, path, line)
-    missing = 0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
-    return found, {"path": str(path), "columns": [vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found], "rows": rows, "rate_hz": ticks and ticks.rate_hz, "missing": missing,
-                   "head": [[float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))], "units": guess.UNITS}
+    missing = (
+        0 if not ticks or ticks.places is None else int(ticks.places[-1]) + 1 - len(ticks.places)
+    )
+    return found, {
+        "path": str(path),
+        "columns": [
+            vars(one) | {"would": guess.units_of(one.name, columns[one.name])} for one in found
+        ],
+        "rows": rows,
+        "rate_hz": ticks and ticks.rate_hz,
+        "missing": missing,
+        "head": [
+            [float(column[row]) for column in columns.values()] for row in range(min(ROWS, rows))
+        ],
+        "units": guess.UNITS,
+    }
 
 
 def columns_in(path, sensor=None):
@@ -79,11 +101,18 @@ def read(path, guesses=None, rate_hz=None, sensor=None, as_recorded=False):
     levels were confirmed."""
     renames, scales = pairs(guesses or [])
     options = door.Options(rate_hz, sensor, renames=renames, scales=scales, plain=True)
-    return replace(recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz)), as_recorded=as_recorded)
+    return replace(
+        recordings.at_own_rate(door.recording_of(door.samples(path, options), path, rate_hz)),
+        as_recorded=as_recorded,
+    )
 
 
 def gyro_columns(recording):
-    return [name for name in recording.columns if name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))]
+    return [
+        name
+        for name in recording.columns
+        if name.endswith(tuple("_" + unit for unit in recordings.TO_DPS))
+    ]
 
 
 def seen(recording, sight):
@@ -92,17 +121,29 @@ def seen(recording, sight):
     if sight.alone:
         first, last = (min(int(edge * rate), recording.samples) for edge in sight.alone)
         if last - first < recordings.MINIMUM_SAMPLES:
-            raise BadInput(f"a stretch of {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed")
+            raise BadInput(
+                f"a stretch of {last - first} samples; at least {recordings.MINIMUM_SAMPLES} are needed"
+            )
         known = None if recording.known is None else recording.known[first:last]
-        return recordings.Recording({name: column[first:last] for name, column in recording.columns.items()}, rate, recording.name, recording.notes,
-                                    recordings.gaps_of(known), known=known, read_hz=recording.read_hz, as_recorded=recording.as_recorded)
+        return recordings.Recording(
+            {name: column[first:last] for name, column in recording.columns.items()},
+            rate,
+            recording.name,
+            recording.notes,
+            recordings.gaps_of(known),
+            known=known,
+            read_hz=recording.read_hz,
+            as_recorded=recording.as_recorded,
+        )
     if not sight.cut:
         return recording
     known = np.ones(recording.samples, bool) if recording.known is None else recording.known.copy()
     for start, stop in sight.cut:
-        known[int(start * rate):int(stop * rate)] = False
+        known[int(start * rate) : int(stop * rate)] = False
     if np.count_nonzero(known) < recordings.MINIMUM_SAMPLES:
-        raise BadInput(f"{np.count_nonzero(known)} samples would be left; at least {recordings.MINIMUM_SAMPLES} are needed")
+        raise BadInput(
+            f"{np.count_nonzero(known)} samples would be left; at least {recordings.MINIMUM_SAMPLES} are needed"
+        )
     return replace(recording, known=known, gaps=recordings.gaps_of(known), measured={})
 
 
@@ -161,8 +202,12 @@ class Desk:
     def as_set(self, best, model):
         """The values as they stand, judged as `davarlab compare` judges them."""
         self.same_effects(best, model)
-        return self.remembered((models.text_of(model), SET),
-                               lambda: Outcome(model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)))
+        return self.remembered(
+            (models.text_of(model), SET),
+            lambda: Outcome(
+                model, compare.given(best.fitted, model), best.fitted, improve.as_it_is(model)
+            ),
+        )
 
     def around(self, best, model, held):
         """The effects at the places `held` as they stand, the others at their best beside them; judged as it then stands."""
@@ -170,7 +215,9 @@ class Desk:
         roles = [part.role if part.form != "decoded" else "states" for part in best.fitted.parts]
         for place in held:
             if roles[place] not in HELD:
-                raise BadInput(f"{model.kinds[place]} cannot be held: what it is follows from the others")
+                raise BadInput(
+                    f"{model.kinds[place]} cannot be held: what it is follows from the others"
+                )
         if all(place in held for place, role in enumerate(roles) if role == "spectrum"):
             raise BadInput("one noise must stay free")
         whole, entries = improve.fit_around(best.fitted, model, held)
@@ -187,15 +234,27 @@ class Desk:
     def line_at(self, text, f_hz, wide):
         """A candidate of one's own: a line at a frequency, sharp or with a width."""
         if not 0 < f_hz < self.recording.rate_hz / 2:
-            raise BadInput(f"{f_hz:g} Hz: a line lies above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz")
+            raise BadInput(
+                f"{f_hz:g} Hz: a line lies above 0 and below half the sample rate, {self.recording.rate_hz / 2:g} Hz"
+            )
         state = self.of(text, True).fitted
-        part = lines.wide_at(state.bench, state.parts, state.fit, f_hz) if wide else Part("sinusoid", {"frequency_hz": f_hz})
+        part = (
+            lines.wide_at(state.bench, state.parts, state.fit, f_hz)
+            if wide
+            else Part("sinusoid", {"frequency_hz": f_hz})
+        )
         return Candidate(part.kind, part, 0.0, 0.0)
 
     def with_candidate(self, text, candidate, progress):
         """The model with a candidate, all refitted."""
-        state = state_of.judged(state_of.joined(self.of(text, True, progress).fitted, candidate.part, candidate.replaces))
-        model, entries = improve.fitted_model(state, models.Model(self.recording.rate_hz, self.column))
+        state = state_of.judged(
+            state_of.joined(
+                self.of(text, True, progress).fitted, candidate.part, candidate.replaces
+            )
+        )
+        model, entries = improve.fitted_model(
+            state, models.Model(self.recording.rate_hz, self.column)
+        )
         return Outcome(model, state, state, entries)
 
     def held_out(self, text, model, held):
@@ -210,24 +269,45 @@ class Desk:
     def report(self, outcome, path, typed, progress):
         """The page that `davarlab compare --report` writes of a model. typed: what a terminal calls recording and model, and further options."""
         from ..report import contents, page  # the pictures take a second to load
+
         found = compare.compare(self.recording, outcome.model, progress, outcome.fitted)
         recording, model, options = typed
-        run = contents.Run(["open", path], self.recording, outcome.model, {"recording": path}, options, called=(recording, model))
+        run = contents.Run(
+            ["open", path],
+            self.recording,
+            outcome.model,
+            {"recording": path},
+            options,
+            called=(recording, model),
+        )
         return page.html(contents.of_comparison(run, found, outcome.fitted)).encode()
 
     def samples(self, start_s, stop_s, column, points):
         """A stretch of a column, thinned so that no extreme is lost: (times, lowest, highest)."""
         values, rate = self.recording.column(column), self.recording.rate_hz
-        first, last = max(0, int(start_s * rate)), min(len(values), max(int(stop_s * rate), int(start_s * rate) + 2))
+        first, last = (
+            max(0, int(start_s * rate)),
+            min(len(values), max(int(stop_s * rate), int(start_s * rate) + 2)),
+        )
         part = values[first:last]
-        edges = np.unique(np.linspace(0, len(part), min(points, len(part)), endpoint=False).astype(int))
-        return (first + edges) / rate, np.minimum.reduceat(part, edges), np.maximum.reduceat(part, edges)
+        edges = np.unique(
+            np.linspace(0, len(part), min(points, len(part)), endpoint=False).astype(int)
+        )
+        return (
+            (first + edges) / rate,
+            np.minimum.reduceat(part, edges),
+            np.maximum.reduceat(part, edges),
+        )
 
     def against(self, text, column, lag_s, points):
         """What the model's courses leave of the gyro beside a column that is felt so late, in means of equal stretches: (column, gyro, does the
         column rise)."""
         outcome, rate = self.of(text, True), self.recording.rate_hz
-        left = outcome.fitted.bench.y - outcome.fitted.bench.y.mean() - outcome.fitted.bench.mean_course(outcome.fitted.parts, outcome.fitted.fit)
+        left = (
+            outcome.fitted.bench.y
+            - outcome.fitted.bench.y.mean()
+            - outcome.fitted.bench.mean_course(outcome.fitted.parts, outcome.fitted.fit)
+        )
         x = columns_of.lagged(self.recording.column(column), rate, lag_s)
         starts = np.linspace(0, len(left), min(points, len(left) // 2), endpoint=False).astype(int)
         counts = np.diff(np.append(starts, len(left)))

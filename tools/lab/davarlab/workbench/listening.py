@@ -23,7 +23,10 @@ def shown(result):
     row = record.row(result, result.of)
     arw, doubt = row.get("arw_deg_per_sqrt_h"), row.get("arw_relative_uncertainty")
     if arw is not None and doubt is not None:
-        row |= {"arw_low_deg_per_sqrt_h": arw * (1 - doubt), "arw_high_deg_per_sqrt_h": arw * (1 + doubt)}
+        row |= {
+            "arw_low_deg_per_sqrt_h": arw * (1 - doubt),
+            "arw_high_deg_per_sqrt_h": arw * (1 + doubt),
+        }
     return row
 
 
@@ -34,13 +37,25 @@ class Listening:
         self.receiver, self.tell, self.said = frames.Receiver(), tell, ""
         self.source = Source(source, self.receiver.faults, self.say)
         try:
-            self.recorder, self.raw = record.Recorder(path, self.say), RawRecorder(raw_path, self.say)
+            self.recorder, self.raw = (
+                record.Recorder(path, self.say),
+                RawRecorder(raw_path, self.say),
+            )
         except BadInput:
             self.source.close()
             raise
-        self.lock, self.results, self.fresh = threading.Lock(), {}, []  # channel -> its last results; those that were not told
+        self.lock, self.results, self.fresh = (
+            threading.Lock(),
+            {},
+            [],
+        )  # channel -> its last results; those that were not told
         self.count = 0  # of all results that were told
-        self.told_at, self.stood, self.stopped, self.ended = 0.0, None, False, False  # stood: what was told last of how it stands
+        self.told_at, self.stood, self.stopped, self.ended = (
+            0.0,
+            None,
+            False,
+            False,
+        )  # stood: what was told last of how it stands
         self.thread = threading.Thread(target=self.listen, daemon=True)
         self.thread.start()
 
@@ -87,7 +102,9 @@ class Listening:
         with self.lock:
             path = self.raw.path(number)
             if not path:
-                raise BadInput(f"channel {number}: no raw samples have come: start the sender with --raw")
+                raise BadInput(
+                    f"channel {number}: no raw samples have come: start the sender with --raw"
+                )
             left = path.stat().st_size  # whole rows
         with files.reading(path) as recording:
             while left and (block := recording.read(min(left, BLOCK))):
@@ -109,19 +126,36 @@ class Listening:
                 self.results.setdefault(result.channel, deque(maxlen=KEPT)).append(result)
             self.count += len(told)
         if told or self.stood != before:
-            self.tell(live={**self.stood, "rows": [shown(result) for result in told], "count": self.count})
+            self.tell(
+                live={**self.stood, "rows": [shown(result) for result in told], "count": self.count}
+            )
 
     def standing(self):
         """What the receiver met and what each device says it met, what is not 0; and the last thing that was said."""
         channels = list(self.receiver.channels.items())
-        return {"source": self.source.name, "path": str(self.recorder.path), "raw": sorted(list(self.raw.outputs)), "said": self.said, "ended": self.ended,
-                "faults": {name: count for name, count in asdict(self.receiver.faults).items() if count},
-                "health": {index: {name: count for name, count in dict(channel.health).items() if count} for index, channel in channels}}
+        return {
+            "source": self.source.name,
+            "path": str(self.recorder.path),
+            "raw": sorted(list(self.raw.outputs)),
+            "said": self.said,
+            "ended": self.ended,
+            "faults": {
+                name: count for name, count in asdict(self.receiver.faults).items() if count
+            },
+            "health": {
+                index: {name: count for name, count in dict(channel.health).items() if count}
+                for index, channel in channels
+            },
+        }
 
     def so_far(self):
         with self.lock:
-            return {**self.standing(), "rows": [shown(result) for results in self.results.values() for result in results], "count": self.count,
-                    "kept": KEPT}
+            return {
+                **self.standing(),
+                "rows": [shown(result) for results in self.results.values() for result in results],
+                "count": self.count,
+                "kept": KEPT,
+            }
 
     def stop(self):
         self.stopped = True

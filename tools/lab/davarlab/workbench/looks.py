@@ -11,7 +11,12 @@ class Looks:
 
     def __init__(self, visit):
         self.visit = visit
-        self.table = {"stretch": self.stretch, "spectrogram": self.spectrogram, "axes": self.axes, "sheet": self.sheet}
+        self.table = {
+            "stretch": self.stretch,
+            "spectrogram": self.spectrogram,
+            "axes": self.axes,
+            "sheet": self.sheet,
+        }
 
     def stretch(self, start_s, stop_s):
         start, stop, desk = start_s, stop_s, self.there()
@@ -42,5 +47,8 @@ class Looks:
         desk = self.there()
         if not given:
             raise BadInput(f"a data sheet gives some of {', '.join(views.SHEET)}")
-        terms = [models.checked_term({"kind": kind, table.find(kind).size.name: value}, kind) for kind, value in given.items()]
+        terms = [
+            models.checked_term({"kind": kind, table.find(kind).size.name: value}, kind)
+            for kind, value in given.items()
+        ]
         return views.sheet(terms, desk.whole.rate_hz, desk.whole.samples)

@@ -20,14 +20,21 @@ Positive = Annotated[float, Field(allow_inf_nan=False, gt=0, le=1e100)]
 Place = Annotated[int, Field(ge=0, lt=1 << 31)]  # in a list: of an effect, a candidate, a step
 Text = Annotated[str, Field(max_length=4096), AfterValidator(without_nul)]
 FilePath = Annotated[str, Field(min_length=1, max_length=4096), AfterValidator(without_nul)]
-Words = Annotated[str, Field(max_length=4096, pattern=r"^[^<>&%{}\x00-\x1f\x7f]*$")]  # of a step, which a page shows: no markup
+Words = Annotated[
+    str, Field(max_length=4096, pattern=r"^[^<>&%{}\x00-\x1f\x7f]*$")
+]  # of a step, which a page shows: no markup
 Stretch = tuple[Number, Number]
-Values = Annotated[dict[Text, Number | Text], Field(max_length=100)]  # of the parameters of an effect
-Sight = tuple[Text, tuple[()] | Stretch, list[Stretch]]  # as in a session file: column, the stretch alone, those cut out
+Values = Annotated[
+    dict[Text, Number | Text], Field(max_length=100)
+]  # of the parameters of an effect
+Sight = tuple[
+    Text, tuple[()] | Stretch, list[Stretch]
+]  # as in a session file: column, the stretch alone, those cut out
 
 
 class Given(BaseModel):
     """Nothing but its fields, and these of their own type: no number in place of a text, no text in place of a number."""
+
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
@@ -47,6 +54,7 @@ class Sensor(Given):
 
 class Column(Given):
     """A column of a log as somebody named it, or a guess of the page about it, which brings more along."""
+
     model_config = ConfigDict(extra="ignore")
     name: Text
     quantity: Literal["time", "gyro", "accel", "temp", "other"]
@@ -73,11 +81,13 @@ class OfStep(Given):
 
 class Shown(Given):
     """What is done to the step that a page shows: `state` names it."""
+
     state: Text
 
 
 class OfPlace(Shown):
     """What stands at a place of it, and of what kind that is."""
+
     place: Place
     kind: Text
 
@@ -140,6 +150,7 @@ class Spectrogram(Given):
 
 class Sheet(Given):
     """Sizes of a data sheet, in the units of a model file."""
+
     angle_random_walk: Number = 0.0
     bias_instability: Number = 0.0
     rate_random_walk: Number = 0.0
@@ -147,20 +158,52 @@ class Sheet(Given):
 
 class Drop(Given):
     """Beside the file that is dropped."""
+
     model_config = ConfigDict(populate_by_name=True)
     name: Annotated[str, Field(max_length=4096)]
     purpose: Annotated[Literal["recording", "held-out"], Field(alias="as")] = "recording"
 
 
 REQUESTS = {
-    "open": Open, "tutorial": Nothing, "sensor": Sensor, "read": Read, "sight": SightRequest, "add": OfPlace, "line": Line, "set": Set, "refit": Refit,
-    "remove": OfPlace, "restore": OfPlace, "go": Go, "let_go": Nothing, "listen": Listen, "deafen": Nothing, "freeze": Freeze, "kalibr": Kalibr,
-    "close": Nothing, "step": OfStep, "candidates": OfStep, "ghost": OfPlace, "against": Against, "preview": Preview, "held_out": OfStep, "report": Report,
-    "all": Nothing, "live": Nothing, "save": Save, "stretch": StretchRequest, "spectrogram": Spectrogram, "axes": Nothing, "sheet": Sheet, "drop": Drop}
+    "open": Open,
+    "tutorial": Nothing,
+    "sensor": Sensor,
+    "read": Read,
+    "sight": SightRequest,
+    "add": OfPlace,
+    "line": Line,
+    "set": Set,
+    "refit": Refit,
+    "remove": OfPlace,
+    "restore": OfPlace,
+    "go": Go,
+    "let_go": Nothing,
+    "listen": Listen,
+    "deafen": Nothing,
+    "freeze": Freeze,
+    "kalibr": Kalibr,
+    "close": Nothing,
+    "step": OfStep,
+    "candidates": OfStep,
+    "ghost": OfPlace,
+    "against": Against,
+    "preview": Preview,
+    "held_out": OfStep,
+    "report": Report,
+    "all": Nothing,
+    "live": Nothing,
+    "save": Save,
+    "stretch": StretchRequest,
+    "spectrogram": Spectrogram,
+    "axes": Nothing,
+    "sheet": Sheet,
+    "drop": Drop,
+}
 
 
 class KeptStep(Given):
     """A step of a session file."""
+
     number: Place
     parent: Place | None
     did: Words
@@ -182,6 +225,7 @@ class KeptColumn(Column):
 
 class Log(Given):
     """How the columns of a log are to be read."""
+
     columns: list[KeptColumn]
     rate_hz: Positive | None
     sensor: Text | None = None
@@ -204,13 +248,19 @@ def said(why):
     """The first thing that is wrong, in one line that names the field."""
     first = why.errors(include_url=False, include_input=False)[0]
     field = ".".join(map(str, first["loc"]))
-    return " ".join(f"{field}: {first['msg'][:1].lower()}{first['msg'][1:]}".removeprefix(": ").split())[:4 * SHOWN]
+    return " ".join(
+        f"{field}: {first['msg'][:1].lower()}{first['msg'][1:]}".removeprefix(": ").split()
+    )[: 4 * SHOWN]
 
 
 def request(what, text=None, query=None):
     """The fields of a request, those that were given: of a JSON object, or of the query of an address. Raises BadInput that names the field."""
     try:
-        found = REQUESTS[what].model_validate_strings(query) if text is None else REQUESTS[what].model_validate_json(text)
+        found = (
+            REQUESTS[what].model_validate_strings(query)
+            if text is None
+            else REQUESTS[what].model_validate_json(text)
+        )
     except ValidationError as why:
         raise BadInput(f"{what}: {said(why)}") from None
     return found.model_dump(exclude_unset=True)

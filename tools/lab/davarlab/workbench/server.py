@@ -30,22 +30,33 @@ from . import schema
 from .visit import Stale, Visit
 
 PAGE = Path(__file__).resolve().parent / "page"
-SERVED = {path.relative_to(PAGE).as_posix(): path for path in PAGE.rglob("*") if path.is_file()}  # these, whatever is asked for
+SERVED = {
+    path.relative_to(PAGE).as_posix(): path for path in PAGE.rglob("*") if path.is_file()
+}  # these, whatever is asked for
 HOST = "127.0.0.1"
 LARGEST_DROP, LARGEST_REQUEST = 1 << 31, 4 << 20
 TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
-POLICY = ("default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
-          "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms")
+POLICY = (
+    "default-src 'self'; connect-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-same-origin allow-downloads allow-forms"
+)
 # The sandbox leaves out allow-popups. Without allow-forms no form of the page would hear that it was submitted, and its dialogs would not close; none may
 # be sent anywhere: form-action.
 CLOUD = b"https://cloud.plotly.com/newchart"  # where Plotly's "Share chart" would send the data
-HEADERS = {"Content-Security-Policy": POLICY, "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer"}
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
 
 
 @cache
 def plotly():
     """The charts' JavaScript out of the wheel of plotly, without the address to which "Share chart" would send the data."""
-    script = Path(importlib.util.find_spec("plotly").origin).resolve().parent / "package_data/plotly.min.js"
+    script = (
+        Path(importlib.util.find_spec("plotly").origin).resolve().parent
+        / "package_data/plotly.min.js"
+    )
     return script.read_bytes().replace(CLOUD, b"")
 
 
@@ -55,36 +66,59 @@ class Server:
     def __init__(self, visit, token):
         self.visit, self.token, self.tabs = visit, token, set()
         self.worker, self.reader = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
-        self.loop, self.waiting = None, set()  # waiting: calls that a person waits for and the worker has not begun
+        self.loop, self.waiting = (
+            None,
+            set(),
+        )  # waiting: calls that a person waits for and the worker has not begun
         self.computing = set()  # calls that have begun and not ended
         visit.tell, visit.hurried = self.tell, lambda: bool(self.waiting)
 
     def app(self):
-        routes = [Route("/", self.index), Route("/page/{name:path}", self.page), Route("/api/{what}", self.ask, methods=["GET"]),
-                  Route("/api/{what}", self.do, methods=["POST"]), WebSocketRoute("/events", self.events)]
-        return Starlette(routes=routes, middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])])
+        routes = [
+            Route("/", self.index),
+            Route("/page/{name:path}", self.page),
+            Route("/api/{what}", self.ask, methods=["GET"]),
+            Route("/api/{what}", self.do, methods=["POST"]),
+            WebSocketRoute("/events", self.events),
+        ]
+        return Starlette(
+            routes=routes,
+            middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=[HOST, "localhost"])],
+        )
 
     def allowed(self, request):
         """Only the page that was opened with the token, from this origin."""
         given = request.headers.get("x-davar-token") or request.query_params.get("token", "")
         origin = request.headers.get("origin")
-        return secrets.compare_digest(given.encode(), self.token.encode()) and origin in (None, f"http://{request.headers['host']}")
+        return secrets.compare_digest(given.encode(), self.token.encode()) and origin in (
+            None,
+            f"http://{request.headers['host']}",
+        )
 
     async def index(self, request):
         if not self.allowed(request):
-            return PlainTextResponse("The address has no token, or an old one: take the one that tools/davarlab open printed.", 403)
+            return PlainTextResponse(
+                "The address has no token, or an old one: take the one that tools/davarlab open printed.",
+                403,
+            )
         return self.file(PAGE / "index.html")
 
     async def page(self, request):
         name = request.path_params["name"]
         if name == "plotly.min.js":
-            return Response(plotly(), media_type=TYPES[".js"], headers=HEADERS | {"Cache-Control": "max-age=3600"})
+            return Response(
+                plotly(),
+                media_type=TYPES[".js"],
+                headers=HEADERS | {"Cache-Control": "max-age=3600"},
+            )
         if name not in SERVED:
             return PlainTextResponse("no such file", 404)
         return self.file(SERVED[name])
 
     def file(self, path):
-        return FileResponse(path, media_type=TYPES[path.suffix], headers=HEADERS | {"Cache-Control": "no-store"})
+        return FileResponse(
+            path, media_type=TYPES[path.suffix], headers=HEADERS | {"Cache-Control": "no-store"}
+        )
 
     async def ask(self, request):
         what = request.path_params["what"]
@@ -98,7 +132,12 @@ class Server:
             return await self.drop(request)
         text = await self.body(request)
         if text is None:
-            return JSONResponse({"error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB; open the file by its path instead"}, 400)
+            return JSONResponse(
+                {
+                    "error": f"{request.path_params['what']}: the request is larger than {LARGEST_REQUEST >> 20} MB; open the file by its path instead"
+                },
+                400,
+            )
         return await self.answer(request, self.visit.actions, text)
 
     @staticmethod
@@ -126,7 +165,9 @@ class Server:
                 async for block in request.stream():
                     size += len(block)
                     if size > LARGEST_DROP:
-                        raise BadInput(f"{name}: larger than {LARGEST_DROP >> 30} GB: start davarlab open with its path")
+                        raise BadInput(
+                            f"{name}: larger than {LARGEST_DROP >> 30} GB: start davarlab open with its path"
+                        )
                     dropped.file.write(block)
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 400)
@@ -151,7 +192,10 @@ class Server:
     async def computed(self, table, what, given):
         """The answer of a function of a table, from the worker."""
         try:
-            found = await self.loop.run_in_executor(self.reader if table is self.visit.looks else self.worker, self.begun(table, what, given))
+            found = await self.loop.run_in_executor(
+                self.reader if table is self.visit.looks else self.worker,
+                self.begun(table, what, given),
+            )
         except BadInput as why:
             return JSONResponse({"error": str(why)}, 409 if isinstance(why, Stale) else 400)
         except Exception as why:
@@ -170,6 +214,7 @@ class Server:
 
     def begun(self, table, what, given):
         """The call; one that a person is waiting for waits in sight until it begins, for a ranking gives way to it."""
+
         def call():
             self.waiting.discard(call)
             self.computing.add(call)
@@ -185,16 +230,21 @@ class Server:
     def fault(self, why):
         """What nobody foresaw: said, and the visit goes on."""
         internal_error(why)
-        return JSONResponse({"error": f"an internal error: {type(why).__name__}: {why}; the steps so far are kept"}, 500)
+        return JSONResponse(
+            {"error": f"an internal error: {type(why).__name__}: {why}; the steps so far are kept"},
+            500,
+        )
 
     def tell(self, **event):
         """Sends an event to every tab; may be called from the worker."""
+
         async def send():
             for tab in list(self.tabs):
                 try:
                     await tab.send_json(values.plain(event))
                 except (WebSocketDisconnect, RuntimeError):
                     self.tabs.discard(tab)
+
         if self.loop and self.loop.is_running():
             asyncio.run_coroutine_threadsafe(send(), self.loop)
 
@@ -205,7 +255,9 @@ class Server:
         await tab.accept()
         self.tabs.add(tab)
         try:
-            while (await tab.receive())["type"] != "websocket.disconnect":  # a tab has nothing to say
+            while (await tab.receive())[
+                "type"
+            ] != "websocket.disconnect":  # a tab has nothing to say
                 pass
         finally:
             self.tabs.discard(tab)
@@ -214,7 +266,9 @@ class Server:
 def show(address, folder):
     """Opens the address in the user's browser, by way of a file in a folder that nobody else can read: command lines are seen by all."""
     page = Path(folder) / "open.html"
-    page.write_text(f'<!doctype html><meta http-equiv="refresh" content="0;url={address}">', encoding="ascii")
+    page.write_text(
+        f'<!doctype html><meta http-equiv="refresh" content="0;url={address}">', encoding="ascii"
+    )
     threading.Thread(target=webbrowser.open, args=(page.as_uri(),), daemon=True).start()
 
 
@@ -235,12 +289,20 @@ def run(options):
         except OSError as why:
             raise BadInput(f"--port {options.port}: {why.strerror.lower()}") from None
         address = f"http://{HOST}:{listener.getsockname()[1]}/?token={token}"
-        web = uvicorn.Server(uvicorn.Config(server.app(), log_level="critical", access_log=False, timeout_graceful_shutdown=1))
+        web = uvicorn.Server(
+            uvicorn.Config(
+                server.app(), log_level="critical", access_log=False, timeout_graceful_shutdown=1
+            )
+        )
 
         async def serve():
             server.loop = asyncio.get_running_loop()
             print(address, flush=True)
-            print("davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is kept beside the recording.", file=sys.stderr, flush=True)
+            print(
+                "davarlab: the workbench is open at this address, on this machine only. Ctrl-C stops it. Every step is kept beside the recording.",
+                file=sys.stderr,
+                flush=True,
+            )
             if not options.no_browser:
                 show(address, folder)
             try:

@@ -6,7 +6,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from urllib.parse import quote
 
-from .. import files, model as models
+from .. import files
+from .. import model as models
 from ..errors import BadInput
 from . import schema
 
@@ -18,6 +19,7 @@ VERSION = 1
 class Step:
     """A model that was reached. text: the model file; off: effects that are switched off, as in a model file; fitted: are the values those of
     a fit; did: what led here, in words."""
+
     number: int
     parent: int | None
     did: str
@@ -31,6 +33,7 @@ class Step:
 @dataclass(frozen=True)
 class Sight:
     """What of a recording is looked at: one gyro column, the whole of it, one stretch alone, or all but what was cut out (seconds)."""
+
     column: str
     alone: tuple = ()
     cut: tuple = ()
@@ -62,7 +65,9 @@ class Steps:
     """The trees of a recording, one for each sight of it, and where one stands. Each change is in the file before the page hears of it."""
 
     def __init__(self, recording_path, sensor=None):
-        self.path = Path(str(recording_path) + (f".{quote(sensor, safe=':')}" if sensor else "") + ENDING)
+        self.path = Path(
+            str(recording_path) + (f".{quote(sensor, safe=':')}" if sensor else "") + ENDING
+        )
         self.recording = str(recording_path)
         self.log = None  # how the columns are to be read, and of which sensor; None: as they are called, of the only one
         self.held_out = None  # path of a second recording, on which every step is judged
@@ -79,9 +84,13 @@ class Steps:
                 data = schema.session(found.written)
                 found.take(data)
             except (BadInput, ValueError) as why:
-                raise BadInput(f"{found.path}: not a session of davarlab ({why}); move it away to begin anew") from None
+                raise BadInput(
+                    f"{found.path}: not a session of davarlab ({why}); move it away to begin anew"
+                ) from None
             if data.sha256 != found.sha256:
-                raise BadInput(f"{found.path}: the session of another recording of this name; move it away to begin anew")
+                raise BadInput(
+                    f"{found.path}: the session of another recording of this name; move it away to begin anew"
+                )
         return found
 
     def there(self):
@@ -90,12 +99,18 @@ class Steps:
         if not os.path.lexists(self.path):
             return None
         if os.path.islink(self.path):
-            raise BadInput(f"{self.path}: a symbolic link, not a session of davarlab; move it away to begin anew")
+            raise BadInput(
+                f"{self.path}: a symbolic link, not a session of davarlab; move it away to begin anew"
+            )
         return files.read_whole(self.path)
 
     def take(self, data):
         """What save() wrote, as a schema.Session. Raises BadInput and ValueError for anything else."""
-        self.log, self.sight, self.held_out = data.log and data.log.model_dump(), Sight.of_text(data.sight), data.held_out
+        self.log, self.sight, self.held_out = (
+            data.log and data.log.model_dump(),
+            Sight.of_text(data.sight),
+            data.held_out,
+        )
         for sight, tree in data.trees.items():
             Sight.of_text(sight)
             steps = [checked_step(one, place) for place, one in enumerate(tree.steps)]
@@ -108,18 +123,33 @@ class Steps:
     def save(self, trees=None):
         """Writes the session with these trees, which are the session's from then on; raises BadInput and changes nothing where it cannot."""
         trees = self.trees if trees is None else trees
-        kept = {sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]} for sight, tree in trees.items()}
-        data = {"version": VERSION, "sha256": self.sha256, "log": self.log, "held_out": self.held_out, "sight": self.sight.text,
-                "trees": kept}
+        kept = {
+            sight: {"steps": [asdict(step) for step in tree["steps"]], "current": tree["current"]}
+            for sight, tree in trees.items()
+        }
+        data = {
+            "version": VERSION,
+            "sha256": self.sha256,
+            "log": self.log,
+            "held_out": self.held_out,
+            "sight": self.sight.text,
+            "trees": kept,
+        }
         text = (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
         if self.there() != self.written:
-            raise BadInput(f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again")
+            raise BadInput(
+                f"{self.path}: somebody else has written it (another davarlab open?); close one of them and open again"
+            )
         files.write_whole(self.path, text, follow=False)
         self.trees, self.written = trees, text
 
     @property
     def steps(self):
-        return self.trees[self.sight.text]["steps"] if self.sight and self.sight.text in self.trees else []
+        return (
+            self.trees[self.sight.text]["steps"]
+            if self.sight and self.sight.text in self.trees
+            else []
+        )
 
     @property
     def current(self):
@@ -127,13 +157,24 @@ class Steps:
 
     def grow(self, did, model, root=False, **more):
         """A step behind the current one, or one that begins a tree of its own; it becomes the current one. The same step again is gone to, not made."""
-        step = Step(len(self.steps), None if root else self.current, did, models.text_of(model), **more)
+        step = Step(
+            len(self.steps), None if root else self.current, did, models.text_of(model), **more
+        )
         here = None if root or self.current is None else self.here
         alike = [here] if here else []
         alike += [one for one in self.steps if one.parent == step.parent]
-        same = next((one for one in alike if (one.text, one.fitted, one.off) == (step.text, step.fitted, step.off)), None)
+        same = next(
+            (
+                one
+                for one in alike
+                if (one.text, one.fitted, one.off) == (step.text, step.fitted, step.off)
+            ),
+            None,
+        )
         steps = self.steps if same else [*self.steps, step]
-        self.save({**self.trees, self.sight.text: {"steps": steps, "current": (same or step).number}})
+        self.save(
+            {**self.trees, self.sight.text: {"steps": steps, "current": (same or step).number}}
+        )
 
     def hold_out(self, path):
         """Every step is judged on this recording too; None: on none."""

@@ -13,7 +13,9 @@ def commands(steps, sight):
     if sight.alone or sight.cut:
         return []
     imported, recording, rate = in_terminal(steps)
-    rows = imported + [[command, recording, "-m", MODEL_NAME, *rate] for command in ("compare", "fit", "diagnose")]
+    rows = imported + [
+        [command, recording, "-m", MODEL_NAME, *rate] for command in ("compare", "fit", "diagnose")
+    ]
     return [shlex.join(["tools/davarlab", *row]) for row in rows]
 
 
@@ -25,9 +27,20 @@ def again(steps):
 
 def in_terminal(steps):
     """(the import that the log needs, if any, the name of the recording behind it, its --rate and --as-recorded): words to type."""
-    renames, scales = desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
+    renames, scales = (
+        desks.pairs([guess.Guess(**one) for one in steps.log["columns"]]) if steps.log else ([], [])
+    )
     sensors = [steps.log["sensor"]] if steps.log and steps.log.get("sensor") else []
-    given = [word for flag, values in (("--sensor", sensors), ("--rename", renames), ("--scale", scales)) for value in values for word in (flag, value)]
+    given = [
+        word
+        for flag, values in (("--sensor", sensors), ("--rename", renames), ("--scale", scales))
+        for value in values
+        for word in (flag, value)
+    ]
     rate = ["--rate", f"{steps.log['rate_hz']:g}"] if steps.log and steps.log["rate_hz"] else []
     sure = [plausible.CONFIRM] if steps.log and steps.log.get("as_recorded") else []
-    return ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, sure) if given else ([], steps.recording, rate + sure)
+    return (
+        ([["import", steps.recording, "-o", IMPORTED_NAME, *rate, *given]], IMPORTED_NAME, sure)
+        if given
+        else ([], steps.recording, rate + sure)
+    )

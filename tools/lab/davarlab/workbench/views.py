@@ -3,7 +3,8 @@
 import numpy as np
 from scipy import signal, stats
 
-from ..diagnosis import cells, contributions, evidence, judge, search, state as state_of
+from ..diagnosis import cells, contributions, evidence, judge, search
+from ..diagnosis import state as state_of
 from ..effects import table
 from ..inference import allan
 from ..inference.parts import part_of, spectrum_of
@@ -31,8 +32,17 @@ def deviation(outcome, recording):
     low, high = (model * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in (0.025, 0.975))
     parts = contributions.of_state(outcome.state, recording, outcome.model)
     taus = [cell.tau_s for cell in row]
-    return {"tau_s": taus, "measured": [cell.measured_dps for cell in row], "model": model.tolist(), "low": low.tolist(), "high": high.tolist(),
-            "effects": [{"kind": kind, "deviation": at(taus, own_taus, values_)} for kind, own_taus, values_ in parts]}
+    return {
+        "tau_s": taus,
+        "measured": [cell.measured_dps for cell in row],
+        "model": model.tolist(),
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "effects": [
+            {"kind": kind, "deviation": at(taus, own_taus, values_)}
+            for kind, own_taus, values_ in parts
+        ],
+    }
 
 
 def preview(state):
@@ -43,17 +53,33 @@ def preview(state):
     noise, _, _, steady = cells.Expectation(state).of(window, taus)
     course = bench.mean_course(state.parts, state.fit)
     known = allan.windows(course, window, taus)[0][0] ** 2 if np.any(course) else 0.0
-    return {"tau_s": [m / bench.data.rate_hz for m in taus], "model": np.sqrt(noise + steady + known).tolist()}
+    return {
+        "tau_s": [m / bench.data.rate_hz for m in taus],
+        "model": np.sqrt(noise + steady + known).tolist(),
+    }
 
 
 def at(taus, own_taus, deviations):
-    return np.exp(np.interp(np.log(taus), np.log(own_taus), np.log(np.maximum(deviations, 1e-30)))).tolist()
+    return np.exp(
+        np.interp(np.log(taus), np.log(own_taus), np.log(np.maximum(deviations, 1e-30)))
+    ).tolist()
 
 
 def failure_map(state):
     proven = judge.proven(state.cells)
-    return [{"tau_s": cell.tau_s, "start_s": cell.start_s, "stop_s": cell.stop_s, "measured": cell.measured_dps, "model": cell.model_dps,
-             "ratio": cell.ratio, "z": cell.z, "proven": bool(off)} for cell, off in zip(state.cells, proven)]
+    return [
+        {
+            "tau_s": cell.tau_s,
+            "start_s": cell.start_s,
+            "stop_s": cell.stop_s,
+            "measured": cell.measured_dps,
+            "model": cell.model_dps,
+            "ratio": cell.ratio,
+            "z": cell.z,
+            "proven": bool(off),
+        }
+        for cell, off in zip(state.cells, proven)
+    ]
 
 
 def spectrum(state):
@@ -66,21 +92,45 @@ def spectrum(state):
     rate = data.rate_hz
 
     def mean(x):
-        return np.add.reduceat(x[:edges[-1]], starts) / counts
+        return np.add.reduceat(x[: edges[-1]], starts) / counts
 
-    peaks = np.array([start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])])
-    return {"f_hz": mean(data.f).tolist(), "measured": np.sqrt(mean(energy) / rate).tolist(), "peak_hz": data.f[peaks].tolist(),
-            "peak": np.sqrt(energy[peaks] / rate).tolist(), "model": np.sqrt(mean(level) / rate).tolist()}
+    peaks = np.array(
+        [start + int(np.argmax(energy[start:stop])) for start, stop in zip(starts, edges[1:])]
+    )
+    return {
+        "f_hz": mean(data.f).tolist(),
+        "measured": np.sqrt(mean(energy) / rate).tolist(),
+        "peak_hz": data.f[peaks].tolist(),
+        "peak": np.sqrt(energy[peaks] / rate).tolist(),
+        "model": np.sqrt(mean(level) / rate).tolist(),
+    }
 
 
 def card(outcome, place, taken):
     """One effect of the model: its parameters with interval and limits, what the likelihood loses without it, and the error then, both of the fit."""
     term, entry = outcome.model.terms[place], outcome.estimates[place]
     effect = table.find(term.kind)
-    rows = [{"name": p.name, "unit": p.unit, "low_limit": p.low, "high_limit": p.high, "size": p is effect.size and effect.sized,
-             **values.estimates({p.name: entry[p.name]})[p.name]} for p in effect.parameters if p.name in entry]
-    return {"place": place, "kind": term.kind, "name": words.name(term.kind), "physics": effect.physics,
-            "parameters": rows, "loss": taken and taken[0], "error_without": taken and taken[1]}
+    rows = [
+        {
+            "name": p.name,
+            "unit": p.unit,
+            "low_limit": p.low,
+            "high_limit": p.high,
+            "size": p is effect.size and effect.sized,
+            **values.estimates({p.name: entry[p.name]})[p.name],
+        }
+        for p in effect.parameters
+        if p.name in entry
+    ]
+    return {
+        "place": place,
+        "kind": term.kind,
+        "name": words.name(term.kind),
+        "physics": effect.physics,
+        "parameters": rows,
+        "loss": taken and taken[0],
+        "error_without": taken and taken[1],
+    }
 
 
 def losses(outcome):
@@ -89,28 +139,54 @@ def losses(outcome):
     for part in outcome.fitted.parts:
         rest = [other for other in outcome.fitted.parts if other is not part]
         noise = [other for other in rest if other.role == "spectrum"]
-        found.append((search.loss_without(outcome.fitted, rest, part), state_of.errors_of(state_of.with_parts(outcome.fitted, rest))[0])
-                     if noise and part.role != "events" else None)
+        found.append(
+            (
+                search.loss_without(outcome.fitted, rest, part),
+                state_of.errors_of(state_of.with_parts(outcome.fitted, rest))[0],
+            )
+            if noise and part.role != "events"
+            else None
+        )
     return found
 
 
 def model(outcome, recording):
     """A step as the page shows it."""
     judgement = outcome.state.judgement
-    return {"cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
-            "deviation": deviation(outcome, recording), "map": failure_map(outcome.state), "spectrum": spectrum(outcome.state),
-            "error": judgement.error, "floor": judgement.floor, "p_value": judgement.p_value, **values.judgement(judgement),
-            "said": words.adequacy(judgement),
-            "observations": [one.plain() | {"said": words.observation(one)} for one in outcome.state.seen],
-            "notes": evidence.notes(recording, outcome.model)}
+    return {
+        "cards": [card(outcome, place, taken) for place, taken in enumerate(losses(outcome))],
+        "deviation": deviation(outcome, recording),
+        "map": failure_map(outcome.state),
+        "spectrum": spectrum(outcome.state),
+        "error": judgement.error,
+        "floor": judgement.floor,
+        "p_value": judgement.p_value,
+        **values.judgement(judgement),
+        "said": words.adequacy(judgement),
+        "observations": [
+            one.plain() | {"said": words.observation(one)} for one in outcome.state.seen
+        ],
+        "notes": evidence.notes(recording, outcome.model),
+    }
 
 
 def candidates(ranked):
     """The ranking as a list to choose from; `alike`: what this recording cannot tell from the first."""
     alike = {one.kind for one in search.close_ones(ranked)}
-    return [{"place": place, "kind": c.kind, "name": words.name(c.kind), "gain": c.gain, "log_p": c.log_p,
-             "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(search.FAMILY_WISE)),
-             "alike": c.kind in alike, "why": evidence.why(c, None), "confirm": table.find(c.kind).confirm} for place, c in enumerate(ranked)]
+    return [
+        {
+            "place": place,
+            "kind": c.kind,
+            "name": words.name(c.kind),
+            "gain": c.gain,
+            "log_p": c.log_p,
+            "beyond_chance": bool(c.log_p + np.log(len(table.TABLE)) < np.log(search.FAMILY_WISE)),
+            "alike": c.kind in alike,
+            "why": evidence.why(c, None),
+            "confirm": table.find(c.kind).confirm,
+        }
+        for place, c in enumerate(ranked)
+    ]
 
 
 def envelope(desk, start_s, stop_s, column):
@@ -122,24 +198,39 @@ def densities(pieces, rate_hz, lowest, groups):
     """(frequencies, densities in deg/s/sqrt(Hz), a row per piece) of pieces of a record, two-sided as the spectrum of the whole; the trend of each is
     taken off, the first `lowest` ordinates are left out, the others in groups of equal ratios."""
     length = pieces.shape[1]
-    energy = np.abs(np.fft.rfft(signal.detrend(pieces) * np.hanning(length))) ** 2 / (rate_hz * HANN * length)
+    energy = np.abs(np.fft.rfft(signal.detrend(pieces) * np.hanning(length))) ** 2 / (
+        rate_hz * HANN * length
+    )
     f = np.fft.rfftfreq(length, 1 / rate_hz)
     edges = np.unique(np.round(np.geomspace(lowest, len(f) - 1, groups)).astype(int))
-    return f[edges[:-1]].tolist(), np.sqrt(np.add.reduceat(energy[:, :edges[-1]], edges[:-1], axis=1) / np.diff(edges))
+    return f[edges[:-1]].tolist(), np.sqrt(
+        np.add.reduceat(energy[:, : edges[-1]], edges[:-1], axis=1) / np.diff(edges)
+    )
 
 
 def stretch(desk, start_s, stop_s):
     """What is in a stretch of the record: the gyro, the temperature, the spectrum."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
-    f, density = densities(gyro[None, int(start_s * rate):int(stop_s * rate)], rate, 1, LINES)
+    f, density = densities(gyro[None, int(start_s * rate) : int(stop_s * rate)], rate, 1, LINES)
     columns = [desk.column] + [name for name in ("temp_degC",) if name in desk.recording.columns]
-    return {"start_s": start_s, "stop_s": stop_s, "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
-            "f_hz": f, "density": density[0].tolist()}
+    return {
+        "start_s": start_s,
+        "stop_s": stop_s,
+        "envelopes": [envelope(desk, start_s, stop_s, name) for name in columns],
+        "f_hz": f,
+        "density": density[0].tolist(),
+    }
 
 
 def against(desk, text, column, lag_s):
     x, left, rising = desk.against(text, column, lag_s, CLOUD)
-    return {"column": column, "lag_s": lag_s, "x": x.tolist(), "left": left.tolist(), "rising": [bool(up) for up in rising]}
+    return {
+        "column": column,
+        "lag_s": lag_s,
+        "x": x.tolist(),
+        "left": left.tolist(),
+        "rising": [bool(up) for up in rising],
+    }
 
 
 def axes(desk):
@@ -148,7 +239,13 @@ def axes(desk):
     taus = allan.octaves(window)
     for name in desk.gyros:
         measured = allan.windows(desk.whole.rate_dps(name), window, taus, desk.whole.known)[0][0]
-        found.append({"column": name, "tau_s": [m / desk.whole.rate_hz for m in taus], "measured": measured.tolist()})
+        found.append(
+            {
+                "column": name,
+                "tau_s": [m / desk.whole.rate_hz for m in taus],
+                "measured": measured.tolist(),
+            }
+        )
     return found
 
 
@@ -165,9 +262,16 @@ def spectrogram(desk, column):
     """Densities of the gyro over time or over the value of another column: of sixty-fourths of the record, in the order of the column."""
     rate, gyro = desk.recording.rate_hz, desk.recording.rate_dps(desk.column)
     length = len(gyro) // PIECES
-    f, density = densities(gyro[:length * PIECES].reshape(PIECES, length), rate, 2, ROWS)
+    f, density = densities(gyro[: length * PIECES].reshape(PIECES, length), rate, 2, ROWS)
     place = (np.arange(PIECES) + 0.5) * length / rate
     if column != "time_s":
-        place = desk.recording.column(column)[:length * PIECES].reshape(PIECES, length).mean(axis=1)
+        place = (
+            desk.recording.column(column)[: length * PIECES].reshape(PIECES, length).mean(axis=1)
+        )
     order = np.argsort(place, kind="stable")
-    return {"column": column, "x": place[order].tolist(), "f_hz": f, "density": density[order].T.tolist()}
+    return {
+        "column": column,
+        "x": place[order].tolist(),
+        "f_hz": f,
+        "density": density[order].T.tolist(),
+    }

@@ -4,11 +4,13 @@ import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .. import kalibr, model as models
+from .. import kalibr
+from .. import model as models
 from ..data import guess, plausible
 from ..errors import BadInput
 from ..report import export, words
-from . import desk as desks, typed, views
+from . import desk as desks
+from . import typed, views
 from .arrivals import Arrivals
 from .ears import Ears
 from .looks import Looks
@@ -26,6 +28,7 @@ class Stale(BadInput):
 @dataclass
 class Waiting:
     """A log that waits to be read. shown: what the page shows of it; guesses: for its columns, none while the sensor is to be chosen."""
+
     path: Path
     shown: dict
     guesses: list = field(default_factory=list)
@@ -38,19 +41,53 @@ class Visit:
     there; actions change something."""
 
     def __init__(self, folder):
-        self.arrivals, self.desk, self.steps, self.held = Arrivals(folder), None, None, None  # held: the recording that is held out
+        self.arrivals, self.desk, self.steps, self.held = (
+            Arrivals(folder),
+            None,
+            None,
+            None,
+        )  # held: the recording that is held out
         self.not_held = ""  # why what was held out in an earlier visit is not now
         self.revision = 0  # counts the changes
         self.log = None  # one that is Waiting
         self.tell = lambda **event: None
         self.ears = Ears(self.arrivals, lambda **event: self.tell(**event))
         self.hurried = lambda: False  # is somebody waiting for what is being computed
-        self.questions = {"step": self.step, "candidates": self.candidates, "ghost": self.ghost, "against": self.against,
-                          "preview": self.preview, "held_out": self.held_out, "report": self.report}
-        self.looks = {"all": self.everything, "live": self.ears.so_far, "save": self.save, **Looks(self).table}
-        self.actions = {"open": self.open, "tutorial": self.tutorial, "sensor": self.sensor, "read": self.read, "sight": self.sight, "add": self.add, "line": self.line,
-                        "set": self.set, "refit": self.refit, "remove": self.remove, "restore": self.restore, "go": self.go,
-                        "let_go": self.let_go, "listen": self.listen, "deafen": self.deafen, "freeze": self.freeze, "kalibr": self.kalibr, "close": self.close}
+        self.questions = {
+            "step": self.step,
+            "candidates": self.candidates,
+            "ghost": self.ghost,
+            "against": self.against,
+            "preview": self.preview,
+            "held_out": self.held_out,
+            "report": self.report,
+        }
+        self.looks = {
+            "all": self.everything,
+            "live": self.ears.so_far,
+            "save": self.save,
+            **Looks(self).table,
+        }
+        self.actions = {
+            "open": self.open,
+            "tutorial": self.tutorial,
+            "sensor": self.sensor,
+            "read": self.read,
+            "sight": self.sight,
+            "add": self.add,
+            "line": self.line,
+            "set": self.set,
+            "refit": self.refit,
+            "remove": self.remove,
+            "restore": self.restore,
+            "go": self.go,
+            "let_go": self.let_go,
+            "listen": self.listen,
+            "deafen": self.deafen,
+            "freeze": self.freeze,
+            "kalibr": self.kalibr,
+            "close": self.close,
+        }
 
     def progress(self, text):
         self.tell(progress=text)
@@ -66,15 +103,48 @@ class Visit:
         """Where the visit stands; `step` gives what a step looks like."""
         desk, steps, log, held, live = self.desk, self.steps, self.log, self.held, self.ears.where()
         if not desk:
-            return {"again": "tools/davarlab open", "revision": self.revision, "recording": None, "live": live, "log": log and log.shown, "folder": str(self.arrivals.folder)}
+            return {
+                "again": "tools/davarlab open",
+                "revision": self.revision,
+                "recording": None,
+                "live": live,
+                "log": log and log.shown,
+                "folder": str(self.arrivals.folder),
+            }
         recording = desk.recording
-        return {"revision": self.revision, "recording": str(recording.name), "live": live, "samples": recording.measured_samples, "missing": recording.samples - recording.measured_samples,
-                "rate_hz": recording.rate_hz, "gaps": len(recording.gaps), "state": self.state(), "again": typed.again(self.steps),
-                "duration_s": recording.samples / recording.rate_hz, "column": desk.column,
-                "columns": [name for name in recording.columns if name not in ("time_s", desk.column)], "gyros": desk.gyros,
-                "alone": desk.sight.alone, "cut": desk.sight.cut, "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
-                "held_out": held and str(held.name), "not_held": self.not_held, "current": steps.current, "session": str(steps.path), "commands": typed.commands(steps, desk.sight),
-                "steps": [{"number": s.number, "parent": s.parent, "did": s.did, "error": s.error, "floor": s.floor} for s in steps.steps]}
+        return {
+            "revision": self.revision,
+            "recording": str(recording.name),
+            "live": live,
+            "samples": recording.measured_samples,
+            "missing": recording.samples - recording.measured_samples,
+            "rate_hz": recording.rate_hz,
+            "gaps": len(recording.gaps),
+            "state": self.state(),
+            "again": typed.again(self.steps),
+            "duration_s": recording.samples / recording.rate_hz,
+            "column": desk.column,
+            "columns": [name for name in recording.columns if name not in ("time_s", desk.column)],
+            "gyros": desk.gyros,
+            "alone": desk.sight.alone,
+            "cut": desk.sight.cut,
+            "sights": [vars(one) | {"here": one == desk.sight} for one in steps.sights],
+            "held_out": held and str(held.name),
+            "not_held": self.not_held,
+            "current": steps.current,
+            "session": str(steps.path),
+            "commands": typed.commands(steps, desk.sight),
+            "steps": [
+                {
+                    "number": s.number,
+                    "parent": s.parent,
+                    "did": s.did,
+                    "error": s.error,
+                    "floor": s.floor,
+                }
+                for s in steps.steps
+            ],
+        }
 
     def open(self, path, model=None, sensor=None):
         """A recording by its path. Which sensor is meant, and columns that are not called as davarlab calls them, are asked about first."""
@@ -82,10 +152,22 @@ class Visit:
         if steps.log is None and not sensor:
             gyros = desks.gyros_in(path)
             if gyros:
-                return self.ask_about(Waiting(Path(path), {"path": str(path), "sensors": [{"name": one.name, "said": one.said} for one in gyros]}, model=model))
+                return self.ask_about(
+                    Waiting(
+                        Path(path),
+                        {
+                            "path": str(path),
+                            "sensors": [{"name": one.name, "said": one.said} for one in gyros],
+                        },
+                        model=model,
+                    )
+                )
         if steps.log is None and not model:
             guesses, shown = desks.preview(path, sensor)
-            if any(one.column != one.name or one.factor != 1 for one in guesses) or not {"gyro", "time"} <= {one.quantity for one in guesses}:
+            if any(one.column != one.name or one.factor != 1 for one in guesses) or not {
+                "gyro",
+                "time",
+            } <= {one.quantity for one in guesses}:
                 return self.ask_about(Waiting(Path(path), shown, guesses, sensor))
         if steps.log is None and sensor:
             steps.log = {"columns": [], "rate_hz": None, "sensor": sensor}
@@ -109,7 +191,9 @@ class Visit:
         recording = self.as_named(path, steps)
         gyros = desks.gyro_columns(recording)
         if not gyros:
-            raise BadInput(f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)")
+            raise BadInput(
+                f"{path}: no column is a gyro in deg/s or rad/s; the workbench shows gyros (for an accelerometer: tools/davarlab fit --axes accel)"
+            )
         doubts = plausible.of(recording)
         if doubts:
             return self.ask_about(self.doubted(path, steps, doubts, model))
@@ -132,7 +216,9 @@ class Visit:
     def doubted(path, steps, doubts, model):
         """A recording whose rate, units or levels are implausible waits until somebody corrects or confirms them."""
         log = steps.log or {}
-        guesses, shown = desks.preview(path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])])
+        guesses, shown = desks.preview(
+            path, log.get("sensor"), [guess.Guess(**one) for one in log.get("columns", [])]
+        )
         return Waiting(Path(path), shown | {"doubts": doubts}, guesses, log.get("sensor"), model)
 
     def look_at(self, recording, steps, sight, given=None):
@@ -143,7 +229,11 @@ class Visit:
             if given or not steps.steps:
                 model = given or desk.first_model()
                 outcome = desk.of(models.text_of(model), given is None, self.progress)
-                took = "the model as given" if given else "a first model: white noise and bias instability"
+                took = (
+                    "the model as given"
+                    if given
+                    else "a first model: white noise and bias instability"
+                )
                 self.grown(steps, desk, took, outcome, fitted=given is None, root=True)
             else:
                 steps.save()
@@ -161,17 +251,30 @@ class Visit:
         edges = [tuple(pair) for pair in ([alone] if alone else []) + list(cut)]
         for pair in edges:
             if not 0 <= pair[0] < pair[1] <= span * 1.001:
-                raise BadInput(f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}")
-        self.look_at(self.desk.whole, self.steps, Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))))
+                raise BadInput(
+                    f"{pair}: not a stretch of this recording, in seconds from 0 to {span:g}"
+                )
+        self.look_at(
+            self.desk.whole,
+            self.steps,
+            Sight(column, edges[0] if alone else (), () if alone else tuple(sorted(edges))),
+        )
         return self.changed()
 
     def read(self, columns, rate_hz=None, as_recorded=False):
         """The log as its columns were named by whoever looked at them: dicts of guess.Guess; as_recorded: what was doubted is right."""
         path, guesses = self.waits().path, self.log.guesses
         if [one["name"] for one in columns] != [one.name for one in guesses]:
-            raise BadInput(f"{path}: each of its {len(guesses)} columns must be named, in their order")
+            raise BadInput(
+                f"{path}: each of its {len(guesses)} columns must be named, in their order"
+            )
         steps = Steps.beside(path, self.log.sensor)
-        steps.log = {"columns": columns, "rate_hz": rate_hz, "sensor": self.log.sensor, "as_recorded": as_recorded}
+        steps.log = {
+            "columns": columns,
+            "rate_hz": rate_hz,
+            "sensor": self.log.sensor,
+            "as_recorded": as_recorded,
+        }
         return self.begin(path, steps, self.log.model)
 
     def tutorial(self):
@@ -198,7 +301,13 @@ class Visit:
     def as_named(self, path, steps):
         """A recording whose columns are those that the session's log was read with."""
         log = steps.log or {}
-        return desks.read(path, [guess.Guess(**one) for one in log.get("columns", [])], log.get("rate_hz"), log.get("sensor"), log.get("as_recorded", False))
+        return desks.read(
+            path,
+            [guess.Guess(**one) for one in log.get("columns", [])],
+            log.get("rate_hz"),
+            log.get("sensor"),
+            log.get("as_recorded", False),
+        )
 
     def let_go(self):
         """No recording is held out any more."""
@@ -239,13 +348,19 @@ class Visit:
     def state(self, step=None):
         """Names what a page shows: the recording, the sight of it, the step and its model."""
         step = step or self.here()
-        return hashlib.sha256("\0".join([str(self.steps.path), self.steps.sight.text, str(step.number), step.text]).encode()).hexdigest()[:16]
+        return hashlib.sha256(
+            "\0".join(
+                [str(self.steps.path), self.steps.sight.text, str(step.number), step.text]
+            ).encode()
+        ).hexdigest()[:16]
 
     def current(self, state):
         """The current step, if it is the one that the page showed. Raises Stale."""
         step = self.here()
         if state != self.state(step):
-            raise Stale("this was shown for another axis, stretch or step; nothing was changed, look at the page as it is now and try again")
+            raise Stale(
+                "this was shown for another axis, stretch or step; nothing was changed, look at the page as it is now and try again"
+            )
         return step
 
     def known(self, number):
@@ -261,7 +376,9 @@ class Visit:
         if fitted:
             desk.keep(outcome)
         judgement = outcome.state.judgement
-        steps.grow(did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, **more)
+        steps.grow(
+            did, outcome.model, fitted=fitted, error=judgement.error, floor=judgement.floor, **more
+        )
 
     def grow(self, did, outcome, **more):
         self.grown(self.steps, self.desk, did, outcome, **more)
@@ -274,8 +391,15 @@ class Visit:
         """A step as the page draws it."""
         step = self.here(number)
         outcome = self.outcome(step)
-        return {"number": step.number, "state": self.state(step), "did": step.did, "fitted": step.fitted, "off": step.off,
-                **views.model(outcome, self.desk.recording), "text": models.text_of(outcome.model)}
+        return {
+            "number": step.number,
+            "state": self.state(step),
+            "did": step.did,
+            "fitted": step.fitted,
+            "off": step.off,
+            **views.model(outcome, self.desk.recording),
+            "text": models.text_of(outcome.model),
+        }
 
     def candidates(self, number=None):
         """The ranking beside a step; given up, and said so, when somebody does something or holds a slider."""
@@ -289,7 +413,11 @@ class Visit:
             self.tell(ranking=state, trying=words.name(kind), candidates=views.candidates(so_far))
 
         try:
-            return {"number": step.number, "state": state, "candidates": views.candidates(self.desk.ranked(step.text, self.progress, partly))}
+            return {
+                "number": step.number,
+                "state": state,
+                "candidates": views.candidates(self.desk.ranked(step.text, self.progress, partly)),
+            }
         except Superseded:
             return {"number": step.number, "state": state, "superseded": True}
 
@@ -303,7 +431,9 @@ class Visit:
     def of_kind(found, kind):
         """What stands at a place, if it is of the kind that the page showed there. Raises Stale."""
         if found.kind != kind:
-            raise Stale(f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was changed")
+            raise Stale(
+                f"{words.name(found.kind)} stands there now, not {words.name(kind)}; nothing was changed"
+            )
         return found
 
     def ghost(self, place, kind, state):
@@ -311,7 +441,11 @@ class Visit:
         step = self.current(state)
         found = self.joined(step, self.candidate(step, place, kind))
         judgement = found.state.judgement
-        return {"deviation": views.deviation(found, self.desk.recording), "error": judgement.error, "floor": judgement.floor}
+        return {
+            "deviation": views.deviation(found, self.desk.recording),
+            "error": judgement.error,
+            "floor": judgement.floor,
+        }
 
     def preview(self, place, kind, name, value, state):
         """The curve with one value moved, while a slider is held."""
@@ -323,13 +457,17 @@ class Visit:
         """The model of a step with some values of an effect set by hand."""
         model = models.of_text(step.text, "model")
         term = self.of_kind(self.term(model, place), kind)
-        model.terms[place] = models.checked_term({"kind": term.kind, **term.parameters, **parameters}, term.kind)
+        model.terms[place] = models.checked_term(
+            {"kind": term.kind, **term.parameters, **parameters}, term.kind
+        )
         models.check_lines(model.terms, model.rate_hz, term.kind)
         return model
 
     def joined(self, step, candidate):
         key = (step.text, candidate.kind, str(candidate.part.key))
-        return self.desk.remembered(key, lambda: self.desk.with_candidate(step.text, candidate, self.progress))
+        return self.desk.remembered(
+            key, lambda: self.desk.with_candidate(step.text, candidate, self.progress)
+        )
 
     def add(self, place, kind, state):
         """A candidate joins the model."""
@@ -350,7 +488,12 @@ class Visit:
         """Values of an effect by hand; they are judged as they stand."""
         step = self.current(state)
         model = self.moved(step, place, kind, parameters)
-        return self.grow(f"set {words.name(model.kinds[place])}", self.desk.as_set(self.best(step), model), fitted=False, off=step.off)
+        return self.grow(
+            f"set {words.name(model.kinds[place])}",
+            self.desk.as_set(self.best(step), model),
+            fitted=False,
+            off=step.off,
+        )
 
     def best(self, step):
         """The fit that a step came from; of a model as given, the fit of its effects."""
@@ -382,7 +525,11 @@ class Visit:
         if len(model.terms) == 1:
             raise BadInput("a model needs an effect: the last one stays")
         del model.terms[place]
-        return self.grow(f"without {words.name(term.kind)}", self.fit(model), off=[*step.off, {"kind": term.kind, **term.parameters}])
+        return self.grow(
+            f"without {words.name(term.kind)}",
+            self.fit(model),
+            off=[*step.off, {"kind": term.kind, **term.parameters}],
+        )
 
     def restore(self, place, kind, state):
         """Switches an effect on again."""
@@ -390,7 +537,9 @@ class Visit:
         if place >= len(step.off):
             raise BadInput(f"no effect {place} is switched off")
         model = models.of_text(step.text, "model")
-        term = self.of_kind(models.checked_term(step.off[place], "an effect that was switched off"), kind)
+        term = self.of_kind(
+            models.checked_term(step.off[place], "an effect that was switched off"), kind
+        )
         model.terms.append(term)
         off = [one for index, one in enumerate(step.off) if index != place]
         return self.grow(f"with {words.name(term.kind)} again", self.fit(model), off=off)
@@ -428,11 +577,18 @@ class Visit:
         if self.desk.sight.alone or self.desk.sight.cut:
             raise BadInput("a report is of a whole recording: look at all of it first")
         _, recording, rate = typed.in_terminal(self.steps)
-        return self.desk.report(self.outcome(step), self.steps.recording, (recording, typed.MODEL_NAME, rate), self.progress)
+        return self.desk.report(
+            self.outcome(step),
+            self.steps.recording,
+            (recording, typed.MODEL_NAME, rate),
+            self.progress,
+        )
 
     def save(self, what, number=None, state=None):
         """The model to take home: toml, or the table for the device."""
         step = self.here(number) if state is None else self.current(state)
         if what == "toml":
             return step.text.encode()
-        return export.text(export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h").encode()
+        return export.text(
+            export.table_of(models.of_text(step.text, "model"), 6000, 0.02), "model.h"
+        ).encode()

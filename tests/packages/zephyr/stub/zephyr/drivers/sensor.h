@@ -14,10 +14,13 @@ struct sensor_trigger {
     enum sensor_trigger_type type;
     enum sensor_channel chan;
 };
-typedef void (*sensor_trigger_handler_t)(const struct device *dev, const struct sensor_trigger *trigger);
+typedef void (*sensor_trigger_handler_t)(const struct device *dev,
+                                         const struct sensor_trigger *trigger);
 int sensor_sample_fetch_chan(const struct device *dev, enum sensor_channel type);
-int sensor_channel_get(const struct device *dev, enum sensor_channel chan, struct sensor_value *val);
+int sensor_channel_get(const struct device *dev, enum sensor_channel chan,
+                       struct sensor_value *val);
 int sensor_attr_set(const struct device *dev, enum sensor_channel chan, enum sensor_attribute attr,
                     const struct sensor_value *val);
-int sensor_trigger_set(const struct device *dev, const struct sensor_trigger *trig, sensor_trigger_handler_t handler);
+int sensor_trigger_set(const struct device *dev, const struct sensor_trigger *trig,
+                       sensor_trigger_handler_t handler);
 #endif

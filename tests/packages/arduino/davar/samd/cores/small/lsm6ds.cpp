@@ -35,7 +35,8 @@ class Lsm6ds : public Sensor {
 
     void pass(uint64_t now_us) override
     {
-        static const double rates[] = {0.0, 12.5, 26.0, 52.0, 104.0, 208.0, 416.0, 833.0, 1666.0, 3332.0, 6664.0};
+        static const double rates[] = {0.0,   12.5,  26.0,   52.0,   104.0, 208.0,
+                                       416.0, 833.0, 1666.0, 3332.0, 6664.0};
         static const double mdps[] = {8.75, 17.5, 35.0, 70.0};
         const unsigned odr = value_[0x11] >> 4;
         if (odr == 0 || odr > 10) {

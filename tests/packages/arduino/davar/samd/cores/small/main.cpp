@@ -97,7 +97,8 @@ uint8_t TwoWire::requestFrom(uint8_t address, uint8_t count)
     if (sensor == NULL || !sensor->answers(address) || count > sizeof in_) {
         return 0;
     }
-    for (uint8_t reg = out_[0]; in_count_ < count; reg = (uint8_t)(reg + (sensor->stays(reg) ? 0 : 1))) {
+    for (uint8_t reg = out_[0]; in_count_ < count;
+         reg = (uint8_t)(reg + (sensor->stays(reg) ? 0 : 1))) {
         in_[in_count_++] = sensor->read(reg);
     }
     return count;
@@ -115,7 +116,9 @@ int TwoWire::read()
 int main(int argc, char **argv)
 {
     const char *name = (argc > 1) ? argv[1] : "mpu6050";
-    sensor = (strcmp(name, "mpu6050") == 0) ? mpu6050() : (strcmp(name, "lsm6ds") == 0) ? lsm6ds() : NULL;
+    sensor = (strcmp(name, "mpu6050") == 0)  ? mpu6050()
+             : (strcmp(name, "lsm6ds") == 0) ? lsm6ds()
+                                             : NULL;
     if (argc > 2) {
         end_us = 1000000U * strtoull(argv[2], NULL, 10);
     }

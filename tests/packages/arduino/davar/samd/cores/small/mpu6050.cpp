@@ -44,7 +44,8 @@ class Mpu6050 : public Sensor {
 
     void write(uint8_t address, uint8_t value) override
     {
-        if (address == 0x6A && (value & 0x04) != 0) { /* a reset, only while the FIFO is off; the bit clears itself */
+        if (address == 0x6A &&
+            (value & 0x04) != 0) { /* a reset, only while the FIFO is off; the bit clears itself */
             count_ = ((value & 0x40) == 0) ? 0 : count_;
             value &= (uint8_t)~0x04;
         }
@@ -54,7 +55,8 @@ class Mpu6050 : public Sensor {
     void pass(uint64_t now_us) override
     {
         const unsigned low_pass = value_[0x1A] & 7U;
-        const double rate = ((low_pass == 0 || low_pass == 7) ? 8000.0 : 1000.0) / (1.0 + value_[0x19]);
+        const double rate =
+            ((low_pass == 0 || low_pass == 7) ? 8000.0 : 1000.0) / (1.0 + value_[0x19]);
         if ((value_[0x6B] & 0x40) != 0) {
             next_us_ = (double)now_us;
         }
