@@ -53,7 +53,7 @@ def copy_tree():
             continue
         wanted.add(name)
         target = TREE / name
-        if name.parts[0] == "lib" and name.suffix in (".c", ".h"):
+        if name.parts[0] == "lib" and name.suffix in schemata.SUFFIXES:
             continue
         if str(name) == "tests/CMakeLists.txt":
             write(

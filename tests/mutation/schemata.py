@@ -48,6 +48,8 @@ CLASSES = {
     "==": "relational",
     "!=": "relational",
 }
+SUFFIXES = (".c", ".h", ".inc")  # of the files of lib/ that contain code
+
 # Macros whose use is a constant of the library. What a build chooses (davar/options.h) is none.
 STANDARD = {
     "UINT8_MAX",
@@ -413,7 +415,10 @@ class Finder:
 def find(root, compiler_flags):
     """{path: File} of lib/, with the sites of every mutant that a compiler could take."""
     names = sorted(
-        path for folder in ("lib/src", "lib/include") for path in (root / folder).rglob("*.[ch]")
+        path
+        for folder in ("lib/src", "lib/include")
+        for path in (root / folder).rglob("*")
+        if path.suffix in SUFFIXES
     )
     files = {}
     macros = set(STANDARD)

@@ -106,7 +106,7 @@ class Proofs(unittest.TestCase):
             path
             for folder in (ROOT / "lib", ROOT / "port/wire", HERE)
             for path in sorted(folder.rglob("*"))
-            if path.suffix in (".c", ".h", ".py", ".txt")
+            if path.suffix in (".c", ".h", ".inc", ".py", ".txt")
         ]
         cls.reads = [version, *files]
 

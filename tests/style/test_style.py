@@ -94,7 +94,9 @@ LIB_FORBIDDEN_CALLS = (
     r"\b(malloc|calloc|realloc|free|alloca|\w*printf|puts|putchar|\w*scanf|fopen|exit|abort|time|"
     r"clock|signal|setjmp|longjmp)\s*\("
 )
-MARKS = tuple("".join(halves) for halves in [("TO", "DO"), ("FIX", "ME"), ("XX", "X"), ("HA", "CK")])
+MARKS = tuple(
+    "".join(halves) for halves in [("TO", "DO"), ("FIX", "ME"), ("XX", "X"), ("HA", "CK")]
+)
 
 
 def listed():
@@ -464,6 +466,17 @@ class Library(unittest.TestCase):
 
 
 class Tree(unittest.TestCase):
+    def test_whoever_selects_c_files_by_suffix_selects_the_pages_too(self):
+        """A tool that lists ".c" and ".h" but not ".inc" skips the pipeline without a word."""
+        wrong = [
+            f"{name}: {found}"
+            for name in listed()
+            if name.endswith(".py")
+            for found in re.findall(r"\([^()]*\"\.c\", ?\"\.h\"[^()]*\)", text_of(name))
+            if '".inc"' not in found
+        ]
+        self.assertEqual(wrong, [])
+
     def test_no_unfinished_work_is_marked_in_a_file(self):
         marks = re.compile(r"\b(" + "|".join(MARKS) + r")\b")
         wrong = [

@@ -290,7 +290,7 @@ def mutants(python):
     key = result_cache.content_key(
         *command,
         compiler,
-        *(ROOT / name for name in sources(".c", ".h", ".txt", ".cmake")),
+        *(ROOT / name for name in sources(".c", ".h", ".inc", ".txt", ".cmake")),
         *sorted(ROOT.glob("cmake/*")),
         *sorted(ROOT.glob("tests/mutation/*.py")),
         ROOT / "CMakeLists.txt",
