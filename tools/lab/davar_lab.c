@@ -1,5 +1,5 @@
-/* One function between Python and the library: a whole recording in, Allan deviations of windows on a grid out.
- * Built with lib/'s own sources, so the numbers are those of the device. */
+/* One function between Python and the library: a whole recording in, Allan deviations of windows on
+ * a grid out. Built with lib/'s own sources, so the numbers are those of the device. */
 #include "davar/davar.h"
 
 #include <math.h>
@@ -33,8 +33,9 @@ static size_t run(davar_t *davar, const float *rates, size_t count, uint32_t win
     return row;
 }
 
-/* Allan deviations (unit of the rates) of the full windows that end at samples k stride - 1, row by row. Returns the
- * rows written, or -(1 + status) when the library refuses, -100 when memory is short. */
+/* Allan deviations (unit of the rates) of the full windows that end at samples k stride - 1, row by
+ * row. Returns the rows written, or -(1 + status) when the library refuses, -100 when memory is
+ * short. */
 int davar_lab_windows(const float *rates, size_t count, double full_scale, uint32_t window,
                       uint32_t stride, const uint32_t *taus, uint8_t tau_count, double *adev,
                       size_t rows)

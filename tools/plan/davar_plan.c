@@ -1,4 +1,5 @@
-/* davar-plan - writes the plan of a fit for a list of cluster sizes as C, made by the library's own davar_plan_init. */
+/* davar-plan - writes the plan of a fit for a list of cluster sizes as C, made by the library's own
+ * davar_plan_init. */
 #include "davar/davar.h"
 
 #include <ctype.h>
