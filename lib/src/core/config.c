@@ -189,7 +189,7 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
     return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
 }
 
-/* --- the reasons in words ---------------------------------------------------------------------------------------- */
+/* --- the reasons in words --------------------------------------------------------------------- */
 
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 

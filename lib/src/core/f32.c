@@ -1,4 +1,5 @@
-/* davar - float samples: quantised once, by a power of two, and exact integers from there on (2.3). */
+/* davar - float samples: quantised once, by a power of two, and exact integers from there on
+ * (2.3). */
 #include "davar/davar.h"
 
 #include "core/instance.h"
@@ -24,7 +25,8 @@ static inline bool is_finite(float rate)
     return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
 }
 
-/* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the remainder. */
+/* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the
+ * remainder. */
 static inline int32_t to_counts(davar_t *davar, float rate)
 {
     const float limit = (float)davar->config->full_scale;

@@ -7,7 +7,8 @@
  *
  *     -g3 -g2 -g1 | g1 g2 g3 | 2N-g3 2N-g2 2N-g1
  *
- * the left third only while the window reaches into the mirrored start, the right one after the record's end. */
+ * the left third only while the window reaches into the mirrored start, the right one after the
+ * record's end. */
 static uint32_t images_count(const davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t thirds = 1U + (at_start(window) ? 1U : 0U) + (is_finished(window) ? 1U : 0U);
@@ -124,7 +125,8 @@ DAVAR_RARE static uint32_t count_inside(const davar_gaps_t *gaps, const davar_wi
 DAVAR_RARE static uint32_t spans_lost(const davar_gaps_t *gaps, const davar_window_t *window,
                                       uint32_t m)
 {
-    /* In distances from the tail: a boundary at g spoils the spans that start at g - 2m + 1 .. g - 1. */
+    /* In distances from the tail: a boundary at g spoils the spans that start at g - 2m + 1 .. g -
+     * 1. */
     const uint32_t count = images_count(gaps, window);
     const uint32_t length = window->length;
     const uint32_t tail = window_tail(window);

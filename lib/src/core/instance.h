@@ -1,4 +1,5 @@
-/* davar - the instance from the inside: the pipelines of the number types, counters, and the sequence lock. */
+/* davar - the instance from the inside: the pipelines of the number types, counters, and the
+ * sequence lock. */
 #ifndef DAVAR_SRC_INSTANCE_H
 #define DAVAR_SRC_INSTANCE_H
 
@@ -97,7 +98,8 @@ static inline void davar_count_missing(davar_t *davar, size_t missing)
     davar->health.missing += (missing < room) ? (uint32_t)missing : room;
 }
 
-/* Does this instance accept a push of this type now? It does unless the caller has a bug; then the samples are counted. */
+/* Does this instance accept a push of this type now? It does unless the caller has a bug; then the
+ * samples are counted. */
 static inline bool davar_accepts(davar_t *davar, uint8_t type, size_t count)
 {
     const bool accepts = (davar->accepts == type);
@@ -125,10 +127,10 @@ static inline void davar_produce(davar_t *davar)
     davar->produced = davar->produced + 1U;
 }
 
-/* --- the sequence lock ------------------------------------------------------------------------------------------- */
+/* --- the sequence lock ------------------------------------------------------------------------ */
 
-/* One writer (an interrupt, for example), one reader that it may interrupt. `sequence` is odd during a push; a reader that finds it
- * changed reads again. The writer never waits. */
+/* One writer (an interrupt, for example), one reader that it may interrupt. `sequence` is odd
+ * during a push; a reader that finds it changed reads again. The writer never waits. */
 
 static inline void davar_change_begin(davar_t *davar)
 {

@@ -1,5 +1,6 @@
-/* davar - stationarity decisions without floating point: K = m4 / s^4 is compared with its bounds by cross-multiplying
- * the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. Then the window law that follows from them. */
+/* davar - stationarity decisions without floating point: K = m4 / s^4 is compared with its bounds
+ * by cross-multiplying the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. Then the
+ * window law that follows from them. */
 #include "core/song.h"
 
 #include "core/window.h"
@@ -32,7 +33,8 @@ void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int
     result->exponent = top.exponent;
 }
 
-/* A finite, non-negative double (-0.0 too) taken apart: exact, and free of floating-point instructions. */
+/* A finite, non-negative double (-0.0 too) taken apart: exact, and free of floating-point
+ * instructions. */
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
     const uint64_t bits = davar_bits_of_double(*value) << 1U; /* without the sign */
@@ -86,7 +88,8 @@ static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
     multiply(&ratio->under, &whole->second, &whole->second);
 }
 
-/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
+/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel
+ * (3.2). */
 static void contribution_of(ratio_t *ratio, const davar_central_t *whole,
                             const davar_central_t *first)
 {
@@ -168,7 +171,8 @@ static double fraction(const davar_magnitude_t *magnitude)
     return davar_double_of_bits((UINT64_C(1023) << 52U) | ((magnitude->mantissa << 1U) >> 12U));
 }
 
-/* The ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution are. */
+/* The ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution
+ * are. */
 static double quotient(const ratio_t *ratio)
 {
     if (ratio->over.mantissa == 0U) {
@@ -200,10 +204,11 @@ double davar_song_contribution(const davar_central_t *whole, const davar_central
     return quotient(&ratio);
 }
 
-/* --- in 32 bits -------------------------------------------------------------------------------------------------- */
+/* --- in 32 bits ------------------------------------------------------------------------------- */
 
-/* Kurtosis and sliding contribution against their bounds, from mantissas of 32 bits. A mantissa is short of the true one
- * by less than 8 of its last bits: by one where it was cut, by one more than its factors together where it is a product. */
+/* Kurtosis and sliding contribution against their bounds, from mantissas of 32 bits. A mantissa is
+ * short of the true one by less than 8 of its last bits: by one where it was cut, by one more than
+ * its factors together where it is a product. */
 
 #define LAST_BITS_UNSURE 64U /* last bits: the errors of two, one of them times a bound below 4 */
 
@@ -315,7 +320,7 @@ davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar
                   order_of_distance(distance, x.mantissa, config->moments.contribution_high));
 }
 
-/* --- the window law, [SONG18] section 4 (4.1) -------------------------------------------------------------------- */
+/* --- the window law, [SONG18] section 4 (4.1) ------------------------------------------------- */
 
 static uint32_t shorter(const davar_config_t *config, uint32_t length)
 {
@@ -325,7 +330,8 @@ static uint32_t shorter(const davar_config_t *config, uint32_t length)
 
 static uint32_t longer(const davar_config_t *config, uint32_t length, bool filling)
 {
-    /* Trailing: the head moves by one per sample, so growing faster would move the tail backwards. */
+    /* Trailing: the head moves by one per sample, so growing faster would move the tail
+     * backwards. */
     const uint32_t most = is_centred(config) ? 2U : 1U;
     const uint32_t grow = (filling || (config->window.grow > most)) ? most : config->window.grow;
     return smaller(length + (grow * config->stride), config->window.longest);

@@ -1,7 +1,7 @@
 /* davar - where the window is, and the gaps inside it.
  *
- * What a configuration needs, as far as the build has it (davar/options.h): each of these is false at compile time where it was
- * disabled, and the code that depends on it is dropped. */
+ * What a configuration needs, as far as the build has it (davar/options.h): each of these is false
+ * at compile time where it was disabled, and the code that depends on it is dropped. */
 #ifndef DAVAR_SRC_WINDOW_H
 #define DAVAR_SRC_WINDOW_H
 
@@ -35,7 +35,8 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_LAWS && (config->moments.segment != 0U);
 }
 
-/* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred window again. */
+/* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred
+ * window again. */
 static inline bool has_grid(const davar_config_t *config)
 {
     const bool wanted = (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
@@ -56,7 +57,8 @@ static inline uint32_t smaller(uint32_t a, uint32_t b)
     return (a < b) ? a : b;
 }
 
-/* Whole steps in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
+/* Whole steps in `back`, which keeps the rest. Not by a division, which a small core would call
+ * for: O(log). */
 static inline uint32_t whole_steps(uint32_t *back, uint32_t step)
 {
     uint32_t power = 1U;
@@ -79,16 +81,17 @@ static inline bool is_float(const davar_t *davar)
     return DAVAR_Q31 && davar->is_float;
 }
 
-/* The recording has ended, and the leading edge runs into its mirror image. Not a phase: a short recording ends at its start. */
+/* The recording has ended, and the leading edge runs into its mirror image. Not a phase: a short
+ * recording ends at its start. */
 static inline bool is_finished(const davar_window_t *window)
 {
     return DAVAR_CENTRED && window->finished;
 }
 
-/* --- positions --------------------------------------------------------------------------------------------------- */
+/* --- positions -------------------------------------------------------------------------------- */
 
-/* Samples after the window's end when an epoch completes, for a window of `length` samples (4.2). Centred: the newest sample is half of
- * window_max after the epoch, the end half of the window. */
+/* Samples after the window's end when an epoch completes, for a window of `length` samples (4.2).
+ * Centred: the newest sample is half of window_max after the epoch, the end half of the window. */
 static inline uint32_t window_lag(const davar_config_t *config, uint32_t length)
 {
     return is_centred(config) ? ((config->window.longest - length) >> 1U) : 0U;
@@ -130,7 +133,7 @@ static inline uint64_t window_now(const davar_window_t *window)
     return window->origin + window->received;
 }
 
-/* --- phases ------------------------------------------------------------------------------------------------------ */
+/* --- phases ----------------------------------------------------------------------------------- */
 
 /* How far a window is from the start of the stream (DESIGN 2.12):
  *
@@ -212,24 +215,25 @@ static inline void window_keep_filling(davar_window_t *window, const davar_confi
     }
 }
 
-/* --- gaps: boundaries that no difference may span, and their mirror images ---------------------------------------- */
+/* --- gaps: boundaries that no difference may span, and their mirror images -------------------- */
 
 /* Returned by davar_gaps_after when no boundary follows. */
 #define DAVAR_NO_GAP UINT32_MAX
 
-/* Forgets the boundaries before a window of this length, which ends where the window does. Call it at least every 2^31 samples: an older
- * boundary would seem to lie ahead. O(gaps). */
+/* Forgets the boundaries before a window of this length, which ends where the window does. Call it
+ * at least every 2^31 samples: an older boundary would seem to lie ahead. O(gaps). */
 void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
-/* Remembers the boundary in front of the sample that comes next, and forgets those that a window of this length has left. A boundary at
- * the very start, or at one already known, changes nothing. False: full, nothing changed. O(gaps). */
+/* Remembers the boundary in front of the sample that comes next, and forgets those that a window of
+ * this length has left. A boundary at the very start, or at one already known, changes nothing.
+ * False: full, nothing changed. O(gaps). */
 bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
 /* At the end of a record: a gap behind the last sample is none. */
 void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end);
 
-/* Samples from `position` to the first boundary behind it (mirror images included), DAVAR_NO_GAP when there is none.
- * O(log gaps). */
+/* Samples from `position` to the first boundary behind it (mirror images included), DAVAR_NO_GAP
+ * when there is none. O(log gaps). */
 uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window,
                           uint32_t position);
 
