@@ -1,6 +1,5 @@
-/* davar - the front door: checks, then hands over to the pipeline of the number type. The way of a
- * sample is in pipeline/push.inc. Hazard: davar_take reads while a push may interrupt it
- * (core/instance.h). */
+/* davar - the public functions: checks, then a call of the number type's pipeline
+ * (pipeline/push.inc). Hazard: a push may interrupt davar_take (core/instance.h). */
 #include "davar/davar.h"
 
 #include "core/instance.h"
