@@ -1,4 +1,5 @@
-/* davar - hands out the caller's memory piece by piece, 8-byte aligned; without memory it only counts. */
+/* davar - an arena in the caller's memory: 8-byte aligned pieces, one after the other. Without
+ * memory it only counts bytes. */
 #ifndef DAVAR_SRC_ARENA_H
 #define DAVAR_SRC_ARENA_H
 
@@ -10,8 +11,8 @@ typedef struct {
     size_t used;
 } davar_arena_t;
 
-/* Room for count objects of `size` bytes; null when the arena only counts or nothing was asked for. More
- * than a size_t can tell stays at SIZE_MAX - 7, which no memory has. */
+/* Room for count objects of `size` bytes; null if the arena only counts or count is 0. A sum that a
+ * size_t cannot hold stays at SIZE_MAX - 7, which is larger than any memory. */
 static inline void *davar_arena_take(davar_arena_t *arena, size_t count, size_t size)
 {
     const size_t at = arena->used;

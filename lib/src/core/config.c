@@ -1,4 +1,5 @@
-/* davar - every reason to refuse a configuration, one small test each. */
+/* davar - every reason to reject a configuration, one small check each.
+ * The order is that of davar_status_t. */
 #include "davar/davar.h"
 
 #include "core/instance.h"
@@ -20,7 +21,7 @@ bool davar_is_between(double low, double value, double high)
            (davar_bits_of_double(value) <= davar_bits_of_double(high));
 }
 
-/* Far enough inside the range of a double that no square of an Allan variance leaves it. */
+/* The square of an Allan variance of such values stays in the range of a double. */
 DAVAR_APART static bool positive_finite(double value)
 {
     return davar_is_between(1e-50, value, 1e50);
@@ -43,7 +44,7 @@ static davar_status_t check_scale(const davar_config_t *config, const davar_numb
         return DAVAR_ERR_RATE;
     }
     if (is_float) {
-        /* Float has room for the quantum and its inverse only well inside its range. */
+        /* A float must hold the quantum and its inverse. */
         return davar_is_between(1e-20, config->full_scale, 1e20) ? DAVAR_OK : DAVAR_ERR_SCALE;
     }
     if (!positive_finite(config->unit_per_count)) {
@@ -86,9 +87,9 @@ static davar_status_t check_stationarity(const davar_config_t *config)
     return DAVAR_OK;
 }
 
-static bool step_valid(const davar_config_t *config, uint32_t step)
+static bool is_centred_step(uint32_t step)
 {
-    return !is_centred(config) || (step == 0U) || (step == 2U);
+    return (step == 0U) || (step == 2U);
 }
 
 static davar_status_t check_motion(const davar_config_t *config)
@@ -99,7 +100,8 @@ static davar_status_t check_motion(const davar_config_t *config)
     if (config->stride > config->window.longest) {
         return DAVAR_ERR_STRIDE_LONG;
     }
-    if (!step_valid(config, config->window.grow) || !step_valid(config, config->window.shrink)) {
+    if (is_centred(config) &&
+        !(is_centred_step(config->window.grow) && is_centred_step(config->window.shrink))) {
         return DAVAR_ERR_STEP;
     }
     if (((uint32_t)config->engine > (uint32_t)DAVAR_ENGINE_EDGES) ||
@@ -144,17 +146,14 @@ static davar_status_t check_taus(const davar_config_t *config, const davar_numbe
     return overflows(config, number, is_float, largest) ? DAVAR_ERR_TAU_OVERFLOW : DAVAR_OK;
 }
 
-static bool needs_grid(const davar_config_t *config)
-{
-    const bool queue = (config->law != NULL) && (config->law->push != NULL);
-    const bool about = (config->window.mode == DAVAR_MODE_CENTRED) && queue;
-    return (config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || about);
-}
-
+/* Reads the configuration alone: has_queue() and has_grid() are false if a feature is not built. */
 static bool is_built(const davar_config_t *config)
 {
-    return (!needs_grid(config) || DAVAR_GRID) &&
-           (DAVAR_CENTRED || (config->window.mode != DAVAR_MODE_CENTRED)) &&
+    const bool centred = (config->window.mode == DAVAR_MODE_CENTRED);
+    const bool queue = (config->law != NULL) && (config->law->push != NULL);
+    const bool grid =
+        (config->engine == DAVAR_ENGINE_GRID) && ((config->stride > 1U) || (centred && queue));
+    return (DAVAR_GRID || !grid) && (DAVAR_CENTRED || !centred) &&
            (DAVAR_LAWS || ((config->law == NULL) && (config->moments.segment == 0U)));
 }
 
@@ -189,7 +188,7 @@ DAVAR_RARE davar_status_t davar_config_check(const davar_config_t *config,
     return (status == DAVAR_OK) ? check_taus(config, number, is_float) : status;
 }
 
-/* --- the reasons in words ---------------------------------------------------------------------------------------- */
+/* --- the reasons as text ---------------------------------------------------------------------- */
 
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 

@@ -1,5 +1,5 @@
-/* davar - the front door: checks, then hands over to the pipeline of the number type. The way of a sample is in
- * pipeline/push.inc. Hazard: davar_take reads while a push may interrupt it (core/instance.h). */
+/* davar - the public functions: checks, then a call of the number type's pipeline
+ * (pipeline/push.inc). Hazard: a push may interrupt davar_take (core/instance.h). */
 #include "davar/davar.h"
 
 #include "core/instance.h"
@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* --- init -------------------------------------------------------------------------------------------------------- */
+/* --- init ------------------------------------------------------------------------------------- */
 
 DAVAR_RARE static davar_status_t check(const davar_t *davar, const davar_config_t *config,
                                        const void *memory, const davar_number_t *number,
@@ -109,7 +109,7 @@ DAVAR_RARE void davar_reset(davar_t *davar)
     }
 }
 
-/* --- samples in -------------------------------------------------------------------------------------------------- */
+/* --- samples in ------------------------------------------------------------------------------- */
 
 DAVAR_RARE void davar_gap_now(davar_t *davar, uint32_t missing)
 {
@@ -137,7 +137,7 @@ DAVAR_RARE void davar_gap(davar_t *davar, uint32_t missing)
     davar_change_end(davar);
 }
 
-/* --- results out ------------------------------------------------------------------------------------------------- */
+/* --- results out ------------------------------------------------------------------------------ */
 
 bool davar_take(davar_t *davar, davar_result_t *result)
 {

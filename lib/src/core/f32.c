@@ -1,4 +1,5 @@
-/* davar - float samples: quantised once, by a power of two, and exact integers from there on (2.3). */
+/* davar - float samples are quantised once, by a power of two (2.3).
+ * After that they are exact integers. */
 #include "davar/davar.h"
 
 #include "core/instance.h"
@@ -18,13 +19,14 @@ static double quantum_for(double full_scale)
     return quantum;
 }
 
-/* NaN and inf stay outside: by their bits, which no flag of a compiler bends. */
+/* Tests the bits of a sample: a compiler flag such as -ffast-math may drop other tests. */
 static inline bool is_finite(float rate)
 {
     return (davar_bits_of_float(rate) & UINT32_C(0x7F800000)) != UINT32_C(0x7F800000);
 }
 
-/* To the nearest quantum, halves away from zero. Exact: the scale is a power of two, so is the remainder. */
+/* To the nearest quantum, halves away from zero. Scaling by a power of two and the remainder are
+ * exact. */
 static inline int32_t to_counts(davar_t *davar, float rate)
 {
     const float limit = (float)davar->config->full_scale;
@@ -49,22 +51,10 @@ davar_status_t davar_init_f32(davar_t *davar, const davar_config_t *config, void
     return status;
 }
 
-/* NaN and inf are dropped; a run of them is one gap. */
-static void float_missing(davar_t *davar)
-{
-    davar_count(&davar->health.not_finite);
-    if (davar->in_gap) {
-        davar_count(&davar->health.missing);
-    } else {
-        davar_gap_now(davar, 1U);
-    }
-    davar->in_gap = true;
-}
-
-/* Floats that go in together, so that a grid has more than one at a time. */
+/* Floats that are pushed together, so that a grid takes more than one at a time. */
 #define FLOATS 32U
 
-/* Of `count` samples those that can go in together: none is behind the next epoch. */
+/* How many of `count` samples can be pushed together: none is after the next epoch. */
 static size_t together(const davar_window_t *window, size_t count)
 {
     const uint32_t wait = (window->skip > 0U) ? window->skip : window->wait;
@@ -72,29 +62,29 @@ static size_t together(const davar_window_t *window, size_t count)
     return (wait > room) ? room : wait;
 }
 
-/* Samples from the first that are finite, `most` at most, as counts; returns how many. */
-static size_t float_run(davar_t *davar, const float *rates, size_t most, int32_t *counts)
+/* Pushes the finite samples at the front of `rates`, or drops a NaN or inf; returns how many. A run
+ * of dropped samples is one gap. */
+static size_t float_step(davar_t *davar, const float *rates, size_t count)
 {
+    int32_t counts[FLOATS];
+    const size_t most = has_queue(davar->config) ? 1U : together(&davar->window, count);
     size_t run = 0U;
     while ((run < most) && is_finite(rates[run])) {
         counts[run] = to_counts(davar, rates[run]);
         run++;
     }
-    return run;
-}
-
-/* Takes samples that go in together, or leaves one out. */
-static size_t float_step(davar_t *davar, const float *rates, size_t count)
-{
-    int32_t counts[FLOATS];
-    const size_t most = has_queue(davar->config) ? 1U : together(&davar->window, count);
-    const size_t run = float_run(davar, rates, most, counts);
-    if (run == 0U) {
-        float_missing(davar);
-        return 1U;
+    if (run > 0U) {
+        davar->in_gap = false;
+        return davar_q31_push(davar, counts, run);
     }
-    davar->in_gap = false;
-    return davar_q31_push(davar, counts, run);
+    davar_count(&davar->health.not_finite);
+    if (davar->in_gap) {
+        davar_count(&davar->health.missing);
+    } else {
+        davar_gap_now(davar, 1U);
+    }
+    davar->in_gap = true;
+    return 1U;
 }
 
 size_t davar_push_until_result_f32(davar_t *davar, const float *rates, size_t count)

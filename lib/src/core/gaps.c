@@ -1,4 +1,4 @@
-/* davar - the gaps a window remembers.
+/* davar - the boundaries of gaps that a window stores.
  * Hazard: positions wrap modulo 2^32, so only distances are compared, never positions. */
 #include "core/window.h"
 #include "number/machine.h"
@@ -7,7 +7,8 @@
  *
  *     -g3 -g2 -g1 | g1 g2 g3 | 2N-g3 2N-g2 2N-g1
  *
- * the left third only while the window reaches into the mirrored start, the right one after the record's end. */
+ * The left third exists while the window reaches into the mirrored start, the right third after the
+ * end of the record. */
 static uint32_t images_count(const davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t thirds = 1U + (at_start(window) ? 1U : 0U) + (is_finished(window) ? 1U : 0U);
@@ -31,7 +32,7 @@ static uint32_t image_at(const davar_gaps_t *gaps, const davar_window_t *window,
     return (2U * window->end) - gaps->position[count - 1U - rest];
 }
 
-/* Index of the first boundary behind `position`. */
+/* Index of the first boundary after `position`. */
 DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, const davar_window_t *window,
                                        uint32_t position)
 {
@@ -48,9 +49,13 @@ DAVAR_RARE static uint32_t first_after(const davar_gaps_t *gaps, const davar_win
     return low;
 }
 
-DAVAR_RARE static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
+DAVAR_RARE void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
 {
+    const uint32_t oldest = window_head(window) - length;
     uint16_t gone = 0U;
+    if (at_start(window) || is_finished(window)) {
+        return;
+    }
     while ((gone < gaps->count) && ((int32_t)(gaps->position[gone] - oldest) <= 0)) {
         gone++;
     }
@@ -61,13 +66,6 @@ DAVAR_RARE static void forget_before(davar_gaps_t *gaps, uint32_t oldest)
         gaps->position[i - gone] = gaps->position[i];
     }
     gaps->count = (uint16_t)(gaps->count - gone);
-}
-
-void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
-{
-    if ((gaps->count > 0U) && !at_start(window) && !is_finished(window)) {
-        forget_before(gaps, window_head(window) - length);
-    }
 }
 
 DAVAR_RARE bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length)
@@ -105,8 +103,7 @@ DAVAR_RARE uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_windo
     return image_at(gaps, window, index) - position;
 }
 
-/* How many boundaries, of at least one, are inside. */
-DAVAR_RARE static uint32_t count_inside(const davar_gaps_t *gaps, const davar_window_t *window)
+DAVAR_RARE uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
 {
     const uint32_t count = images_count(gaps, window);
     const uint32_t tail = window_tail(window);
@@ -120,11 +117,11 @@ DAVAR_RARE static uint32_t count_inside(const davar_gaps_t *gaps, const davar_wi
     return inside;
 }
 
-/* Likewise. */
-DAVAR_RARE static uint32_t spans_lost(const davar_gaps_t *gaps, const davar_window_t *window,
-                                      uint32_t m)
+/* In distances from the tail: a boundary at g is inside the spans that start at g - 2m + 1 .. g -
+ * 1. */
+DAVAR_RARE uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window,
+                                          uint32_t m)
 {
-    /* In distances from the tail: a boundary at g spoils the spans that start at g - 2m + 1 .. g - 1. */
     const uint32_t count = images_count(gaps, window);
     const uint32_t length = window->length;
     const uint32_t tail = window_tail(window);
@@ -145,14 +142,4 @@ DAVAR_RARE static uint32_t spans_lost(const davar_gaps_t *gaps, const davar_wind
         }
     }
     return lost;
-}
-
-uint32_t davar_gaps_inside(const davar_gaps_t *gaps, const davar_window_t *window)
-{
-    return (gaps->count == 0U) ? 0U : count_inside(gaps, window);
-}
-
-uint32_t davar_gaps_spans_lost(const davar_gaps_t *gaps, const davar_window_t *window, uint32_t m)
-{
-    return (gaps->count == 0U) ? 0U : spans_lost(gaps, window, m);
 }

@@ -1,4 +1,5 @@
-/* davar - the instance from the inside: the pipelines of the number types, counters, and the sequence lock. */
+/* davar - internals of an instance: the pipelines of the number types, counters, the sequence lock.
+ * The fields are in davar/instance.h. */
 #ifndef DAVAR_SRC_INSTANCE_H
 #define DAVAR_SRC_INSTANCE_H
 
@@ -7,7 +8,7 @@
 
 #include <stdatomic.h>
 
-/* Significant bits of a float sample after the door: full_scale <= 2^30 quanta (2.3). */
+/* Significant bits of a quantised float sample: full_scale <= 2^30 quanta (2.3). */
 #define DAVAR_FLOAT_BITS 31U
 
 typedef struct davar_number {
@@ -22,31 +23,32 @@ typedef struct davar_number {
 extern const davar_number_t davar_number_q15;
 extern const davar_number_t davar_number_q31;
 
-/* The pipelines, function by function: what nobody calls is not linked. */
+/* The functions of each pipeline, so that the linker drops those that are not called.
+ *   resume    after its memory has been read back: sets every pointer again
+ * For a law with a queue:
+ *   boundary  a gap that is not counted; false: no room for it, ignored
+ *   epoch     an epoch without a sample; true: it completed a result */
 #define NUMBER_PIPELINE(type)                                                                      \
     size_t davar_##type##_memory_size(const davar_config_t *config);                               \
     void davar_##type##_start(davar_t *davar, void *memory);                                       \
     void davar_##type##_gap(davar_t *davar);                                                       \
     bool davar_##type##_flush(davar_t *davar);                                                     \
-    void davar_##type##_resume(                                                                    \
-        davar_t *davar); /* its memory has been read back: set the pointers again */               \
-    /* For a law with a queue. */                                                                  \
-    bool davar_##type##_boundary(                                                                  \
-        davar_t *davar); /* a gap that is not counted; false: no room for it, ignored */           \
-    bool davar_##type##_epoch(                                                                     \
-        davar_t *davar); /* an epoch without a sample; true: it completed a result */
+    void davar_##type##_resume(davar_t *davar);                                                    \
+    bool davar_##type##_boundary(davar_t *davar);                                                  \
+    bool davar_##type##_epoch(davar_t *davar);
 
 NUMBER_PIPELINE(q15)
 NUMBER_PIPELINE(q31)
 
-/* Samples up to the one that completes a result, past the law's queue. */
+/* Takes samples up to the one that completes a result, without the law's queue. */
 size_t davar_q15_feed(davar_t *davar, const int16_t *samples, size_t count);
 size_t davar_q31_feed(davar_t *davar, const int32_t *samples, size_t count);
 
-/* ... through it. */
+/* The same through the law's queue, if it has one. */
 size_t davar_q31_push(davar_t *davar, const int32_t *samples, size_t count);
 
-/* Numbers from 0 on, by their bits, which rise with them; a negative number or NaN is above all. */
+/* Compares non-negative numbers by their bits. A negative number or NaN counts as larger than
+ * all. */
 bool davar_is_between(double low, double value, double high);
 
 /* DAVAR_OK or the first reason to reject a configuration, in the order of davar_status_t. */
@@ -66,7 +68,7 @@ void davar_gap_now(davar_t *davar, uint32_t missing);
 #define ACCEPTS_Q31 2U
 #define ACCEPTS_F32 3U
 
-/* Which of them an instance has. */
+/* The instance has the pipeline of q31. */
 static inline bool is_wide(const davar_t *davar)
 {
     return DAVAR_Q31 && (!DAVAR_Q15 || davar->number->wide);
@@ -90,14 +92,15 @@ static inline void davar_count(uint32_t *counter)
     }
 }
 
-/* Samples that no sum will hold. */
+/* Counts samples that enter no sum. */
 static inline void davar_count_missing(davar_t *davar, size_t missing)
 {
     const uint32_t room = UINT32_MAX - davar->health.missing;
     davar->health.missing += (missing < room) ? (uint32_t)missing : room;
 }
 
-/* Does this instance accept a push of this type now? It does unless the caller has a bug; then the samples are counted. */
+/* False if the caller has a bug: another type, or a push after davar_flush. The samples are counted
+ * as missing. */
 static inline bool davar_accepts(davar_t *davar, uint8_t type, size_t count)
 {
     const bool accepts = (davar->accepts == type);
@@ -125,10 +128,10 @@ static inline void davar_produce(davar_t *davar)
     davar->produced = davar->produced + 1U;
 }
 
-/* --- the sequence lock ------------------------------------------------------------------------------------------- */
+/* --- the sequence lock ------------------------------------------------------------------------ */
 
-/* One writer (an interrupt, for example), one reader that it may interrupt. `sequence` is odd during a push; a reader that finds it
- * changed reads again. The writer never waits. */
+/* One writer (for example an interrupt) and one reader that it may interrupt. `sequence` is odd
+ * during a push. A reader that finds it changed repeats its reads. The writer never waits. */
 
 static inline void davar_change_begin(davar_t *davar)
 {
@@ -149,13 +152,13 @@ static inline uint32_t davar_read_begin(const davar_t *davar)
     return before;
 }
 
-/* What was read so far is not read again from where a push may change it. */
+/* The compiler keeps the copies made so far: it does not read the originals again. */
 static inline void davar_read_apart(void)
 {
     atomic_thread_fence(memory_order_acquire);
 }
 
-/* Did a push come between, or was one at work on another core? */
+/* True if a push came between, or was active on another core. */
 static inline bool davar_read_torn(const davar_t *davar, uint32_t before)
 {
     atomic_thread_fence(memory_order_acquire);
@@ -167,7 +170,7 @@ static inline bool davar_result_waits(const davar_t *davar)
     return davar->ready && (davar->produced != davar->seen);
 }
 
-/* Results up to `produced` that were, or will be, lost; `waits`: not the last of them. */
+/* Results up to `produced` that no take returns. `waits`: the last of them is still available. */
 static inline uint32_t davar_missed(const davar_t *davar, uint32_t produced, bool waits)
 {
     const uint32_t more = (produced - davar->seen) - (waits ? 1U : 0U);

@@ -1,12 +1,13 @@
-/* davar - stationarity decisions without floating point: K = m4 / s^4 is compared with its bounds by cross-multiplying
- * the exact integers n^4 m4 and n^2 s^2, cut to 64-bit mantissas. Then the window law that follows from them. */
+/* davar - the stationarity test without floating point, and the window law that uses it ([SONG18]).
+ * K = m4 / s^4 is compared with its bounds by cross-multiplying n^4 m4 and n^2 s^2, which are exact
+ * integers cut to 64-bit mantissas. */
 #include "core/song.h"
 
 #include "core/window.h"
 #include "number/ieee.h"
 #include "number/real.h"
 
-/* Brings the top bit up; of 128 bits the top 64 are kept. */
+/* Shifts the top bit into place. */
 static davar_magnitude_t magnitude(uint64_t mantissa, int32_t exponent)
 {
     davar_magnitude_t result = {mantissa, 0};
@@ -32,7 +33,8 @@ void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int
     result->exponent = top.exponent;
 }
 
-/* A finite, non-negative double (-0.0 too) taken apart: exact, and free of floating-point instructions. */
+/* A finite, non-negative double (-0.0 too) taken apart: exact, and free of floating-point
+ * instructions. */
 static davar_magnitude_t magnitude_of_double(const double *value)
 {
     const uint64_t bits = davar_bits_of_double(*value) << 1U; /* without the sign */
@@ -50,19 +52,19 @@ static void multiply(davar_magnitude_t *product, const davar_magnitude_t *a,
 {
     const uint64_t high = davar_multiply_u64(a->mantissa, b->mantissa).high;
     const uint32_t shift =
-        ((high >> 63U) == 0U) ? 1U : 0U; /* two top bits multiply to at least 2^126; or it is 0 */
+        ((high >> 63U) == 0U) ? 1U : 0U; /* the product is at least 2^126, or 0 */
     product->exponent = a->exponent + b->exponent + 64 - (int32_t)shift;
     product->mantissa = high << shift;
 }
 
-/* Of magnitudes that are not 0. */
+/* a > b, neither of them 0. */
 static bool greater(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
     return (a->exponent == b->exponent) ? (a->mantissa > b->mantissa) : (a->exponent > b->exponent);
 }
 
-/* |a - b| of magnitudes that are not 0 and differ by less than 2^63, as two kurtoses do; the smaller one loses the bits that fall
- * below the larger one's mantissa. */
+/* |a - b|, neither of them 0 and their ratio below 2^63, as for two kurtoses. The smaller one loses
+ * the bits below the larger one's mantissa. */
 static davar_magnitude_t distance(const davar_magnitude_t *a, const davar_magnitude_t *b)
 {
     const davar_magnitude_t *const large = greater(a, b) ? a : b;
@@ -71,7 +73,7 @@ static davar_magnitude_t distance(const davar_magnitude_t *a, const davar_magnit
     return magnitude(large->mantissa - (small->mantissa >> shift), large->exponent);
 }
 
-/* over / under; there is no such ratio when under is 0. */
+/* over / under; undefined if under is 0. */
 typedef struct {
     davar_magnitude_t over;
     davar_magnitude_t under;
@@ -81,12 +83,12 @@ typedef struct {
 static void kurtosis_of(ratio_t *ratio, const davar_central_t *whole)
 {
     ratio->over.mantissa =
-        whole->fourth.mantissa; /* not the struct, which a small core would call for */
+        whole->fourth.mantissa; /* a struct copy is a library call on a small core */
     ratio->over.exponent = whole->fourth.exponent;
     multiply(&ratio->under, &whole->second, &whole->second);
 }
 
-/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4, all times powers of n that cancel (3.2). */
+/* S = |K - Km| / K = |x - y| / x with x = m4 s'^4 and y = m4' s^4; powers of n cancel (3.2). */
 static void contribution_of(ratio_t *ratio, const davar_central_t *whole,
                             const davar_central_t *first)
 {
@@ -98,7 +100,7 @@ static void contribution_of(ratio_t *ratio, const davar_central_t *whole,
     ratio->over = distance(&ratio->under, &y);
 }
 
-/* over - bound under, its sign. */
+/* The sign of over - limit * under. */
 static int against(const ratio_t *ratio, const double *limit)
 {
     const davar_magnitude_t bound = magnitude_of_double(limit);
@@ -168,7 +170,7 @@ static double fraction(const davar_magnitude_t *magnitude)
     return davar_double_of_bits((UINT64_C(1023) << 52U) | ((magnitude->mantissa << 1U) >> 12U));
 }
 
-/* The ratio is 0 or far from the ends of what a double can hold, as a kurtosis and a contribution are. */
+/* The ratio is 0 or well inside the range of a double, as for kurtosis and contribution. */
 static double quotient(const ratio_t *ratio)
 {
     if (ratio->over.mantissa == 0U) {
@@ -200,12 +202,13 @@ double davar_song_contribution(const davar_central_t *whole, const davar_central
     return quotient(&ratio);
 }
 
-/* --- in 32 bits -------------------------------------------------------------------------------------------------- */
+/* --- in 32 bits ------------------------------------------------------------------------------- */
 
-/* Kurtosis and sliding contribution against their bounds, from mantissas of 32 bits. A mantissa is short of the true one
- * by less than 8 of its last bits: by one where it was cut, by one more than its factors together where it is a product. */
+/* Kurtosis and sliding contribution against their bounds, from mantissas of 32 bits. A mantissa is
+ * less than 8 of its last bits below the true one: 1 if it was cut, and for a product the errors of
+ * both factors plus 1. */
 
-#define LAST_BITS_UNSURE 64U /* last bits: the errors of two, one of them times a bound below 4 */
+#define LAST_BITS_UNSURE 64U /* the errors of two mantissas, one of them times a bound below 4 */
 
 /* mantissa * 2^exponent, its top bit set, or 0. */
 typedef struct {
@@ -219,7 +222,7 @@ static inline rough_t rough_of(const davar_magnitude_t *value)
     return rough;
 }
 
-/* Of a bound, which is not negative; what is subnormal passes for 0. */
+/* A bound is not negative. Subnormal bounds count as 0. */
 static inline rough_t rough_of_bound(double bound)
 {
     const uint64_t bits = davar_bits_of_double(bound);
@@ -241,7 +244,7 @@ static inline rough_t rough_product(rough_t a, rough_t b)
     return rough;
 }
 
-/* The sign of a - b, 0 when they are too close to tell. */
+/* The sign of a - b, or 0 if they are too close. */
 static inline int order(uint32_t a, uint32_t b)
 {
     if (a > b) {
@@ -250,7 +253,7 @@ static inline int order(uint32_t a, uint32_t b)
     return ((b - a) > LAST_BITS_UNSURE) ? -1 : 0;
 }
 
-/* over - bound under, its sign. */
+/* The sign of over - limit * under, or 0. */
 static int order_of_ratio(rough_t over, rough_t under, double limit)
 {
     const rough_t bound = rough_of_bound(limit);
@@ -266,7 +269,7 @@ static int order_of_ratio(rough_t over, rough_t under, double limit)
                  product.mantissa >> ((ahead > 0) ? 1U : 0U));
 }
 
-/* distance - bound x, its sign; the distance is in units of four of x's last bits. */
+/* The sign of distance - limit * x, or 0. The distance is in units of four of x's last bits. */
 static int order_of_distance(uint32_t distance, uint32_t x, double limit)
 {
     const rough_t bound = rough_of_bound(limit);
@@ -315,7 +318,7 @@ davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar
                   order_of_distance(distance, x.mantissa, config->moments.contribution_high));
 }
 
-/* --- the window law, [SONG18] section 4 (4.1) -------------------------------------------------------------------- */
+/* --- the window law, [SONG18] section 4 (4.1) ------------------------------------------------- */
 
 static uint32_t shorter(const davar_config_t *config, uint32_t length)
 {
@@ -325,7 +328,7 @@ static uint32_t shorter(const davar_config_t *config, uint32_t length)
 
 static uint32_t longer(const davar_config_t *config, uint32_t length, bool filling)
 {
-    /* Trailing: the head moves by one per sample, so growing faster would move the tail backwards. */
+    /* Trailing: the head moves by one per sample; faster growth would move the tail backwards. */
     const uint32_t most = is_centred(config) ? 2U : 1U;
     const uint32_t grow = (filling || (config->window.grow > most)) ? most : config->window.grow;
     return smaller(length + (grow * config->stride), config->window.longest);

@@ -1,5 +1,5 @@
-/* davar - is the window stationary? Kurtosis and sliding contribution against their bounds ([SONG18]), decided in integers so that
- * every target decides alike. */
+/* davar - the stationarity test of [SONG18]: kurtosis and sliding contribution against their
+ * bounds. It compares integers, so that every target decides the same. */
 #ifndef DAVAR_SRC_SONG_H
 #define DAVAR_SRC_SONG_H
 
@@ -18,11 +18,11 @@ typedef struct davar_central {
     davar_magnitude_t fourth;
 } davar_central_t;
 
-/* How the flags of kurtosis and contribution make one. */
+/* How the flags of kurtosis and contribution are combined. */
 typedef enum { SONG_KURTOSIS, SONG_OR, SONG_AND } davar_song_rule_t;
 
-/* The flag f (3.4), from the whole window and its first part (without the short segment). Undefined ratios (no variance) are not
- * unstable. Relative error of the comparisons below 1e-17. */
+/* The flag f (3.4), from the whole window and its first part (without the short segment). Undefined
+ * ratios (no variance) are not unstable. Relative error of the comparisons below 1e-17. */
 bool davar_song_unstable(const davar_config_t *config, davar_song_rule_t rule,
                          const davar_central_t *whole, const davar_central_t *first);
 
@@ -37,11 +37,12 @@ void davar_magnitude_u64(davar_magnitude_t *result, uint64_t value);
 /* (high 2^64 + low) 2^exponent, its top 64 bits. */
 void davar_magnitude(davar_magnitude_t *result, uint64_t low, uint64_t high, int32_t exponent);
 
-/* The same in 32 bits: decides nearly every case at a fraction of the cost, and reports when it cannot (3.5). */
+/* The same in 32 bits: decides nearly every case at a fraction of the cost (3.5). */
 
 typedef enum { ROUGH_INSIDE = 0, ROUGH_OUTSIDE, ROUGH_UNSURE } davar_rough_t;
 
-/* K and S against their bounds, where there is a variance. Unsure: within 2^-23 of a bound, and bounds far from any use. */
+/* K and S against their bounds, for windows with a variance. Unsure: within 2^-23 of a bound, or a
+ * bound far outside any useful range. */
 davar_rough_t davar_rough_kurtosis(const davar_config_t *config, const davar_central_t *whole);
 davar_rough_t davar_rough_contribution(const davar_config_t *config, const davar_central_t *whole,
                                        const davar_central_t *first);

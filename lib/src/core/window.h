@@ -1,7 +1,7 @@
-/* davar - where the window is, and the gaps inside it.
+/* davar - the position and the phase of a window, and the gaps inside it.
  *
- * What a configuration needs, as far as the build has it (davar/options.h): each of these is false at compile time where it was
- * disabled, and the code that depends on it is dropped. */
+ * The first functions return what a configuration needs. If davar/options.h disables a feature, its
+ * function is false at compile time, and the compiler drops the code that depends on it. */
 #ifndef DAVAR_SRC_WINDOW_H
 #define DAVAR_SRC_WINDOW_H
 
@@ -35,7 +35,8 @@ static inline bool has_moments(const davar_config_t *config)
     return DAVAR_LAWS && (config->moments.segment != 0U);
 }
 
-/* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred window again. */
+/* Results come from records on a grid (2.7). A law with a queue may need any edge of a centred
+ * window again. */
 static inline bool has_grid(const davar_config_t *config)
 {
     const bool wanted = (config->stride > 1U) && (config->engine == DAVAR_ENGINE_GRID);
@@ -56,7 +57,8 @@ static inline uint32_t smaller(uint32_t a, uint32_t b)
     return (a < b) ? a : b;
 }
 
-/* Whole steps in `back`, which keeps the rest. Not by a division, which a small core would call for: O(log). */
+/* Whole steps in `back`, which keeps the rest. O(log), without a division, which is a library call
+ * on a small core. */
 static inline uint32_t whole_steps(uint32_t *back, uint32_t step)
 {
     uint32_t power = 1U;
@@ -73,28 +75,29 @@ static inline uint32_t whole_steps(uint32_t *back, uint32_t step)
     return steps;
 }
 
-/* Samples pass the door of floats (2.3). */
+/* Samples are floats and are quantised first (2.3). */
 static inline bool is_float(const davar_t *davar)
 {
     return DAVAR_Q31 && davar->is_float;
 }
 
-/* The recording has ended, and the leading edge runs into its mirror image. Not a phase: a short recording ends at its start. */
+/* The recording has ended, and the leading edge moves into its mirror image. This is not a phase: a
+ * short recording ends while it is at its start. */
 static inline bool is_finished(const davar_window_t *window)
 {
     return DAVAR_CENTRED && window->finished;
 }
 
-/* --- positions --------------------------------------------------------------------------------------------------- */
+/* --- positions -------------------------------------------------------------------------------- */
 
-/* Samples after the window's end when an epoch completes, for a window of `length` samples (4.2). Centred: the newest sample is half of
- * window_max after the epoch, the end half of the window. */
+/* Samples after the window's end when an epoch completes, for a window of `length` samples (4.2).
+ * Centred: the newest sample is half of window_max after the epoch, the end half of the window. */
 static inline uint32_t window_lag(const davar_config_t *config, uint32_t length)
 {
     return is_centred(config) ? ((config->window.longest - length) >> 1U) : 0U;
 }
 
-/* One past the leading edge. */
+/* The position after the last sample of the window. */
 static inline uint32_t window_head(const davar_window_t *window)
 {
     return window->received - window->lag;
@@ -105,7 +108,7 @@ static inline uint32_t window_tail(const davar_window_t *window)
     return window->received - window->lag - window->length;
 }
 
-/* `count` samples more; the window stays where it is. */
+/* Counts `count` new samples; the window stays where it is. */
 static inline void window_receive(davar_window_t *window, uint32_t count)
 {
     window->received += count;
@@ -115,7 +118,7 @@ static inline void window_receive(davar_window_t *window, uint32_t count)
     }
 }
 
-/* One sample more, and the window moves on with it. */
+/* Counts one new sample; the window moves with it. */
 static inline void window_glide(davar_window_t *window)
 {
     window->received++;
@@ -130,7 +133,7 @@ static inline uint64_t window_now(const davar_window_t *window)
     return window->origin + window->received;
 }
 
-/* --- phases ------------------------------------------------------------------------------------------------------ */
+/* --- phases ----------------------------------------------------------------------------------- */
 
 /* How far a window is from the start of the stream (DESIGN 2.12):
  *
@@ -140,16 +143,16 @@ static inline uint64_t window_now(const davar_window_t *window)
  *              +--> FILLING ----------------+
  */
 typedef enum {
-    WINDOW_SKIPPING, /* after a restart: samples before the next boundary of the grid of epochs are dropped */
-    WINDOW_WARMING, /* centred, by edges: the window grows on both sides of the first sample (2.6) */
+    WINDOW_SKIPPING, /* after a restart: samples before the next epoch boundary are dropped */
+    WINDOW_WARMING,  /* centred, no grid: the window grows on both sides of sample 0 (2.6) */
     WINDOW_MIRRORED, /* centred: the trailing edge is in the mirror image of the start */
-    WINDOW_FILLING,  /* trailing: the window is what has arrived */
+    WINDOW_FILLING,  /* trailing: the window holds all samples so far */
     WINDOW_SETTLING, /* the window has left the start; the longest span has not */
     WINDOW_RUNNING,  /* nothing of the start is left */
     WINDOW_PHASES
 } window_phase_t;
 
-/* May a window pass from one phase to the other? */
+/* True if the diagram has this transition. */
 static inline bool window_may_pass(window_phase_t from, window_phase_t to)
 {
     static const uint8_t next[WINDOW_PHASES] = {
@@ -164,7 +167,7 @@ static inline bool window_may_pass(window_phase_t from, window_phase_t to)
     return ((next[from] >> (unsigned)to) & 1U) != 0U;
 }
 
-/* The only writer but for the start of a stream. */
+/* Writes the phase. Only the start of a stream writes it elsewhere. */
 static inline void window_enter(davar_window_t *window, window_phase_t phase)
 {
     DAVAR_ASSERT(window_may_pass((window_phase_t)window->phase, phase));
@@ -192,7 +195,7 @@ static inline bool is_starting(const davar_window_t *window)
     return window->phase < (uint8_t)WINDOW_RUNNING;
 }
 
-/* Centred, by edges: the first window still grows on both sides (2.6). */
+/* Centred, no grid: the first window still grows on both sides (2.6). */
 static inline bool is_warming(const davar_window_t *window)
 {
     return DAVAR_CENTRED && (window->phase == (uint8_t)WINDOW_WARMING);
@@ -212,23 +215,24 @@ static inline void window_keep_filling(davar_window_t *window, const davar_confi
     }
 }
 
-/* --- gaps: boundaries that no difference may span, and their mirror images ---------------------------------------- */
+/* --- gaps: boundaries that no difference may span, and their mirror images -------------------- */
 
 /* Returned by davar_gaps_after when no boundary follows. */
 #define DAVAR_NO_GAP UINT32_MAX
 
-/* Forgets the boundaries before a window of this length, which ends where the window does. Call it at least every 2^31 samples: an older
- * boundary would seem to lie ahead. O(gaps). */
+/* Forgets the boundaries before a window of this length, which ends where the window does. Call it
+ * at least every 2^31 samples: an older boundary would seem to lie ahead. O(gaps). */
 void davar_gaps_forget(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
-/* Remembers the boundary in front of the sample that comes next, and forgets those that a window of this length has left. A boundary at
- * the very start, or at one already known, changes nothing. False: full, nothing changed. O(gaps). */
+/* Stores the boundary before the next sample, and forgets those that a window of this length has
+ * left. A boundary at the start of the stream, or one already stored, changes nothing. False: full,
+ * nothing changed. O(gaps). */
 bool davar_gaps_push(davar_gaps_t *gaps, const davar_window_t *window, uint32_t length);
 
-/* At the end of a record: a gap behind the last sample is none. */
+/* At the end of a record: forgets a boundary after the last sample. */
 void davar_gaps_forget_last(davar_gaps_t *gaps, uint32_t end);
 
-/* Samples from `position` to the first boundary behind it (mirror images included), DAVAR_NO_GAP when there is none.
+/* Samples from `position` to the first boundary after it, mirror images included, or DAVAR_NO_GAP.
  * O(log gaps). */
 uint32_t davar_gaps_after(const davar_gaps_t *gaps, const davar_window_t *window,
                           uint32_t position);

@@ -11,7 +11,7 @@ _Static_assert(sizeof(grid_t) <= DAVAR_GRID_BYTES, "DAVAR_GRID_BYTES is too smal
 
 const davar_number_t davar_number_q31 = PIPELINE_NUMBER(true);
 
-/* For float samples, which core/f32.c has turned into counts. */
+/* For float samples, after core/f32.c has converted them to counts. */
 size_t davar_q31_push(davar_t *davar, const sample_t *samples, size_t count)
 {
     return pipeline_push(davar, samples, count);
