@@ -217,7 +217,7 @@ static inline uint64_t davar_multiply_by_i16(int32_t a, int16_t b)
 #endif
 }
 
-/* By 32-bit parts, here and below: for compilers without a 128-bit type. */
+/* By 32-bit parts, for compilers without a 128-bit type. */
 static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
 {
     const uint32_t a0 = (uint32_t)a;
@@ -234,21 +234,55 @@ static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
     };
 }
 
+static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
+{
+#ifdef __SIZEOF_INT128__
+    __extension__ const unsigned __int128 product = (unsigned __int128)a * b;
+    return (davar_u128_t){(uint64_t)product, (uint64_t)(product >> 64U)};
+#else
+    return davar_multiply_u64_by_parts(a, b);
+#endif
+}
+
+/* Signed, modulo 2^128: the unsigned product less the sign of each operand times the other. */
+static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
+{
+    davar_u128_t product = davar_multiply_u64((uint64_t)a, (uint64_t)b);
+    product.high -= (a < 0) ? (uint64_t)b : 0U;
+    product.high -= (b < 0) ? (uint64_t)a : 0U;
+    return product;
+}
+
 static inline void davar_u128_copy(davar_u128_t *to, const davar_u128_t *from)
 {
     to->low = from->low;
     to->high = from->high;
 }
 
-static inline davar_u128_t davar_u128_add_by_parts(davar_u128_t a, davar_u128_t b)
+/* Modulo 2^128, signed or not; here and below. */
+static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
 {
     const uint64_t low = a.low + b.low;
     return (davar_u128_t){low, a.high + b.high + (uint64_t)(low < b.low)};
 }
 
-static inline davar_u128_t davar_u128_subtract_by_parts(davar_u128_t a, davar_u128_t b)
+static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
 {
     return (davar_u128_t){a.low - b.low, a.high - b.high - (uint64_t)(a.low < b.low)};
+}
+
+static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
+{
+    const uint64_t p0 = davar_multiply_u32((uint32_t)a.low, factor);
+    const uint64_t p1 = davar_multiply_u32((uint32_t)(a.low >> 32U), factor) + (p0 >> 32U);
+    const uint64_t p2 = davar_multiply_u32((uint32_t)a.high, factor) + (p1 >> 32U);
+    const uint32_t p3 = (uint32_t)(a.high >> 32U) * factor;
+    return (davar_u128_t){(p1 << 32U) | (uint32_t)p0, p2 + ((uint64_t)p3 << 32U)};
+}
+
+static inline davar_u128_t davar_u128_of_i64(int64_t a)
+{
+    return (davar_u128_t){(uint64_t)a, (a < 0) ? UINT64_MAX : 0U};
 }
 
 /* Leading zeros of a value that is not 0, by halving. */
@@ -290,88 +324,11 @@ static inline uint32_t davar_leading_zeros(uint64_t value)
                         : (32U + davar_leading_zeros_32((uint32_t)value));
 }
 
-#ifdef __SIZEOF_INT128__
-__extension__ typedef unsigned __int128 davar_native_u128_t;
-
-static inline davar_native_u128_t davar_native_u128(davar_u128_t value)
-{
-    return ((davar_native_u128_t)value.high << 64U) | value.low;
-}
-
-static inline davar_u128_t davar_u128_from_native(davar_native_u128_t native)
-{
-    return (davar_u128_t){(uint64_t)native, (uint64_t)(native >> 64U)};
-}
-
-static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_from_native(davar_native_u128(a) + davar_native_u128(b));
-}
-
-static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_from_native(davar_native_u128(a) - davar_native_u128(b));
-}
-
-static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
-{
-    return davar_u128_from_native((davar_native_u128_t)a * b);
-}
-#else
-static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_add_by_parts(a, b);
-}
-
-static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_subtract_by_parts(a, b);
-}
-
-static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
-{
-    return davar_multiply_u64_by_parts(a, b);
-}
-#endif
-
-/* Signed, modulo 2^128: the unsigned product less the sign of each operand times the other. */
-static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
-{
-    davar_u128_t product = davar_multiply_u64((uint64_t)a, (uint64_t)b);
-    product.high -= (a < 0) ? (uint64_t)b : 0U;
-    product.high -= (b < 0) ? (uint64_t)a : 0U;
-    return product;
-}
-
-/* Modulo 2^128, signed or not. */
-static inline davar_u128_t davar_u128_scale_by_parts(davar_u128_t a, uint32_t factor)
-{
-    const uint64_t p0 = davar_multiply_u32((uint32_t)a.low, factor);
-    const uint64_t p1 = davar_multiply_u32((uint32_t)(a.low >> 32U), factor) + (p0 >> 32U);
-    const uint64_t p2 = davar_multiply_u32((uint32_t)a.high, factor) + (p1 >> 32U);
-    const uint32_t p3 = (uint32_t)(a.high >> 32U) * factor;
-    return (davar_u128_t){(p1 << 32U) | (uint32_t)p0, p2 + ((uint64_t)p3 << 32U)};
-}
-
-static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
-{
-#ifdef __SIZEOF_INT128__
-    return davar_u128_from_native(davar_native_u128(a) * factor);
-#else
-    return davar_u128_scale_by_parts(a, factor);
-#endif
-}
-
 /* Modulo 2^64. */
 static inline uint64_t davar_scale_u64(uint64_t a, uint32_t factor)
 {
     return davar_multiply_u32((uint32_t)a, factor) +
            ((uint64_t)((uint32_t)(a >> 32U) * factor) << 32U);
-}
-
-static inline davar_u128_t davar_u128_of_i64(int64_t a)
-{
-    return (davar_u128_t){(uint64_t)a, (a < 0) ? UINT64_MAX : 0U};
 }
 
 #endif
