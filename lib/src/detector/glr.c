@@ -215,7 +215,7 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
     if (state->eight.blocks == 8U) {
         davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8,
                                MEMORY_OF_8);
-        spread_clear(&state->eight);
+        spread_copy(&state->eight, &none);
     }
     if (!hold(state, config, block, event)) {
         advance(state, config, block);

@@ -22,13 +22,6 @@ static inline void spread_copy(davar_spread_t *to, const davar_spread_t *from)
     to->blocks = from->blocks;
 }
 
-static inline void spread_clear(davar_spread_t *sum)
-{
-    sum->low = 0U;
-    sum->high = 0U;
-    sum->blocks = 0U;
-}
-
 static inline void spread_add(davar_spread_t *sum, const davar_spread_t *more)
 {
     sum->low += more->low;
