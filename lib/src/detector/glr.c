@@ -202,6 +202,7 @@ static void clear(davar_glr_event_t *event)
 {
     event->is_cut = false;
     event->is_alarm = false;
+    event->gain = 0;
     event->resolved = 0U;
     event->dropped = 0U;
 }

@@ -18,7 +18,7 @@
 
 /* --- dispersion ------------------------------------------------------------------------------- */
 
-/* How much more the blocks scatter than those of Gaussian noise. Heavy tails and correlated noise
+/* How much more the blocks scatter than in Gaussian noise. Heavy tails and correlated noise
  * widen the thresholds by it; otherwise they would alarm all the time. */
 typedef struct {
     uint32_t
@@ -106,10 +106,10 @@ typedef struct {
 /* The effect of a block. */
 typedef struct {
     bool is_cut;          /* the window now begins at state->cut */
-    bool is_alarm;        /* the noise has changed; only then are older, newer and gain set */
+    bool is_alarm;        /* the noise has changed; only then are older and newer set */
     davar_spread_t older; /* sum before the change */
     davar_spread_t newer; /* sum after it */
-    int32_t gain;         /* G of that split, GAIN_DIGITS */
+    int32_t gain;         /* G of that split, GAIN_DIGITS; 0 without an alarm */
     uint32_t resolved;    /* blocks by which state->now has moved; 0 while a shock is possible */
     uint32_t dropped;     /* the first blocks of these, which were a shock */
 } davar_glr_event_t;
@@ -151,7 +151,7 @@ void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *c
 void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
                                  int64_t difference, davar_glr_event_t *event);
 
-/* The same with b itself, which is not 0. */
+/* Takes b directly; it is not 0. */
 void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_spread_t *block, davar_glr_event_t *event);
 

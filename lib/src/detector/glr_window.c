@@ -4,7 +4,7 @@
 #include "detector/scan.h"
 #include "number/real.h"
 
-#define NEAR_LIMIT (4U << GAIN_DIGITS) /* a short window has one variance up to this G / f */
+#define NEAR_LIMIT (4U << GAIN_DIGITS) /* G / f of a short window with one variance, at most */
 #define FAR_LIMIT (3U << (GAIN_DIGITS - 1U))
 #define STEP_LIMIT (4U << GAIN_DIGITS) /* by which a step must exceed a ramp */
 
@@ -107,7 +107,7 @@ void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block)
     uint32_t packed = 0U;
     if (block->blocks != 0U) {
         const int32_t exponent = spread_exponent(block);
-        const uint32_t mantissa = spread_bits(block, exponent) >> 22U; /* 1 and 9 bits */
+        const uint32_t mantissa = spread_bits(block, exponent) >> 22U; /* a leading 1 and 9 bits */
         packed = ((uint32_t)(exponent + 32) << 9U) | (mantissa & 0x1FFU);
     }
     state->recent[state->now.at % GLR_RECENT] = (uint16_t)packed;

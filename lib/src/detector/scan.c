@@ -15,8 +15,11 @@ void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t
 }
 
 /* E_o, E_n: the blocks that the parts would have if both were as loud as the whole. x - 1 - ln x is
- * at most (x - 1)^2 / 2 above 1 and (x - 1)^2 / (2 x) below, so  G <= nu/4 (E_o - N_o)^2 (1/P +
- * 1/Q)  with P the blocks of the louder part and Q the E of the other. */
+ * at most (x - 1)^2 / 2 above 1 and (x - 1)^2 / (2 x) below, so
+ *
+ *     G <= nu/4 (E_o - N_o)^2 (1/P + 1/Q)
+ *
+ * with P the blocks of the louder part and Q the E of the other. */
 bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
                                 uint32_t limit)
 {
@@ -92,8 +95,8 @@ static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32
     }
 }
 
-/* Tests the split at `age`, where this level has a record. First against a bound below every
- * threshold (6 digits), which needs no logarithm. */
+/* Tests the split at `age`, where this level has a record. A bound below every threshold (6 digits)
+ * comes first, because it needs no logarithm. */
 static void test_split(scan_t *scan, uint32_t age, uint32_t level)
 {
     if (age >= glr_age(scan->state, scan->begin)) {

@@ -5,8 +5,9 @@
 
 #include "detector/logarithm.h"
 
-/* The sum of b modulo 2^96 over so many blocks, which are independent chi-squares in white noise. A
- * running sum wraps around, and the difference of two running sums is the sum between them. */
+/* The sum of b modulo 2^96 over a number of blocks, which are independent chi-squares in white
+ * noise. A running sum wraps around, and the difference of two running sums is the sum between
+ * them. */
 typedef struct {
     uint64_t low;
     uint32_t high;

@@ -1,5 +1,5 @@
-/* davar - compares a result with the table of an error model (9.1) to (9.5). IEEE double with + - *
- * / and sqrt only, so the same bits on every target. */
+/* davar - compares a result with the table of an error model (9.1) to (9.5). It uses
+ * only operations that IEEE 754 rounds correctly, so every target computes the same bits. */
 #include "davar/monitor.h"
 
 #include "davar/fit.h"
@@ -29,14 +29,14 @@ static double cube_root(double r)
     return scale * root;
 }
 
-/* The variance of the cube root of a chi-square over its degrees of freedom, and 1 less its mean
- * (9.1). */
+/* The variance of the cube root of a chi-square over its degrees of freedom. Its mean is 1 minus
+ * this (9.1). */
 static double scatter_of(double edf)
 {
     return 2.0 / (9.0 * edf);
 }
 
-/* The cube root of the variance ratio minus the value that the model expects (9.1). */
+/* The cube root of the variance ratio, minus its mean under the model (9.1). */
 static double excess_of(double adev, double edf, const davar_model_tau_t *model)
 {
     const double ratio = (adev / model->adev_dps) * (adev / model->adev_dps);

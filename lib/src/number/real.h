@@ -1,6 +1,6 @@
-/* davar - roots, quotients and products, correctly rounded as IEEE 754 requires, so the same bits
- * on every target. A core without the floating-point instruction computes them in integers, much
- * faster than the digit-by-digit library of its compiler. */
+/* davar - roots, quotients and products, correctly rounded as IEEE 754 requires: the same bits on
+ * every target. Without the floating-point instruction they are computed in integers, much faster
+ * than by the digit-by-digit library of a compiler. */
 #ifndef DAVAR_SRC_REAL_H
 #define DAVAR_SRC_REAL_H
 
@@ -41,7 +41,7 @@ static inline double davar_root(double value)
 #endif
 }
 
-/* Exact but for the root: 2^15 .. 2^16, of 24 bits. On Arm the instruction itself, because sqrtf
+/* Exact except for the root: 2^15 .. 2^16, of 24 bits. On Arm the instruction itself, because sqrtf
  * sets errno unless the user switches that off. */
 static inline uint32_t davar_root_of_mantissa(uint32_t m)
 {

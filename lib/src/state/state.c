@@ -88,7 +88,7 @@ static uint32_t check_of_f64(uint32_t check, const double *value)
 #define CHECK_MODE(check, value) check_of_u32(check, (uint32_t)(value))
 #define CHECK_ENGINE(check, value) check_of_u32(check, (uint32_t)(value))
 
-/* Of everything that an image depends on. Field by field, because padding is undefined. */
+/* Covers everything that an image depends on. Field by field, because padding is undefined. */
 DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
@@ -170,7 +170,7 @@ DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, 
 typedef struct {
     header_t header[SLOTS];
     bool whole[SLOTS];
-    unsigned newest; /* of the whole ones; 1 without one, so that slot 0 is next */
+    unsigned newest; /* whole image; 1 if there is none, so that slot 0 is next */
 } slots_t;
 
 /* False: neither slot is readable. An unreadable slot has no whole image. */

@@ -56,8 +56,8 @@ static void put_float(davar_frame_t *frame, davar_signal_t at, double value)
     put(frame, at, isnan(value) ? 0x7FC00000U : raw); /* one NaN on every machine */
 }
 
-/* As davar_decode accepts it: too small becomes 0; NaN and magnitudes above every sensor,
- * absent. */
+/* davar_decode accepts 0, and magnitudes from DAVAR_WIRE_LEAST to DAVAR_WIRE_MOST. Smaller values
+ * are sent as 0, larger ones and NaN as absent. */
 static void put_signed(davar_frame_t *frame, davar_signal_t at, double value)
 {
     const double size = fabs(value);
@@ -228,7 +228,7 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame)
     } else if (n < items) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_UNIT);
         put_float(frame, signal_value,
-                  (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* floats: 1 */
+                  (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* 1 for floats */
     } else {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
         put(frame, signal_value, config->taus[n - items]);

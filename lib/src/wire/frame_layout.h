@@ -11,8 +11,8 @@ typedef struct {
     uint8_t bits;
 } davar_signal_t;
 
-/* A fixed-point signal: raw = value / unit. All ones: absent; all ones but the last bit: this or
- * more. */
+/* A fixed-point signal: raw = value / unit. All ones means absent. All ones but the
+ * last bit means this value or more. */
 typedef struct {
     davar_signal_t at;
     float per_unit; /* 1 / unit */
