@@ -44,9 +44,9 @@ static void prove_machine(void)
     sink = davar_multiply_by_i16_by_parts(any_i32(0, INT32_MAX), small);
     const davar_u128_t a = {any_u64(), any_u64()};
     const davar_u128_t b = {any_u64(), any_u64()};
-    davar_u128_t c = davar_u128_add_by_parts(a, b);
-    c = davar_u128_subtract_by_parts(c, b);
-    c = davar_u128_scale_by_parts(c, any_u32(0U, UINT32_MAX));
+    davar_u128_t c = davar_u128_add(a, b);
+    c = davar_u128_subtract(c, b);
+    c = davar_u128_scale(c, any_u32(0U, UINT32_MAX));
     sink = c.low ^ c.high;
     c = davar_multiply_u64_by_parts(any_u64(), any_u64());
     sink = c.low ^ c.high;

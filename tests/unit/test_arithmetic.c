@@ -94,7 +94,7 @@ static void same_u128(const wide_t *expected, davar_u128_t actual)
 }
 
 /* Against the 256-bit integers, whose limbs carry in a loop. */
-static void test_sums_of_128_bits_agree_however_they_are_made(void)
+static void test_sums_of_128_bits_are_those_of_256(void)
 {
     random_t random = random_seeded(3U);
     for (unsigned i = 0U; i < 20000U; i++) {
@@ -109,11 +109,8 @@ static void test_sums_of_128_bits_agree_however_they_are_made(void)
         wide_subtract(&difference, &wide_b);
         wide_scale(&product, factor);
         same_u128(&sum, davar_u128_add(a, b));
-        same_u128(&sum, davar_u128_add_by_parts(a, b));
         same_u128(&difference, davar_u128_subtract(a, b));
-        same_u128(&difference, davar_u128_subtract_by_parts(a, b));
         same_u128(&product, davar_u128_scale(a, factor));
-        same_u128(&product, davar_u128_scale_by_parts(a, factor));
     }
 }
 
@@ -252,7 +249,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_products_of_64_bits_agree_however_they_are_made);
-    RUN_TEST(test_sums_of_128_bits_agree_however_they_are_made);
+    RUN_TEST(test_sums_of_128_bits_are_those_of_256);
     RUN_TEST(test_products_of_32_bits_agree_however_they_are_made);
     RUN_TEST(test_small_factors_and_squares_agree_however_they_are_made);
     RUN_TEST(test_leading_zeros_agree);

@@ -1,4 +1,5 @@
-/* davar - the blocks' way into the sums: shocks are held back and dropped, then the scans decide. */
+/* davar - the detector: holds shocks back, adds blocks to the running sums, then scans for a
+ * change. */
 #include "detector/glr.h"
 
 #include "core/instance.h"
@@ -12,33 +13,22 @@
 #include <string.h>
 
 #define ONE (UINT32_C(1) << GAIN_DIGITS)
-#define MEMORY 11U     /* 2^11 blocks */
-#define MEMORY_OF_8 8U /* sums of eight */
-#define ENOUGH 25600U  /* degrees of freedom of a mean that tells what a shock is; 8 digits */
-#define OVER_FLOOR 4U  /* times the variance of rounding: below it nothing is a shock */
-#define CALM 543U      /* 2.12 means, widened: a block below ends a shock; 8 digits */
+#define MEMORY 11U     /* the dispersion forgets over 2^11 blocks */
+#define MEMORY_OF_8 8U /* and over 2^8 sums of eight */
+#define ENOUGH 25600U  /* degrees of freedom of a mean that a shock is compared with; 8 digits */
+#define OVER_FLOOR 4U  /* no shocks below this multiple of the variance of rounding */
+#define CALM 543U      /* a shock ends with a block below 2.12 means (widened); 8 digits */
 
 static const davar_spread_t none = {0U, 0U, 0U};
-static const davar_glr_place_t start = {{0U, 0U, 0U}, 0U};
 
 void davar_glr_reset(davar_glr_t *state)
 {
-    for (uint32_t level = 0U; level < GLR_LEVELS; level++) {
-        for (uint32_t slot = 0U; slot < GLR_RECORDS; slot++) {
-            state->record[level][slot] = none;
-        }
-    }
-    for (uint32_t i = 0U; i < GLR_SHOCK_MAX; i++) {
-        state->waiting[i] = none;
-    }
-    state->eight = none;
-    state->now = start;
-    state->alarm = start;
-    state->cut = start;
+    memset(state, 0, sizeof *state);
     davar_dispersion_start(&state->single);
     davar_dispersion_start(&state->of_8);
-    state->pending = 0U;
-    davar_glr_forget(state);
+    state->cuts = 1U; /* the start of the stream */
+    state->counts = 1U;
+    state->settled = 1U;
 }
 
 void davar_glr_begin_anew(davar_glr_t *state)
@@ -55,20 +45,7 @@ uint32_t davar_glr_dispersion(const davar_glr_t *state)
     return (phi > ONE) ? (phi + ((phi - ONE) / 8U)) : ONE;
 }
 
-static void learn(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block)
-{
-    davar_dispersion_learn(&state->single, spread_logarithm(block), config->step, MEMORY);
-    spread_add(&state->eight, block);
-    if (state->eight.blocks == 8U) {
-        davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8,
-                               MEMORY_OF_8);
-        spread_clear(&state->eight);
-    }
-}
-
-/* ---- places ---- */
-
-/* A beginning that is too old goes on to the next record of the coarsest octave. */
+/* A place that is too old moves to the next record of the coarsest octave. */
 static void shorten(const davar_glr_t *state, const davar_glr_config_t *config,
                     davar_glr_place_t *place)
 {
@@ -78,7 +55,7 @@ static void shorten(const davar_glr_t *state, const davar_glr_config_t *config,
     }
 }
 
-/* Time goes on by a block; `none` when it is dropped. */
+/* Adds the next block; `none` for a dropped one. */
 static void advance(davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_spread_t *block)
 {
@@ -98,7 +75,7 @@ static void advance(davar_glr_t *state, const davar_glr_config_t *config,
 
 /* ---- shocks ---- */
 
-/* 1 + (factor - 1) sqrt(f), 8 digits as factor */
+/* 1 + (factor - 1) sqrt(f), both with 8 digits */
 static uint32_t widened(const davar_glr_t *state, uint32_t factor)
 {
     const uint32_t f = davar_glr_dispersion(state); /* 1 to below 16 */
@@ -108,7 +85,7 @@ static uint32_t widened(const davar_glr_t *state, uint32_t factor)
     return 256U + (((factor - 256U) * root) >> 8U);
 }
 
-/* b > factor times the mean of the window; factor with 8 digits, below 2^14. */
+/* Is the block above `factor` times the mean of the window? 8 digits, below 2^14. */
 static bool is_above(const davar_spread_t *block, const davar_spread_t *window, uint32_t factor)
 {
     const int32_t of_block = spread_exponent(block);
@@ -119,23 +96,16 @@ static bool is_above(const davar_spread_t *block, const davar_spread_t *window, 
 }
 
 static bool may_be_shock(const davar_glr_t *state, const davar_glr_config_t *config,
-                         const davar_spread_t *block)
+                         const davar_spread_t *block, const davar_spread_t *window)
 {
-    const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
-    const uint64_t floor = davar_multiply_u32(OVER_FLOOR * window.blocks, config->floor);
-    return (config->shock != 0U) && ((window.blocks * config->degrees) >= ENOUGH) &&
-           ((window.high != 0U) || (window.low > floor)) &&
-           is_above(block, &window, config->outlier) &&
-           is_above(block, &window, widened(state, config->outlier));
+    const uint64_t floor = davar_multiply_u32(OVER_FLOOR * window->blocks, config->floor);
+    return (config->shock != 0U) && ((window->blocks * config->degrees) >= ENOUGH) &&
+           ((window->high != 0U) || (window->low > floor)) &&
+           is_above(block, window, config->outlier) &&
+           is_above(block, window, widened(state, config->outlier));
 }
 
-static void hold(davar_glr_t *state, const davar_spread_t *block)
-{
-    spread_copy(&state->waiting[state->pending], block);
-    state->pending++;
-}
-
-/* What waits takes its time; its sums only when it was no shock. */
+/* The waiting blocks pass: as a shock they add time only, otherwise also their sums. */
 static void release(davar_glr_t *state, const davar_glr_config_t *config, bool is_shock,
                     davar_glr_event_t *event)
 {
@@ -147,7 +117,7 @@ static void release(davar_glr_t *state, const davar_glr_config_t *config, bool i
     state->pending = 0U;
 }
 
-/* A change would go on: is this block far below one that waits? */
+/* Is this block far below a waiting one? A change of the noise would have lasted. */
 static bool is_over(const davar_glr_t *state, const davar_spread_t *block)
 {
     davar_spread_t thrice;
@@ -163,26 +133,32 @@ static bool is_over(const davar_glr_t *state, const davar_spread_t *block)
     return is_less;
 }
 
-/* Does this block leave it open whether there is a shock? */
-static bool waits(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
-                  davar_glr_event_t *event)
+/* Makes the block wait while a shock is possible. False: it does not wait, and no other does. */
+static bool hold(davar_glr_t *state, const davar_glr_config_t *config, const davar_spread_t *block,
+                 davar_glr_event_t *event)
 {
-    if (state->pending == 0U) {
-        return may_be_shock(state, config, block);
-    }
     const davar_spread_t window = spread_between(&state->cut.sum, &state->now.sum);
-    const bool is_calm = is_over(state, block) || !is_above(block, &window, widened(state, CALM));
-    if (!is_calm && (state->pending < config->shock)) {
-        return true;
+    if (state->pending == 0U) {
+        if (!may_be_shock(state, config, block, &window)) {
+            return false;
+        }
+    } else {
+        const bool is_calm =
+            is_over(state, block) || !is_above(block, &window, widened(state, CALM));
+        if (is_calm || (state->pending == config->shock)) {
+            release(state, config, is_calm, event);
+            return false;
+        }
     }
-    release(state, config, is_calm, event);
-    return false;
+    spread_copy(&state->waiting[state->pending], block);
+    state->pending++;
+    return true;
 }
 
 /* ---- decisions ---- */
 
-/* The stretch from `place` on begins anew at the split. */
-static void begin_at(const davar_glr_t *state, davar_glr_place_t *place, const davar_split_t *split)
+static void move_to_split(const davar_glr_t *state, davar_glr_place_t *place,
+                          const davar_split_t *split)
 {
     glr_move_to_record(state, place, split->level, state->now.at - split->age);
 }
@@ -191,7 +167,7 @@ static void raise_alarm(davar_glr_t *state, const davar_split_t *split, davar_gl
 {
     davar_spread_t before;
     spread_copy(&before, &state->alarm.sum);
-    begin_at(state, &state->alarm, split);
+    move_to_split(state, &state->alarm, split);
     event->is_alarm = true;
     event->gain = split->gain;
     event->older = spread_between(&before, &state->alarm.sum);
@@ -207,7 +183,7 @@ static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_g
         davar_glr_scan(state, config, &state->alarm, &split[1], 1U);
     }
     if (split[0].age != 0U) {
-        begin_at(state, &state->cut, &split[0]);
+        move_to_split(state, &state->cut, &split[0]);
         event->is_cut = true;
     }
     if (split[1].age != 0U) {
@@ -220,12 +196,12 @@ static void decide(davar_glr_t *state, const davar_glr_config_t *config, davar_g
     davar_glr_note(state, config, event->is_cut);
 }
 
+/* ---- blocks ---- */
+
 static void clear(davar_glr_event_t *event)
 {
     event->is_cut = false;
     event->is_alarm = false;
-    spread_clear(&event->older);
-    spread_clear(&event->newer);
     event->gain = 0;
     event->resolved = 0U;
     event->dropped = 0U;
@@ -235,14 +211,18 @@ void davar_glr_push(davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_spread_t *block, davar_glr_event_t *event)
 {
     clear(event);
-    learn(state, config, block);
-    if (waits(state, config, block, event)) {
-        hold(state, block);
-        return;
+    davar_dispersion_learn(&state->single, spread_logarithm(block), config->step, MEMORY);
+    spread_add(&state->eight, block);
+    if (state->eight.blocks == 8U) {
+        davar_dispersion_learn(&state->of_8, spread_logarithm(&state->eight), config->step_of_8,
+                               MEMORY_OF_8);
+        spread_copy(&state->eight, &none);
     }
-    advance(state, config, block);
-    event->resolved++;
-    decide(state, config, event);
+    if (!hold(state, config, block, event)) {
+        advance(state, config, block);
+        event->resolved++;
+        decide(state, config, event);
+    }
 }
 
 void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_glr_event_t *event)
@@ -254,8 +234,7 @@ void davar_glr_skip(davar_glr_t *state, const davar_glr_config_t *config, davar_
     davar_glr_note(state, config, false);
 }
 
-/* ---- a block's own sums: b = 12 (K s2 - s1^2) + K nu, 12 K nu times the variance, that of rounding once more ---- */
-
+/* b = 12 (K s2 - s1^2) + K nu: 12 K nu times the variance, plus that of rounding */
 void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, int32_t sum,
                         uint64_t squares, davar_glr_event_t *event)
 {
@@ -264,44 +243,44 @@ void davar_glr_push_q15(davar_glr_t *state, const davar_glr_config_t *config, in
     davar_glr_push(state, config, &block, event);
 }
 
-void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum,
-                        const davar_u128_t *squares, davar_glr_event_t *event)
+/* factor * spread + floor as a block; below 2^96 */
+static void push_wide(davar_glr_t *state, const davar_glr_config_t *config, davar_u128_t spread,
+                      uint32_t factor, davar_glr_event_t *event)
 {
     const davar_u128_t floor = {config->floor, 0U};
-    const davar_u128_t given = {squares->low, squares->high};
-    const davar_u128_t spread =
-        davar_u128_subtract(davar_u128_scale(given, config->block), davar_multiply_i64(sum, sum));
-    const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, 12U), floor);
+    const davar_u128_t b = davar_u128_add(davar_u128_scale(spread, factor), floor);
     const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
     davar_glr_push(state, config, &block, event);
 }
 
-/* ---- two clusters that follow one another: b = 6 D^2 + m, 6 times the variance of D, that of rounding once more ---- */
+void davar_glr_push_q31(davar_glr_t *state, const davar_glr_config_t *config, int64_t sum,
+                        const davar_u128_t *squares, davar_glr_event_t *event)
+{
+    const davar_u128_t scaled = davar_u128_scale(*squares, config->block);
+    push_wide(state, config, davar_u128_subtract(scaled, davar_multiply_i64(sum, sum)), 12U, event);
+}
 
+/* b = 6 D^2 + m: 6 times the variance of D, plus that of rounding */
 void davar_glr_push_clusters_q15(davar_glr_t *state, const davar_glr_config_t *config,
                                  int32_t difference, davar_glr_event_t *event)
 {
-    const davar_spread_t block = {davar_scale_u64(davar_square_i32(difference), 6U) + config->floor,
-                                  0U, 1U};
+    const uint64_t b = davar_scale_u64(davar_square_i32(difference), 6U) + config->floor;
+    const davar_spread_t block = {b, 0U, 1U};
     davar_glr_push(state, config, &block, event);
 }
 
 void davar_glr_push_clusters_q31(davar_glr_t *state, const davar_glr_config_t *config,
                                  int64_t difference, davar_glr_event_t *event)
 {
-    const davar_u128_t floor = {config->floor, 0U};
-    const davar_u128_t b =
-        davar_u128_add(davar_u128_scale(davar_multiply_i64(difference, difference), 6U), floor);
-    const davar_spread_t block = {b.low, (uint32_t)b.high, 1U};
-    davar_glr_push(state, config, &block, event);
+    push_wide(state, config, davar_multiply_i64(difference, difference), 6U, event);
 }
 
-/* --- dispersion: how much wider than Gaussian noise's the blocks scatter ------------------------------------------ */
+/* --- dispersion ------------------------------------------------------------------------------- */
 
 #define PHI_ONE (UINT32_C(1) << 24U)
-#define LEAST (PHI_ONE / 4U) /* so that the cut below never keeps phi where it is */
+#define LEAST (PHI_ONE / 4U) /* large enough for phi to move in spite of CUT */
 #define MOST (PHI_ONE * 14U)
-#define CUT 9U /* times phi: the most that one step can weigh */
+#define CUT 9U /* a step weighs at most this many phi */
 #define BEGIN 15U
 
 void davar_dispersion_start(davar_dispersion_t *dispersion)
@@ -324,11 +303,6 @@ static uint32_t square_of(int32_t step, uint32_t unit, uint32_t phi)
     return (square < most) ? (uint32_t)square : most;
 }
 
-static uint32_t clamp_phi(uint32_t phi)
-{
-    return (phi < LEAST) ? LEAST : ((phi > MOST) ? MOST : phi);
-}
-
 void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, uint32_t unit,
                             uint32_t memory)
 {
@@ -344,17 +318,18 @@ void davar_dispersion_learn(davar_dispersion_t *dispersion, int32_t logarithm, u
     const uint32_t n = dispersion->count + BEGIN;
     const bool forgets = ((n >> memory) != 0U);
     const uint32_t move = forgets ? (distance >> memory) : davar_divided(distance, n);
-    dispersion->phi = clamp_phi((square > phi) ? (phi + move) : (phi - move));
+    const uint32_t moved = (square > phi) ? (phi + move) : (phi - move);
+    dispersion->phi = (moved < LEAST) ? LEAST : smaller(moved, MOST);
     dispersion->count += forgets ? 0U : 1U;
 }
 
-/* --- from the rates that a user states to the thresholds of the detector ------------------------------------------ */
+/* --- thresholds ------------------------------------------------------------------------------- */
 
 #define OF_ALARM 78643          /* 1.2, 16 digits: c of the thresholds (10.6) */
 #define OF_CUT 117965           /* 1.8 */
-#define OF_CLUSTERS 65536       /* 1; fitted with the degrees below */
+#define OF_CLUSTERS 65536       /* 1; fitted together with DEGREES_OF_CLUSTERS */
 #define DEGREES_OF_CLUSTERS 97U /* 0.38, 8 digits */
-#define MARGIN 65536 /* 1, 16 digits: a threshold stays so far above ln of the longest part */
+#define MARGIN 65536            /* 1, 16 digits: least h above ln of the longest part */
 
 static int32_t logarithm_of(double value)
 {
@@ -362,7 +337,7 @@ static int32_t logarithm_of(double value)
     return davar_logarithm(scaled.mantissa, scaled.exponent);
 }
 
-/* ln(T rate / K) + c, T the seconds from one false decision to the next. */
+/* ln(T rate / K) + c, where T is the time between two false decisions. */
 static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32_t c,
                              uint32_t longest)
 {
@@ -373,44 +348,41 @@ static uint32_t threshold_of(double seconds, const davar_glr_wish_t *wish, int32
     return (uint32_t)((h > least) ? h : least);
 }
 
-/* Blocks for as many samples, at least one. */
+static uint32_t threshold_of_alarm(const davar_glr_wish_t *wish, int32_t c, uint32_t longest)
+{
+    return threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, c, longest);
+}
+
+/* Whole blocks in so many samples, at least one. */
 static uint32_t blocks_of(uint32_t samples, uint32_t block)
 {
     return (samples > block) ? (samples / block) : 1U;
 }
 
-/* Blocks of half a centred window: 300 samples, as far as blocks are remembered. */
+/* Blocks of half a centred window: 300 samples, as far as blocks are stored. */
 static uint32_t half_in_blocks(uint32_t block)
 {
-    const uint32_t half = 300U / block;
-    return (half < GLR_HALF_MAX) ? half : GLR_HALF_MAX;
-}
-
-static uint32_t levels_for(uint32_t longest)
-{
-    uint32_t levels = 1U;
-    while ((levels < GLR_LEVELS) && (((GLR_RECORDS - 1U) << (levels - 1U)) < longest)) {
-        levels++;
-    }
-    return levels;
+    return smaller(300U / block, GLR_HALF_MAX);
 }
 
 void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
 {
     const uint32_t nu = wish->block - 1U;
-    const uint32_t longest = wish->longest / wish->block;
+    const uint32_t longest = smaller(wish->longest / wish->block, GLR_LONGEST);
+    uint32_t levels = 1U;
+    while ((levels < GLR_LEVELS) && (((GLR_RECORDS - 1U) << (levels - 1U)) < longest)) {
+        levels++;
+    }
     config->block = wish->block;
     config->degrees = nu << 8U;
     config->floor = wish->block * nu;
     config->least = 2U;
-    config->longest = (longest < GLR_LONGEST) ? longest : GLR_LONGEST;
-    config->levels = levels_for(config->longest);
+    config->longest = longest;
+    config->levels = levels;
     config->shock = wish->shock;
     config->outlier = (wish->block < 18U) ? 1280U : 768U; /* 5 or 3 */
-    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish, OF_ALARM,
-                                 config->longest);
-    config->cut = threshold_of(wish->cut_interval_s, wish, OF_CUT, config->longest);
-    config->cut = (config->cut < config->alarm) ? config->cut : config->alarm;
+    config->alarm = threshold_of_alarm(wish, OF_ALARM, longest);
+    config->cut = smaller(threshold_of(wish->cut_interval_s, wish, OF_CUT, longest), config->alarm);
     config->step = davar_divided((nu * nu) << 14U, nu + 1U);
     config->step_of_8 = nu << 17U;
     config->bias = davar_divided(UINT32_C(1) << 16U, 3U * nu);
@@ -419,57 +391,52 @@ void davar_glr_start(davar_glr_config_t *config, const davar_glr_wish_t *wish)
     config->half = wish->is_centred ? half_in_blocks(wish->block) : 0U;
 }
 
-/* Neighbours share three quarters of their samples: 0.38 degrees of freedom each, and 16 of them at least are a part. Sums of so many
- * samples are Gaussian whatever the samples are, so that nothing is to be learned of their scatter. */
+/* Adjacent blocks share three quarters of their samples, so each has 0.38 degrees of freedom and a
+ * part needs 16 of them. Sums of so many samples are Gaussian whatever the samples are, so the
+ * dispersion does not learn. */
 void davar_glr_start_clusters(davar_glr_config_t *config, const davar_glr_wish_t *wish)
 {
-    const uint32_t m = 4U * wish->block;
+    memset(config, 0, sizeof *config);
     config->block = wish->block;
     config->degrees = DEGREES_OF_CLUSTERS;
-    config->floor = m;
+    config->floor = 4U * wish->block;
     config->least = 16U;
     config->longest = GLR_LONGEST;
     config->levels = GLR_LEVELS;
-    config->shock = 0U;
-    config->outlier = 0U;
-    config->alarm = threshold_of(davar_divide(3600.0, wish->false_alarms_per_hour), wish,
-                                 OF_CLUSTERS, GLR_LONGEST);
+    config->alarm = threshold_of_alarm(wish, OF_CLUSTERS, GLR_LONGEST);
     config->cut = config->alarm;
-    config->step = 0U;
-    config->step_of_8 = 0U;
     config->bias = davar_divided(UINT32_C(1) << 24U, 3U * DEGREES_OF_CLUSTERS);
     config->near = 1U;
     config->far = 1U;
-    config->half = 0U;
 }
 
-/* --- the window law ---------------------------------------------------------------------------------------------- */
+/* --- the window law --------------------------------------------------------------------------- */
 
-/* On a grid a window of policy glr begins between two blocks: is one of window_min .. window_max samples among them at every epoch? */
+/* On a grid, windows begin between two blocks. Is one of window_min to window_max samples possible
+ * at every epoch? */
 static bool fits_between_blocks(const davar_config_t *config)
 {
-    const bool ends_between = ((config->stride % config->glr.block) == 0U);
-    const uint32_t longest =
-        ends_between ? (config->window.longest - (config->window.longest % config->glr.block))
-                     : (config->window.longest - (config->glr.block - 1U));
-    return !has_grid(config) || (longest >= config->window.shortest);
+    const uint32_t block = config->glr.block;
+    const uint32_t lost =
+        ((config->stride % block) == 0U) ? (config->window.longest % block) : (block - 1U);
+    return !has_grid(config) || ((config->window.longest - lost) >= config->window.shortest);
 }
 
 DAVAR_RARE davar_status_t davar_glr_check(const davar_config_t *config)
 {
+    const uint32_t block = config->glr.block;
+    const uint32_t longest = config->window.longest;
+    if ((block < GLR_BLOCK_MIN) || (block > GLR_BLOCK_MAX) ||
+        (config->glr.shock_blocks > GLR_SHOCK_MAX)) {
+        return DAVAR_ERR_TRACKING;
+    }
     const bool rates = davar_is_between(1e-9, config->glr.false_alarms_per_hour, 1e9) &&
                        davar_is_between(1e-9, config->glr.cut_interval_s, 1e9);
-    const bool blocks = (config->glr.block >= GLR_BLOCK_MIN) &&
-                        (config->glr.block <= GLR_BLOCK_MAX) &&
-                        (config->glr.shock_blocks <= GLR_SHOCK_MAX);
-    const bool window = blocks && ((config->window.longest / 8U) >= config->glr.block) &&
-                        (config->window.longest <= (GLR_LONGEST * config->glr.block)) &&
+    const bool window = ((longest / 8U) >= block) && (longest <= (GLR_LONGEST * block)) &&
                         fits_between_blocks(config);
-    const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) && blocks &&
-                          ((config->glr.long_cluster % (4U * config->glr.block)) == 0U);
-    const bool about =
-        !is_about(config) || (blocks && ((config->window.longest / 2U) >=
-                                         (half_in_blocks(config->glr.block) * config->glr.block)));
+    const bool clusters = (config->glr.long_cluster <= GLR_CLUSTER_MAX) &&
+                          ((config->glr.long_cluster % (4U * block)) == 0U);
+    const bool about = !is_about(config) || ((longest / 2U) >= (half_in_blocks(block) * block));
     return (rates && clusters && window && about) ? DAVAR_OK : DAVAR_ERR_TRACKING;
 }
 
@@ -478,14 +445,6 @@ void davar_glr_shape(const davar_config_t *config, davar_law_shape_t *shape)
 {
     shape->block = config->glr.block;
     shape->half = is_about(config) ? (half_in_blocks(config->glr.block) * config->glr.block) : 0U;
-}
-
-_Static_assert(sizeof(davar_glr_words_t) <= sizeof(davar_law_words_t),
-               "davar_law_words_t is too small");
-
-void davar_glr_put(davar_law_words_t *words, const davar_glr_words_t *read)
-{
-    memcpy(words, read, sizeof *read);
 }
 
 double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t unit)
@@ -501,7 +460,8 @@ double davar_spread_level(const davar_spread_t *sum, uint32_t floor, uint32_t un
                                   davar_double_of_u64(davar_multiply_u32(unit, sum->blocks)));
 }
 
-/* Of a sum of b (10.1) or of 6 D^2 + m (10.13). NaN without a block: all were lost in gaps. */
+/* The deviation from a sum of b (10.1) or of 6 D^2 + m (10.13). NaN if all blocks were lost in
+ * gaps. */
 static double level_of(const davar_config_t *config, const davar_spread_t *sum, uint32_t m,
                        double unit_per_count)
 {

@@ -4,9 +4,9 @@
 
 #define NUMBER(name) davar_q15_##name
 typedef int16_t sample_t;
-typedef int32_t difference_t; /* also sums of a cluster's samples */
+typedef int32_t difference_t; /* also the sum of a cluster */
 
-/* What the detector needs of a block of at most 64 samples. */
+/* The sums of a block of at most 64 samples. */
 typedef struct {
     int32_t sum;
     uint64_t squares;
@@ -36,13 +36,8 @@ static inline void block_detect(const block_t *block, davar_glr_t *detector,
     davar_glr_push_q15(detector, config, block->sum, block->squares, event);
 }
 
-static inline void clusters_detect(difference_t difference, davar_glr_t *detector,
-                                   const davar_glr_config_t *config, davar_glr_event_t *event)
-{
-    davar_glr_push_clusters_q15(detector, config, difference, event);
-}
-
 #define DETECTOR_NUMBER davar_number_q15
+#define DETECTOR_PUSH_CLUSTERS davar_glr_push_clusters_q15
 #define DETECTOR_LAW davar_law_glr_q15
 
 #include "detector/glr_queue.inc"

@@ -4,9 +4,9 @@
 
 #define NUMBER(name) davar_q31_##name
 typedef int32_t sample_t;
-typedef int64_t difference_t; /* also sums of a cluster's samples */
+typedef int64_t difference_t; /* also the sum of a cluster */
 
-/* What the detector needs of a block of at most 64 samples. */
+/* The sums of a block of at most 64 samples. */
 typedef struct {
     int64_t sum;
     davar_u128_t squares;
@@ -38,13 +38,8 @@ static inline void block_detect(const block_t *block, davar_glr_t *detector,
     davar_glr_push_q31(detector, config, block->sum, &block->squares, event);
 }
 
-static inline void clusters_detect(difference_t difference, davar_glr_t *detector,
-                                   const davar_glr_config_t *config, davar_glr_event_t *event)
-{
-    davar_glr_push_clusters_q31(detector, config, difference, event);
-}
-
 #define DETECTOR_NUMBER davar_number_q31
+#define DETECTOR_PUSH_CLUSTERS davar_glr_push_clusters_q31
 #define DETECTOR_LAW davar_law_glr_q31
 
 #include "detector/glr_queue.inc"

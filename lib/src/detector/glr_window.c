@@ -1,16 +1,16 @@
-/* davar - the windows that follow from the cuts, trailing and centred. */
+/* davar - the windows that follow from the cuts, trailing and centred. A cut that is part of a
+ * ramp does not bound a window. */
 #include "core/window.h"
 #include "detector/scan.h"
 #include "number/real.h"
 
-#define NEAR_LIMIT                                                                                 \
-    (4U << GAIN_DIGITS) /* G / f up to which a stretch is of one variance, as long as it is short */
+#define NEAR_LIMIT (4U << GAIN_DIGITS) /* G / f of a short window with one variance, at most */
 #define FAR_LIMIT (3U << (GAIN_DIGITS - 1U))
-#define STEP_LIMIT (4U << GAIN_DIGITS) /* by which a step must beat a ramp */
+#define STEP_LIMIT (4U << GAIN_DIGITS) /* by which a step must exceed a ramp */
 
 /* ---- growing towards the past ---- */
 
-/* Are [older, middle) and [middle, end) of one variance? Nothing speaks against it where there is no block. */
+/* Do [older, middle) and [middle, end) have one variance? True if one of them has no block. */
 static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
                      const davar_spread_t *const place[3], uint32_t limit)
 {
@@ -27,7 +27,7 @@ static bool is_alike(const davar_glr_t *state, const davar_glr_config_t *config,
            (davar_likelihood_gain(&stretch, &older) <= (int32_t)widened);
 }
 
-/* The oldest place that is recorded and not older than `age` blocks. */
+/* The oldest recorded place of at most `age` blocks. */
 static void oldest_record(const davar_glr_t *state, uint32_t age, davar_glr_place_t *place)
 {
     const uint32_t bits = 32U - davar_leading_zeros_32(age);
@@ -36,7 +36,7 @@ static void oldest_record(const davar_glr_t *state, uint32_t age, davar_glr_plac
     glr_move_to_record(state, place, level, ((state->now.at - age + above) >> level) << level);
 }
 
-/* ... but not before the bound. */
+/* The same, but never before the bound. */
 static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_place_t *bound,
                      davar_glr_place_t *place)
 {
@@ -47,9 +47,10 @@ static void recorded(const davar_glr_t *state, uint32_t age, const davar_glr_pla
     }
 }
 
-/* Doubles the window [begin, end), which is not empty, to the left while the older half is like the rest. Each turn looks further
- * back than the one before; the one that reaches the bound is the last. Where the window is short, the record found may be no older than
- * its beginning, because coarse octaves have few records. */
+/* Doubles the window [begin, end), which is not empty, to the left while the older half is like the
+ * rest. Each turn looks further back, and the one that reaches the bound is the last. Coarse
+ * octaves have few records, so the record may be no older than the beginning of a short window; the
+ * next turn then looks further. */
 static void grow_back(const davar_glr_t *state, const davar_glr_config_t *config,
                       davar_glr_place_t *begin, const davar_glr_place_t *end,
                       const davar_glr_place_t *bound, uint32_t near_limit)
@@ -91,11 +92,6 @@ static bool has_bit(uint32_t bits, uint32_t i)
     return ((bits >> i) & 1U) != 0U;
 }
 
-static void put_bit(uint32_t *bits, uint32_t i, bool value)
-{
-    *bits = (*bits & ~(UINT32_C(1) << i)) | ((value ? UINT32_C(1) : 0U) << i);
-}
-
 static void drop_oldest(davar_glr_t *state)
 {
     state->cuts--;
@@ -106,36 +102,12 @@ static void drop_oldest(davar_glr_t *state)
     state->settled >>= 1U;
 }
 
-static void keep(davar_glr_t *state, const davar_glr_place_t *place, bool settled)
-{
-    glr_place_copy(&state->past[state->cuts], place);
-    put_bit(&state->counts, state->cuts, true);
-    put_bit(&state->settled, state->cuts, settled);
-    state->cuts++;
-}
-
-void davar_glr_forget(davar_glr_t *state)
-{
-    state->cuts = 0U;
-    state->counts = 0U;
-    state->settled = 0U;
-    state->turn = 0U;
-    state->seen = 0U;
-    keep(state, &state->now, true);
-    for (uint32_t i = 0U; i < GLR_RECENT; i++) {
-        state->recent[i] = 0U;
-    }
-    for (uint32_t i = 1U; i < GLR_CUTS; i++) {
-        state->past[i] = state->now;
-    }
-}
-
 void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block)
 {
     uint32_t packed = 0U;
     if (block->blocks != 0U) {
         const int32_t exponent = spread_exponent(block);
-        const uint32_t mantissa = spread_bits(block, exponent) >> 22U; /* 10 bits, the first is 1 */
+        const uint32_t mantissa = spread_bits(block, exponent) >> 22U; /* a leading 1 and 9 bits */
         packed = ((uint32_t)(exponent + 32) << 9U) | (mantissa & 0x1FFU);
     }
     state->recent[state->now.at % GLR_RECENT] = (uint16_t)packed;
@@ -144,15 +116,14 @@ void davar_glr_remember(davar_glr_t *state, const davar_spread_t *block)
     }
 }
 
-/* Sums over recent blocks, in units that the loudest of them fills 25 bits of. */
+/* Sums over recent blocks; in their unit the largest block has 25 bits. */
 typedef struct {
     uint32_t sum;
     uint32_t blocks;
-    uint64_t
-        partial; /* the sums up to each block, added up: the k-th from the end counts k times */
+    uint64_t partial; /* sum of the partial sums: the k-th block from the end counts k times */
 } moment_t;
 
-static uint32_t loudest(const davar_glr_t *state, uint32_t from, uint32_t to)
+static uint32_t largest_exponent(const davar_glr_t *state, uint32_t from, uint32_t to)
 {
     uint32_t most = 0U;
     for (uint32_t at = from; at != to; at++) {
@@ -177,8 +148,8 @@ static void add_recent(const davar_glr_t *state, uint32_t from, uint32_t to, uin
     }
 }
 
-/* f times the gain of a line in t over a constant: (3/4) nu n rho^2 / (n^2 - 1), rho = sum of (2 t - n + 1) b over the sum of
- * b. */
+/* f times the gain of a line in t over a constant: (3/4) nu n rho^2 / (n^2 - 1), where rho is the
+ * sum of (2 t - n + 1) b over the sum of b. */
 static int32_t ramp_gain(const davar_glr_config_t *config, const moment_t *moment)
 {
     const uint32_t n = moment->blocks;
@@ -195,7 +166,7 @@ static int32_t ramp_gain(const davar_glr_config_t *config, const moment_t *momen
     return (int32_t)(davar_multiply_u32(square, (3U * config->degrees * n) / 4U) >> 12U);
 }
 
-/* A step at past[i], or part of a ramp? Around it, up to its neighbours. */
+/* Is past[i] a step, or part of a ramp? Tested with the blocks up to its neighbours. */
 static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, uint32_t i)
 {
     const uint32_t at = state->past[i].at;
@@ -207,7 +178,7 @@ static bool is_step(const davar_glr_t *state, const davar_glr_config_t *config, 
     }
     const uint32_t from = at - smaller(smaller(before, config->half), GLR_RECENT - age);
     const uint32_t to = at + smaller(after, config->half);
-    const uint32_t most = loudest(state, from, to);
+    const uint32_t most = largest_exponent(state, from, to);
     moment_t moment = {0U, 0U, 0U};
     add_recent(state, from, at, most, &moment);
     const davar_spread_t older = {moment.sum, 0U, moment.blocks};
@@ -234,24 +205,28 @@ void davar_glr_note(davar_glr_t *state, const davar_glr_config_t *config, bool i
     if (is_cut) {
         if (state->cuts == GLR_CUTS) {
             drop_oldest(state);
-            put_bit(&state->counts, 0U, true); /* beyond it cuts may be forgotten */
-            put_bit(&state->settled, 0U, true);
+            state->counts |= 1U; /* a bound: older cuts may be forgotten */
+            state->settled |= 1U;
         }
-        keep(state, &state->cut, false);
+        glr_place_copy(&state->past[state->cuts], &state->cut);
+        state->counts |= UINT32_C(1) << state->cuts;
+        state->cuts++;
     }
     state->turn++;
     if (state->turn >= state->cuts) {
         state->turn = 0U;
     }
     const uint32_t turn = state->turn;
-    if ((turn < state->cuts) && !has_bit(state->settled, turn)) {
-        put_bit(&state->counts, turn, is_step(state, config, turn));
-        put_bit(&state->settled, turn, glr_age(state, &state->past[turn]) >= config->half);
+    const uint32_t bit = UINT32_C(1) << turn;
+    if ((turn < state->cuts) && ((state->settled & bit) == 0U)) {
+        const bool counts = is_step(state, config, turn);
+        state->counts = counts ? (state->counts | bit) : (state->counts & ~bit);
+        state->settled |= (glr_age(state, &state->past[turn]) >= config->half) ? bit : 0U;
     }
 }
 
-/* The neighbours of the centre among the cuts that count: `begin` and `end` move to them; `bound`: the newest cut before the end,
- * whether it counts or not. */
+/* Moves `begin` and `end` to the nearest cuts around the centre that count, and `bound` to the
+ * newest cut before the end, whether or not it counts. */
 static void clip(const davar_glr_t *state, uint32_t centre, davar_glr_place_t *begin,
                  davar_glr_place_t *end, davar_glr_place_t *bound)
 {
@@ -284,7 +259,7 @@ uint32_t davar_glr_age_of(const davar_glr_t *state, uint32_t accepted)
     return age;
 }
 
-/* Of the newest blocks, GLR_RECENT at most. */
+/* Accepted blocks among the newest `age`, GLR_RECENT at most. */
 static uint32_t accepted_of(const davar_glr_t *state, uint32_t age)
 {
     uint32_t accepted = 0U;
@@ -312,19 +287,17 @@ bool davar_glr_centred(const davar_glr_t *state, const davar_glr_config_t *confi
     begin.at -= widest;
     begin.sum.blocks -= accepted_of(state, widest);
     davar_glr_place_t bound;
-    oldest_record(state, config->longest, &bound); /* while there is none, the beginning is a cut */
+    oldest_record(state, config->longest, &bound); /* early on this is the start */
     if (state->cuts == GLR_CUTS) {
-        glr_place_copy(&bound, &state->past[0]); /* beyond it cuts may be forgotten */
+        glr_place_copy(&bound, &state->past[0]); /* older cuts may be forgotten */
     }
     clip(state, age, &begin, &end, &bound);
     if (glr_age(state, &bound) > widest) {
         davar_glr_place_t grown;
         recorded(state, widest, &bound, &grown);
         const uint32_t from = grown.at;
-        const bool is_comparable =
-            (glr_age(state, &grown) > glr_age(state, &end)) &&
-            (grown.sum.blocks != end.sum.blocks); /* blocks between a record and the end */
-        if (is_comparable) {
+        if ((glr_age(state, &grown) > glr_age(state, &end)) &&
+            (grown.sum.blocks != end.sum.blocks)) { /* blocks between the record and the end */
             grow_back(state, config, &grown, &end, &bound, FAR_LIMIT);
         }
         if (grown.at != from) {

@@ -1,7 +1,8 @@
-/* davar - the logarithm in integers, by a table of 32 stretches and three terms of the series within one. */
+/* davar - the logarithm in integers: a table of 32 intervals, and three terms of the series in
+ * each. */
 #include "detector/logarithm.h"
 
-#define LN_2_Q24 11629080 /* 1e-9 off, relatively */
+#define LN_2_Q24 11629080 /* relative error 1e-9 */
 
 /* ln(1 + i / 32), 31 binary digits */
 static const uint32_t ln_of_edge[32] = {
@@ -24,12 +25,11 @@ static const uint32_t inverse_of_edge[32] = {
 int32_t davar_logarithm(uint32_t mantissa, int32_t exponent)
 {
     const uint32_t i = (mantissa >> 26U) & 31U;
-    const uint32_t beyond = (mantissa & 0x3FFFFFFU) << 5U; /* 0 .. 1/32, 36 digits */
-    const uint32_t x =
-        davar_upper_product(beyond, inverse_of_edge[i]);  /* ln(1 + x) is missing; 35 digits */
-    const uint32_t square = davar_upper_product(x, x);    /* 38 digits */
-    const uint32_t cube = davar_upper_product(square, x); /* 41 digits */
-    const uint32_t rest = (x >> 4U) - (square >> 8U) +
-                          (((cube >> 10U) * 83U) >> 8U); /* x - x^2/2 + 83/256 x^3, 31 digits */
+    const uint32_t beyond = (mantissa & 0x3FFFFFFU) << 5U;              /* 0 .. 1/32, 36 digits */
+    const uint32_t x = davar_upper_product(beyond, inverse_of_edge[i]); /* 35 digits */
+    const uint32_t square = davar_upper_product(x, x);                  /* 38 digits */
+    const uint32_t cube = davar_upper_product(square, x);               /* 41 digits */
+    /* ln(1 + x) = x - x^2/2 + 83/256 x^3, 31 digits */
+    const uint32_t rest = (x >> 4U) - (square >> 8U) + (((cube >> 10U) * 83U) >> 8U);
     return (int32_t)((ln_of_edge[i] + rest) >> 7U) + ((exponent + 31) * LN_2_Q24);
 }

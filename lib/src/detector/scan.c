@@ -1,6 +1,7 @@
 /* davar - the likelihood ratio of one variance against two. */
 #include "detector/scan.h"
 
+#include "core/window.h"
 #include "number/real.h"
 
 void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees)
@@ -13,9 +14,12 @@ void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t
     stretch->logarithm = INT32_MIN;
 }
 
-/* With E_o, E_n the blocks that the parts would have if they were as loud as the whole, and x - 1 - ln x at most (x - 1)^2 / 2
- * above 1, (x - 1)^2 / (2 x) below:  G <= nu/4 (E_o - N_o)^2 (1/P + 1/Q),  P = the blocks of the louder part, Q = E of the
- * other. */
+/* E_o, E_n: the blocks that the parts would have if both were as loud as the whole. x - 1 - ln x is
+ * at most (x - 1)^2 / 2 above 1 and (x - 1)^2 / (2 x) below, so
+ *
+ *     G <= nu/4 (E_o - N_o)^2 (1/P + 1/Q)
+ *
+ * with P the blocks of the louder part and Q the E of the other. */
 bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
                                 uint32_t limit)
 {
@@ -26,7 +30,7 @@ bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spre
     const uint32_t there = older->blocks << 21U;
     const bool is_louder = (expected > there);
     const uint32_t excess = is_louder ? (expected - there) : (there - expected);
-    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits, of 1023 blocks below 2^16 */
+    const uint32_t size = (excess >> 15U) + 1U; /* 6 digits; below 2^16 with 1023 blocks */
     const uint32_t newer = (blocks << 21U) - (is_louder ? expected : there);
     const uint32_t quiet = is_louder ? newer : expected;
     const uint32_t loud = is_louder ? there : newer;
@@ -51,40 +55,27 @@ int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *ol
     }
     const davar_spread_t newer = spread_between(older, &stretch->sum);
     const uint64_t sum =
-        part_of(stretch, older) + part_of(stretch, &newer); /* not negative, but for rounding */
+        part_of(stretch, older) + part_of(stretch, &newer); /* >= 0 up to rounding */
     return (int32_t)((int64_t)davar_scale_u64(sum, stretch->degrees) >>
                      (24U + 8U + 1U - GAIN_DIGITS));
 }
 
-/* --- the scan over dyadic ages ------------------------------------------------------------------------------------ */
+/* --- the scan over dyadic ages ---------------------------------------------------------------- */
 
-#define LN_2_ABOVE 45427U /* 16 digits */
+#define LN_2_ABOVE 45427U /* rounded up, 16 digits */
 
-/* What all splits of one scan share. */
+/* One scan: what its splits share, and the best of them. */
 typedef struct {
     const davar_glr_t *state;
     const davar_glr_config_t *config;
     const davar_glr_place_t *begin;
     davar_stretch_t stretch;
     uint32_t f;
-    davar_split_t *best; /* of each threshold, the lowest first */
+    davar_split_t *best; /* one per threshold, the lowest first */
     uint32_t count;
 } scan_t;
 
-/* Not above any threshold at n; 6 digits. */
-static uint32_t threshold_below(const scan_t *scan, uint32_t n)
-{
-    const uint32_t logarithm = (32U - davar_leading_zeros_32(n)) * LN_2_ABOVE;
-    return (uint32_t)(davar_multiply_u32(scan->f, scan->best[0].threshold - logarithm) >> 22U);
-}
-
-static uint32_t smaller_part(const davar_stretch_t *stretch, const davar_spread_t *older)
-{
-    const uint32_t newer = stretch->sum.blocks - older->blocks;
-    return (newer < older->blocks) ? newer : older->blocks;
-}
-
-/* A gain against the thresholds f (1 + 1 / (3 nu n)) (h - ln n); h is above ln n + 1. */
+/* Compares a gain with the thresholds f (1 + 1 / (3 nu n)) (h - ln n); h is above ln n + 1. */
 static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32_t level)
 {
     const uint32_t logarithm = (uint32_t)davar_logarithm_of_count(n) >> 8U;
@@ -104,43 +95,44 @@ static void compare(scan_t *scan, int32_t gain, uint32_t n, uint32_t age, uint32
     }
 }
 
-/* The split at `age`, where a record of this level is. */
-static void ask(scan_t *scan, uint32_t age, uint32_t level)
+/* Tests the split at `age`, where this level has a record. A bound below every threshold (6 digits)
+ * comes first, because it needs no logarithm. */
+static void test_split(scan_t *scan, uint32_t age, uint32_t level)
 {
     if (age >= glr_age(scan->state, scan->begin)) {
         return;
     }
     const davar_spread_t older = spread_between(
         &scan->begin->sum, glr_record(scan->state, level, scan->state->now.at - age));
-    const uint32_t n = smaller_part(&scan->stretch, &older);
-    if ((n >= scan->config->least) &&
-        davar_likelihood_may_reach(&scan->stretch, &older, threshold_below(scan, n))) {
+    const uint32_t n = smaller(older.blocks, scan->stretch.sum.blocks - older.blocks);
+    if (n < scan->config->least) {
+        return;
+    }
+    const uint32_t above_ln_n = (32U - davar_leading_zeros_32(n)) * LN_2_ABOVE;
+    const uint64_t limit = davar_multiply_u32(scan->f, scan->best[0].threshold - above_ln_n);
+    if (davar_likelihood_may_reach(&scan->stretch, &older, (uint32_t)(limit >> 22U))) {
         compare(scan, davar_likelihood_gain(&scan->stretch, &older), n, age, level);
     }
 }
 
-/* The level whose turn it is at a place that 2 divides: at 2^(l - 1) times an odd number it is l, so that no block asks two; `levels`
- * when it is none's. */
-static uint32_t level_in_turn(uint32_t at, uint32_t levels)
+/* Splits at ages above 3. Levels from 2 on take turns: level l at odd multiples of 2^(l - 1), so a
+ * block tests one at most. */
+static void test_older(scan_t *scan)
 {
+    const uint32_t at = scan->state->now.at;
+    if ((at & 1U) != 0U) {
+        test_split(scan, 5U, 1U);
+        return;
+    }
+    test_split(scan, 4U, 1U);
+    const uint32_t levels = scan->config->levels;
     uint32_t level = 2U;
     while ((level < levels) && (((at >> (level - 1U)) & 1U) == 0U)) {
         level++;
     }
-    return level;
-}
-
-static void ask_older(scan_t *scan)
-{
-    if ((scan->state->now.at & 1U) != 0U) {
-        ask(scan, 5U, 1U);
-        return;
-    }
-    ask(scan, 4U, 1U);
-    const uint32_t level = level_in_turn(scan->state->now.at, scan->config->levels);
-    if (level < scan->config->levels) {
-        ask(scan, 3U << (level - 1U), level);
-        ask(scan, 5U << (level - 1U), level);
+    if (level < levels) {
+        test_split(scan, 3U << (level - 1U), level);
+        test_split(scan, 5U << (level - 1U), level);
     }
 }
 
@@ -154,7 +146,7 @@ void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
     scan_t scan = {state, config, begin, {{0U, 0U, 0U}, 0, 0U, 0, 0U}, davar_glr_dispersion(state),
                    split, count};
     davar_stretch(&scan.stretch, &sum, config->degrees);
-    ask(&scan, 2U, 0U);
-    ask(&scan, 3U, 0U);
-    ask_older(&scan);
+    test_split(&scan, 2U, 0U);
+    test_split(&scan, 3U, 0U);
+    test_older(&scan);
 }

@@ -1,40 +1,42 @@
-/* davar - one variance or two? The likelihood ratio of a stretch that is split in an older and a newer part. */
+/* davar - one variance or two? The likelihood ratio of a section of the recording that is split
+ * into an older and a newer part, and the scan for the best split. */
 #ifndef DAVAR_SRC_SCAN_H
 #define DAVAR_SRC_SCAN_H
 
 #include "detector/glr.h"
 
-/* The stretch that is split: what every split of it needs. */
+/* The section that is split, with the quantities that all of its splits share. */
 typedef struct {
     davar_spread_t sum;
     int32_t exponent;    /* where its upper 32 bits begin */
     uint32_t reciprocal; /* of these bits */
-    int32_t logarithm;   /* of its mean block; INT32_MIN until it is asked for */
+    int32_t logarithm;   /* of its mean block; INT32_MIN until needed */
     uint32_t degrees;    /* nu, 8 digits */
 } davar_stretch_t;
 
-/* At least one block, a sum that is not 0, at most 1023 blocks. */
+/* The section has 1 to 1023 blocks, and its sum is not 0. */
 void davar_stretch(davar_stretch_t *stretch, const davar_spread_t *sum, uint32_t degrees);
 
-/* Bound without a logarithm: false only when the gain of this split cannot reach `limit` (6 digits, below 2^24). */
+/* A bound without a logarithm: false only if the gain of this split cannot reach `limit` (6 digits,
+ * below 2^24). */
 bool davar_likelihood_may_reach(const davar_stretch_t *stretch, const davar_spread_t *older,
                                 uint32_t limit);
 
-/* G = nu/2 (N_t ln(S_t/N_t) - N_o ln(S_o/N_o) - N_n ln(S_n/N_n)); both parts hold a block, neither sum is 0. */
+/* G = nu/2 (N_t ln(S_t/N_t) - N_o ln(S_o/N_o) - N_n ln(S_n/N_n)). Both parts have a block, and no
+ * sum is 0. */
 int32_t davar_likelihood_gain(davar_stretch_t *stretch, const davar_spread_t *older);
 
-/* The scan: of all splits of a stretch at recorded places, the one that most exceeds a threshold. */
-
-/* The best split of one threshold. */
+/* The split at a recorded place that most exceeds one threshold. */
 typedef struct {
     uint32_t threshold; /* h, 16 digits */
-    int32_t excess;     /* of the gain over the threshold at the split's n; GAIN_DIGITS */
+    int32_t excess;     /* of the gain over the threshold at the n of the split; GAIN_DIGITS */
     int32_t gain;
-    uint32_t age; /* of the split, blocks; 0: none exceeds */
+    uint32_t age; /* of the split, blocks; 0: no split exceeds the threshold */
     uint32_t level;
 } davar_split_t;
 
-/* Scans from `begin` to now; the lower threshold first. Where splits exceed alike, the newest. */
+/* Scans from `begin` to now, with the lower threshold first. Of equal splits the newest one
+ * wins. */
 void davar_glr_scan(const davar_glr_t *state, const davar_glr_config_t *config,
                     const davar_glr_place_t *begin, davar_split_t *split, uint32_t count);
 

@@ -1,14 +1,15 @@
-/* davar - a result against the error model's table, DESIGN (9.1) to (9.5). */
+/* davar - compares a result with the table of an error model (9.1) to (9.5). It uses
+ * only operations that IEEE 754 rounds correctly, so every target computes the same bits. */
 #include "davar/monitor.h"
 
 #include "davar/fit.h"
 #include "number/real.h"
 
-#define RATIO_LIMIT                                                                                \
-    1e12 /* of variances: far beyond every limit, near enough for the cube root to be quick */
+#define RATIO_LIMIT 1e12 /* of variances; it bounds the loops of cube_root */
 #define LIMITS 32U
 
-/* Cube root of r, 1/RATIO_LIMIT <= r <= RATIO_LIMIT: scaled by eights to 1/8 .. 8, then four of Halley's steps. */
+/* For 1/RATIO_LIMIT <= r <= RATIO_LIMIT: scales r by eights to 1/8 .. 8, then takes four steps of
+ * Halley's iteration. */
 static double cube_root(double r)
 {
     double scale = 1.0;
@@ -28,13 +29,14 @@ static double cube_root(double r)
     return scale * root;
 }
 
-/* Variance of the cube root of a chi-square over its degrees of freedom; one less than its mean (9.1). */
+/* The variance of the cube root of a chi-square over its degrees of freedom. Its mean is 1 minus
+ * this (9.1). */
 static double scatter_of(double edf)
 {
     return 2.0 / (9.0 * edf);
 }
 
-/* How much the cube root of the variance ratio is above what the model expects of it (9.1). */
+/* The cube root of the variance ratio, minus its mean under the model (9.1). */
 static double excess_of(double adev, double edf, const davar_model_tau_t *model)
 {
     const double ratio = (adev / model->adev_dps) * (adev / model->adev_dps);
@@ -44,7 +46,7 @@ static double excess_of(double adev, double edf, const davar_model_tau_t *model)
     return cube_root(bounded) - 1.0 + scatter_of(edf);
 }
 
-/* What the model's own tolerance adds to the variance of the cube root (9.2). */
+/* The part of the variance that comes from the tolerance of the model (9.2). */
 static double tolerance_of(const davar_model_tau_t *model)
 {
     const double part = (2.0 / 3.0) * model->relative_tolerance;
@@ -55,23 +57,6 @@ double davar_deviation(double adev, double edf, const davar_model_tau_t *model)
 {
     DAVAR_ASSERT((edf >= 1.0) && (model->adev_dps > 0.0));
     return excess_of(adev, edf, model) / davar_root(scatter_of(edf) + tolerance_of(model));
-}
-
-/* The largest |deviation| of `count` that chance exceeds in 0.5 % of windows: two-sided normal quantile at 0.5 % / count
- * (9.3). */
-static double limit_of(uint8_t count)
-{
-    /* by number of taus; of none there is none */
-    static const double limit[LIMITS + 1U] = {
-        0.0,    2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205, 3.4524, 3.4808,
-        3.5062, 3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204, 3.6352, 3.6491, 3.6623, 3.6747,
-        3.6866, 3.6979, 3.7087, 3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
-    return limit[(count < LIMITS) ? count : LIMITS];
-}
-
-static bool is_positive(double value)
-{
-    return (value > 0.0) && isfinite(value);
 }
 
 static const davar_model_tau_t *entry_of(const davar_model_tau_t *model, uint8_t count, uint32_t m)
@@ -87,9 +72,9 @@ static const davar_model_tau_t *entry_of(const davar_model_tau_t *model, uint8_t
 static bool is_usable(const davar_model_tau_t *model, uint8_t count)
 {
     for (uint8_t i = 0U; i < count; i++) {
-        const bool tolerable =
-            (model[i].relative_tolerance >= 0.0) && isfinite(model[i].relative_tolerance);
-        if (!is_positive(model[i].adev_dps) || !tolerable ||
+        const double adev = model[i].adev_dps;
+        const double tolerance = model[i].relative_tolerance;
+        if (!(adev > 0.0) || !isfinite(adev) || !(tolerance >= 0.0) || !isfinite(tolerance) ||
             (entry_of(model, i, model[i].m) != NULL)) {
             return false;
         }
@@ -108,7 +93,7 @@ bool davar_monitor_init(davar_monitor_t *monitor, const davar_model_tau_t *model
     return true;
 }
 
-/* The part of this window that the newest result did not have; 1 after a restart of the stream. */
+/* The share of new samples in this window; 1 after a restart of the stream. */
 static double fresh_share(const davar_monitor_t *monitor, const davar_result_t *result)
 {
     const bool follows = monitor->started && (result->epoch > monitor->epoch);
@@ -118,7 +103,7 @@ static double fresh_share(const davar_monitor_t *monitor, const davar_result_t *
     return (step < window) ? step / window : 1.0;
 }
 
-/* A running mean of at most `memory` windows (9.4). */
+/* Updates the running mean of at most `memory` windows (9.4). */
 static void remember(davar_monitor_tau_t *tau, double memory, double fresh, double excess,
                      double edf)
 {
@@ -135,24 +120,11 @@ static double mean_deviation(const davar_monitor_tau_t *tau, const davar_model_t
     if (!(tau->windows > 0.0)) {
         return (double)NAN;
     }
-    const double share =
-        (tau->share < 1.0) ? tau->share : 1.0; /* the first window may be a part of one */
+    const double share = (tau->share < 1.0) ? tau->share : 1.0; /* the first may be partial */
     return tau->excess / davar_root(tau->variance * share + tolerance_of(model));
 }
 
-/* A measured Allan deviation that can be compared; 0 is one. */
-static bool is_measured(const davar_adev_t *measured)
-{
-    return (measured->differences > 0U) && (measured->adev >= 0.0) && isfinite(measured->adev);
-}
-
-/* The fit's degrees of freedom; without a fit that explains the window the fewest that any noise has. */
-static double edf_of(const davar_result_t *result, uint8_t t)
-{
-    const double fitted = result->tau[t].edf;
-    return (fitted >= 1.0) ? fitted : davar_edf_least(result, t);
-}
-
+/* Without a fit that explains the window, edf is the smallest that any noise has. */
 static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_result_t *result,
                                          uint8_t t, double fresh)
 {
@@ -162,23 +134,29 @@ static davar_misfit_tau_t misfit_compare(davar_monitor_t *monitor, const davar_r
     if (model == NULL) {
         return found;
     }
-    if (!is_measured(measured)) {
-        found.match = DAVAR_TAU_NOT_IN_WINDOW;
-    } else {
-        const double edf = edf_of(result, t);
+    if ((measured->differences > 0U) && (measured->adev >= 0.0) && isfinite(measured->adev)) {
+        const double edf = (measured->edf >= 1.0) ? measured->edf : davar_edf_least(result, t);
         found.match = DAVAR_TAU_COMPARED;
         found.deviation = davar_deviation(measured->adev, edf, model);
         remember(&monitor->tau[t], monitor->memory, fresh, excess_of(measured->adev, edf, model),
                  edf);
+    } else {
+        found.match = DAVAR_TAU_NOT_IN_WINDOW;
     }
     found.mean_deviation = mean_deviation(&monitor->tau[t], model);
     return found;
 }
 
-/* The largest of |deviation| or |mean_deviation| among the compared taus over its limit, and where (9.3). */
+/* Health: the largest |deviation| or |mean_deviation| over the limit that chance exceeds in 0.5 %
+ * of windows, the two-sided normal quantile at 0.5 % / compared taus (9.3). At least one is
+ * compared. */
 static void misfit_judge(davar_misfit_t *misfit)
 {
-    const double limit = limit_of(misfit->compared);
+    static const double limits[LIMITS] = {
+        2.8070, 3.0233, 3.1440, 3.2272, 3.2905, 3.3415, 3.3840, 3.4205, 3.4524, 3.4808, 3.5062,
+        3.5293, 3.5504, 3.5699, 3.5879, 3.6047, 3.6204, 3.6352, 3.6491, 3.6623, 3.6747, 3.6866,
+        3.6979, 3.7087, 3.7190, 3.7289, 3.7384, 3.7475, 3.7563, 3.7648, 3.7730, 3.7809};
+    const double limit = limits[((misfit->compared < LIMITS) ? misfit->compared : LIMITS) - 1U];
     misfit->fast = misfit->slow = misfit->health = 0.0;
     for (uint8_t t = 0U; t < misfit->tau_count; t++) {
         const davar_misfit_tau_t *tau = &misfit->tau[t];
@@ -206,8 +184,9 @@ void davar_monitor_update(davar_monitor_t *monitor, const davar_result_t *result
                                .tau_count = result->tau_count};
     for (uint8_t t = 0U; t < result->tau_count; t++) {
         misfit->tau[t] = misfit_compare(monitor, result, t, fresh);
-        misfit->compared =
-            (uint8_t)(misfit->compared + ((misfit->tau[t].match == DAVAR_TAU_COMPARED) ? 1U : 0U));
+        if (misfit->tau[t].match == DAVAR_TAU_COMPARED) {
+            misfit->compared++;
+        }
     }
     if (misfit->compared > 0U) {
         misfit_judge(misfit);

@@ -1,4 +1,4 @@
-/* davar - the parts of a result that are not there. */
+/* davar - marks parts of a result as absent. */
 #include "number/absent.h"
 
 #include <math.h>

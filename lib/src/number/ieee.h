@@ -1,54 +1,50 @@
-/* davar - floating-point numbers as bits, and from integers: exact, and free of floating-point instructions. */
+/* davar - floating-point numbers as bits, and from integers, without floating-point
+ * instructions. */
 #ifndef DAVAR_SRC_IEEE_H
 #define DAVAR_SRC_IEEE_H
 
 #include "number/machine.h"
 #include "number/strict.h"
 
+typedef union {
+    double value;
+    uint64_t bits;
+} davar_double_t;
+
+typedef union {
+    float value;
+    uint32_t bits;
+} davar_float_t;
+
 static inline uint64_t davar_bits_of_double(double value)
 {
-    const union {
-        double value;
-        uint64_t bits;
-    } number = {.value = value};
-    return number.bits;
+    return ((davar_double_t){.value = value}).bits;
 }
 
 static inline double davar_double_of_bits(uint64_t bits)
 {
-    const union {
-        uint64_t bits;
-        double value;
-    } number = {.bits = bits};
-    return number.value;
+    return ((davar_double_t){.bits = bits}).value;
 }
 
 static inline uint32_t davar_bits_of_float(float value)
 {
-    const union {
-        float value;
-        uint32_t bits;
-    } number = {.value = value};
-    return number.bits;
+    return ((davar_float_t){.value = value}).bits;
 }
 
 static inline float davar_float_of_bits(uint32_t bits)
 {
-    const union {
-        uint32_t bits;
-        float value;
-    } number = {.bits = bits};
-    return number.value;
+    return ((davar_float_t){.bits = bits}).value;
 }
 
-/* 1 / value, a power of two. */
+/* 1 / value; the value is a power of two. */
 static inline double davar_inverse_of_power(float value)
 {
     return davar_double_of_bits((uint64_t)(1023U + 127U - (davar_bits_of_float(value) >> 23U))
                                 << 52U);
 }
 
-/* mantissa * 2^(exponent - 1086), to the nearest double, ties to even; the top bit of the mantissa is set. */
+/* mantissa * 2^(exponent - 1086) to the nearest double, ties to even. The top bit of the mantissa
+ * is set. */
 static inline double davar_double_of_mantissa(uint64_t mantissa, uint32_t exponent)
 {
     const uint64_t kept = mantissa >> 11U;
@@ -57,7 +53,7 @@ static inline double davar_double_of_mantissa(uint64_t mantissa, uint32_t expone
     return davar_double_of_bits(((uint64_t)(exponent - 1U) << 52U) + kept + up);
 }
 
-/* As a conversion rounds. */
+/* Rounds like (double)value. */
 static inline double davar_double_of_u64_by_parts(uint64_t value)
 {
     if (value == 0U) {

@@ -1,53 +1,55 @@
-/* davar - products, 128-bit sums, leading zeros: the only place that asks what the machine has. Nothing here calls a
- * function of the compiler's library on any target. */
+/* davar - products, 128-bit sums and leading zeros. All that depends on the machine is here, and
+ * nothing here calls the compiler's library on any target. */
 #ifndef DAVAR_SRC_MACHINE_H
 #define DAVAR_SRC_MACHINE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Not merged into its caller, so that a hot loop has the registers to itself. */
+/* Never inlined, so that a hot loop has the registers to itself. */
 #ifdef __GNUC__
 #define DAVAR_APART __attribute__((noinline))
 #else
 #define DAVAR_APART
 #endif
 
-/* Merged into its caller even where the compiler finds it too long, if it optimises for speed: it runs once per sample. */
+/* Always inlined when optimising for speed, because it runs once per sample. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define DAVAR_MERGED inline __attribute__((always_inline))
 #else
 #define DAVAR_MERGED inline
 #endif
 
-/* Runs at the start, at an event, or for few results: made for size, whatever a user's flags say, and laid out apart from what
- * runs at every sample. What only such functions call follows their example by itself. */
+/* Runs at the start, at an event or for few results. It is compiled for size whatever the flags of
+ * the user are, and laid out apart from the code of every sample, as are functions that only it
+ * calls. */
 #ifdef __GNUC__
 #define DAVAR_RARE __attribute__((cold))
 #else
 #define DAVAR_RARE
 #endif
 
-/* In front of a loop over samples: on a core whose loads do not move their pointers on, every turn pays for that. */
+/* Before a loop over samples: a core without post-increment loads pays for the pointer at every
+ * turn. */
 #if defined(__riscv) && defined(__GNUC__)
 #define DAVAR_UNROLLED _Pragma("GCC unroll 2")
 #else
 #define DAVAR_UNROLLED
 #endif
 
-/* A Cortex-M0, M0+, M1 or M23: no product is wider than 32 bits, and most instructions reach eight registers. */
+/* Cortex-M0, M0+, M1 or M23: products have 32 bits, and most instructions reach eight registers. */
 #if defined(__ARM_ARCH_ISA_THUMB) && (__ARM_ARCH_ISA_THUMB == 1) && (__ARM_ARCH_PROFILE == 'M')
 #define DAVAR_NARROW_PRODUCT
 #endif
 
-/* Enough registers for a loop over two cluster sizes. */
+/* Has enough registers for a loop over two cluster sizes. */
 #ifdef DAVAR_NARROW_PRODUCT
 #define DAVAR_MANY_REGISTERS false
 #else
 #define DAVAR_MANY_REGISTERS true
 #endif
 
-/* What the floating-point unit leaves to software. */
+/* The types that the floating-point unit lacks. */
 #if (defined(__arm__) && !defined(__ARM_FP)) || (defined(__riscv) && !defined(__riscv_flen))
 #define DAVAR_SOFT_FLOAT
 #define DAVAR_SOFT_DOUBLE
@@ -55,7 +57,7 @@
 #define DAVAR_SOFT_DOUBLE
 #endif
 
-/* Called, not repeated, where flash is scarce. */
+/* Called instead of inlined where flash is scarce. */
 #ifdef DAVAR_NARROW_PRODUCT
 #define DAVAR_SHARED __attribute__((noinline, unused)) static
 #else
@@ -68,7 +70,7 @@ typedef struct {
     uint64_t high;
 } davar_u128_t;
 
-/* The product by 16-bit parts, for a Cortex-M0, whose multiplier is 32 bits wide. */
+/* The product by 16-bit parts, for a Cortex-M0, whose products have 32 bits. */
 DAVAR_SHARED uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
 {
     const uint32_t a0 = a & 0xFFFFU;
@@ -83,7 +85,8 @@ DAVAR_SHARED uint64_t davar_multiply_u32_by_parts(uint32_t a, uint32_t b)
 }
 
 #if defined(DAVAR_NARROW_PRODUCT) && defined(__GNUC__) && !defined(DAVAR_PORTABLE)
-/* The same in the core's own instructions, 17 instead of 25: nearly all that a result takes is made of this product. */
+/* The same in 17 instructions instead of 25: most of the time of a result goes into this
+ * product. */
 DAVAR_SHARED uint64_t davar_multiply_u32_v6m(uint32_t a, uint32_t b)
 {
     uint32_t low;
@@ -136,7 +139,7 @@ static inline bool davar_fits_i16(int32_t a)
     return ((uint32_t)a + 0x8000U) < 0x10000U;
 }
 
-/* Signed, as the bits of an int64_t; one product when that is enough, as it mostly is. */
+/* Signed, as the bits of an int64_t; mostly one product is enough. */
 static inline uint64_t davar_multiply_i32_by_parts(int32_t a, int32_t b)
 {
     if (davar_fits_i16(a) && davar_fits_i16(b)) {
@@ -155,7 +158,7 @@ static inline uint64_t davar_multiply_i32(int32_t a, int32_t b)
 #endif
 }
 
-/* A square by 16-bit parts: one product when it fits 32 bits, as most differences' do. */
+/* A square by 16-bit parts; one product if it fits 32 bits, like most differences. */
 static inline uint64_t davar_square_i32_by_parts(int32_t a)
 {
     const uint32_t bits = (uint32_t)a;
@@ -181,13 +184,13 @@ static inline uint64_t davar_square_i32(int32_t a)
 #endif
 }
 
-/* |a| or |a| - 1, by the sign; bit by bit the same or nothing, so that an OR of many tells how large one can be. */
+/* |a|, or |a| - 1 if a is negative: an OR of many bounds the largest. */
 static inline uint32_t davar_size_i32(int32_t a)
 {
     return (uint32_t)a ^ ((a < 0) ? UINT32_MAX : 0U);
 }
 
-/* At most 2^30: a product of 32 bits, or the first half of one that adds to 64 at once. */
+/* At most 2^30: a 32-bit product, or the start of a multiply-accumulate of 64 bits. */
 static inline uint64_t davar_square_i16(int16_t a)
 {
 #ifdef DAVAR_NARROW_PRODUCT
@@ -197,7 +200,7 @@ static inline uint64_t davar_square_i16(int16_t a)
 #endif
 }
 
-/* a >= 0 and a factor of 16 bits, as the bits of an int64_t. */
+/* a >= 0; as the bits of an int64_t. */
 static inline uint64_t davar_multiply_by_i16_by_parts(int32_t a, int16_t b)
 {
     const int32_t high = (a >> 16U) * b;
@@ -214,7 +217,7 @@ static inline uint64_t davar_multiply_by_i16(int32_t a, int16_t b)
 #endif
 }
 
-/* The product by 32-bit parts, for compilers without a 128-bit type (and for the tests of this path on those with). */
+/* By 32-bit parts, for compilers without a 128-bit type. */
 static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
 {
     const uint32_t a0 = (uint32_t)a;
@@ -225,10 +228,28 @@ static inline davar_u128_t davar_multiply_u64_by_parts(uint64_t a, uint64_t b)
     const uint64_t p01 = davar_multiply_u32(a0, b1);
     const uint64_t p10 = davar_multiply_u32(a1, b0);
     const uint64_t middle = (p00 >> 32U) + (p01 & UINT32_MAX) + (p10 & UINT32_MAX);
-    const davar_u128_t product = {
+    return (davar_u128_t){
         (middle << 32U) | (p00 & UINT32_MAX),
         davar_multiply_u32(a1, b1) + (p01 >> 32U) + (p10 >> 32U) + (middle >> 32U),
     };
+}
+
+static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
+{
+#ifdef __SIZEOF_INT128__
+    __extension__ const unsigned __int128 product = (unsigned __int128)a * b;
+    return (davar_u128_t){(uint64_t)product, (uint64_t)(product >> 64U)};
+#else
+    return davar_multiply_u64_by_parts(a, b);
+#endif
+}
+
+/* Signed, modulo 2^128: the unsigned product less the sign of each operand times the other. */
+static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
+{
+    davar_u128_t product = davar_multiply_u64((uint64_t)a, (uint64_t)b);
+    product.high -= (a < 0) ? (uint64_t)b : 0U;
+    product.high -= (b < 0) ? (uint64_t)a : 0U;
     return product;
 }
 
@@ -238,18 +259,30 @@ static inline void davar_u128_copy(davar_u128_t *to, const davar_u128_t *from)
     to->high = from->high;
 }
 
-/* A sum or a difference with its carry by comparison, a product with a small factor by parts: likewise. */
-static inline davar_u128_t davar_u128_add_by_parts(davar_u128_t a, davar_u128_t b)
+/* Modulo 2^128, signed or not; here and below. */
+static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
 {
     const uint64_t low = a.low + b.low;
-    const davar_u128_t sum = {low, a.high + b.high + (uint64_t)(low < b.low)};
-    return sum;
+    return (davar_u128_t){low, a.high + b.high + (uint64_t)(low < b.low)};
 }
 
-static inline davar_u128_t davar_u128_subtract_by_parts(davar_u128_t a, davar_u128_t b)
+static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
 {
-    const davar_u128_t difference = {a.low - b.low, a.high - b.high - (uint64_t)(a.low < b.low)};
-    return difference;
+    return (davar_u128_t){a.low - b.low, a.high - b.high - (uint64_t)(a.low < b.low)};
+}
+
+static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
+{
+    const uint64_t p0 = davar_multiply_u32((uint32_t)a.low, factor);
+    const uint64_t p1 = davar_multiply_u32((uint32_t)(a.low >> 32U), factor) + (p0 >> 32U);
+    const uint64_t p2 = davar_multiply_u32((uint32_t)a.high, factor) + (p1 >> 32U);
+    const uint32_t p3 = (uint32_t)(a.high >> 32U) * factor;
+    return (davar_u128_t){(p1 << 32U) | (uint32_t)p0, p2 + ((uint64_t)p3 << 32U)};
+}
+
+static inline davar_u128_t davar_u128_of_i64(int64_t a)
+{
+    return (davar_u128_t){(uint64_t)a, (a < 0) ? UINT64_MAX : 0U};
 }
 
 /* Leading zeros of a value that is not 0, by halving. */
@@ -291,91 +324,11 @@ static inline uint32_t davar_leading_zeros(uint64_t value)
                         : (32U + davar_leading_zeros_32((uint32_t)value));
 }
 
-#ifdef __SIZEOF_INT128__
-__extension__ typedef unsigned __int128 davar_native_u128_t;
-
-static inline davar_native_u128_t davar_native_u128(davar_u128_t value)
-{
-    return ((davar_native_u128_t)value.high << 64U) | value.low;
-}
-
-static inline davar_u128_t davar_u128_from_native(davar_native_u128_t native)
-{
-    const davar_u128_t value = {(uint64_t)native, (uint64_t)(native >> 64U)};
-    return value;
-}
-
-static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_from_native(davar_native_u128(a) + davar_native_u128(b));
-}
-
-static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_from_native(davar_native_u128(a) - davar_native_u128(b));
-}
-
-static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
-{
-    return davar_u128_from_native((davar_native_u128_t)a * b);
-}
-#else
-static inline davar_u128_t davar_u128_add(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_add_by_parts(a, b);
-}
-
-static inline davar_u128_t davar_u128_subtract(davar_u128_t a, davar_u128_t b)
-{
-    return davar_u128_subtract_by_parts(a, b);
-}
-
-static inline davar_u128_t davar_multiply_u64(uint64_t a, uint64_t b)
-{
-    return davar_multiply_u64_by_parts(a, b);
-}
-#endif
-
-/* Signed product, modulo 2^128: the unsigned one, less each operand's sign times the other. */
-static inline davar_u128_t davar_multiply_i64(int64_t a, int64_t b)
-{
-    davar_u128_t product = davar_multiply_u64((uint64_t)a, (uint64_t)b);
-    product.high -= (a < 0) ? (uint64_t)b : 0U;
-    product.high -= (b < 0) ? (uint64_t)a : 0U;
-    return product;
-}
-
-/* Modulo 2^128, signed or not. */
-static inline davar_u128_t davar_u128_scale_by_parts(davar_u128_t a, uint32_t factor)
-{
-    const uint64_t p0 = davar_multiply_u32((uint32_t)a.low, factor);
-    const uint64_t p1 = davar_multiply_u32((uint32_t)(a.low >> 32U), factor) + (p0 >> 32U);
-    const uint64_t p2 = davar_multiply_u32((uint32_t)a.high, factor) + (p1 >> 32U);
-    const uint32_t p3 = (uint32_t)(a.high >> 32U) * factor;
-    const davar_u128_t product = {(p1 << 32U) | (uint32_t)p0, p2 + ((uint64_t)p3 << 32U)};
-    return product;
-}
-
-static inline davar_u128_t davar_u128_scale(davar_u128_t a, uint32_t factor)
-{
-#ifdef __SIZEOF_INT128__
-    return davar_u128_from_native(davar_native_u128(a) * factor);
-#else
-    return davar_u128_scale_by_parts(a, factor);
-#endif
-}
-
 /* Modulo 2^64. */
 static inline uint64_t davar_scale_u64(uint64_t a, uint32_t factor)
 {
     return davar_multiply_u32((uint32_t)a, factor) +
            ((uint64_t)((uint32_t)(a >> 32U) * factor) << 32U);
-}
-
-static inline davar_u128_t davar_u128_of_i64(int64_t a)
-{
-    const davar_u128_t wide = {(uint64_t)a, (a < 0) ? UINT64_MAX : 0U};
-    return wide;
 }
 
 #endif

@@ -1,4 +1,5 @@
-/* davar - roots, quotients and products in integers. Fixed point: "a.b" has a bits in front of the point and b behind it. */
+/* davar - roots, quotients and products in integers. Fixed point "a.b": a bits before the point, b
+ * after it. */
 #include "number/real.h"
 
 #define FRACTION_BITS 52U
@@ -10,21 +11,21 @@ static inline uint64_t top_64(uint64_t a, uint64_t b)
     return davar_multiply_u64(a, b).high;
 }
 
-/* Of 96 bits. */
+/* The product has 96 bits. */
 static inline uint64_t top_64_of_96(uint64_t a, uint32_t b)
 {
     return davar_multiply_u32((uint32_t)(a >> 32U), b) + davar_upper_product((uint32_t)a, b);
 }
 
-/* --- roots -------------------------------------------------------------------------------------------------------
- * Of m in [1, 4) a polynomial gives r = 1 / sqrt(m) within 2.5 %, and Goldschmidt's iteration
+/* --- roots ---------------------------------------------------------------------------------------
+ * For m in [1, 4) a polynomial gives r = 1 / sqrt(m) within 2.5 %. Goldschmidt's iteration
  *
  *     s = m r;   u = 3 - s r,  r <- r u / 2,  s <- s u / 2
  *
- * turns a relative error e into 1.5 e^2: 2.5e-2, 9e-4, 1.2e-6, 2e-9 (32 bits end there), 6e-18. What comes out is the root
- * or just below it; the remainder says which way to round. */
+ * turns a relative error e into 1.5 e^2: 2.5e-2, 9e-4, 1.2e-6, 2e-9 (32 bits end there), 6e-18. The
+ * result is the root or just below it, and the remainder decides the rounding. */
 
-/* 3 as 2.30, and a little less, so that what should be below 1 never reaches it. */
+/* 3 as 2.30. A little less, so that a value below 1 never reaches 1. */
 #define THREE UINT32_C(0xC0000000)
 #define BELOW_THREE (THREE - 2U)
 
@@ -38,7 +39,8 @@ static inline uint32_t correction(estimate_t estimate)
     return BELOW_THREE - davar_upper_product(estimate.root, estimate.reciprocal);
 }
 
-/* m as 2.30; the relative error is below 2e-6. 1.33542 - 0.41067 m + 0.05121 m^2 is the minimax polynomial. */
+/* m as 2.30; the relative error is below 2e-6. The minimax polynomial is
+ * 1.33542 - 0.41067 m + 0.05121 m^2. */
 static estimate_t estimate_of(uint32_t m)
 {
     const uint32_t slope =
@@ -53,24 +55,21 @@ static estimate_t estimate_of(uint32_t m)
     return estimate;
 }
 
-/* A mantissa with its top bit set and an exponent that is biased: m in [1, 4), and an even exponent halved. */
-static inline uint32_t halve_exponent(uint32_t exponent, uint32_t bias)
-{
-    return (exponent + bias) >> 1U;
-}
-
 uint32_t davar_root_of_mantissa_by_integers(uint32_t m)
 {
     const estimate_t estimate = estimate_of(m);
-    uint32_t root =
-        (davar_upper_product(estimate.root, correction(estimate)) - 1U) >> 6U; /* 9.23, from 3.29 */
+    const uint32_t s = davar_upper_product(estimate.root, correction(estimate));
+    uint32_t root = (s - 1U) >> 6U;                       /* 9.23, from 3.29 */
     const uint32_t short_of = (m << 16U) - (root * root); /* m - root^2, modulo 2^32 */
-    root += (root - short_of) >> 31U;                     /* beyond half a unit: up */
+    root += (root - short_of) >> 31U;                     /* up if above half a unit */
     return root;
 }
 
-static uint64_t root_of_mantissa_64(uint64_t m)
+/* The mantissa has its top bit set; the exponent is that of a double. */
+static double root_of(uint64_t mantissa, uint32_t exponent)
 {
+    const bool odd = ((exponent & 1U) != 0U);             /* without the bias it is even */
+    const uint64_t m = odd ? (mantissa >> 1U) : mantissa; /* in [1, 4) with an even exponent */
     const estimate_t estimate = estimate_of((uint32_t)(m >> 32U));
     const uint32_t reciprocal = davar_upper_product(estimate.reciprocal, correction(estimate))
                                 << 1U;
@@ -79,35 +78,19 @@ static uint64_t root_of_mantissa_64(uint64_t m)
     uint64_t root = (top_64(s, u) - 2U) >> 9U; /* 12.52, from 3.61 */
     const uint64_t short_of = (m << 42U) - (root * root);
     root += (root - short_of) >> 63U;
-    return root;
-}
-
-/* Of a mantissa with its top bit set, and an exponent as a double has it. */
-static double root_of(uint64_t mantissa, uint32_t exponent)
-{
-    const bool odd = ((exponent & 1U) != 0U); /* less the bias: even */
-    const uint64_t root = root_of_mantissa_64(odd ? (mantissa >> 1U) : mantissa);
-    const uint64_t half = (uint64_t)halve_exponent(exponent, 0x3FFU) << FRACTION_BITS;
+    const uint64_t half = (uint64_t)((exponent + 0x3FFU) >> 1U) << FRACTION_BITS;
     return davar_double_of_bits(half | (root & FRACTION));
-}
-
-/* Of 0, infinity, NaN and what is negative: all but the last are their own. */
-static double special_root(double value)
-{
-    return (value < 0.0) ? (double)NAN : value;
 }
 
 double davar_root_by_integers(double value)
 {
     uint64_t bits = davar_bits_of_double(value);
     uint32_t exponent = (uint32_t)(bits >> FRACTION_BITS);
-    if ((exponent >= 0x7FFU) ||
-        (bits == 0U)) { /* a set sign is an exponent beyond that of infinity */
-        return special_root(value);
+    if ((exponent >= 0x7FFU) || (bits == 0U)) { /* a set sign exceeds the exponent of infinity */
+        return (value < 0.0) ? (double)NAN : value;
     }
     bits <<= 11U;
-    if (exponent ==
-        0U) { /* subnormal: counted from the bit that would be the first of a mantissa */
+    if (exponent == 0U) { /* subnormal: the top bit of the fraction becomes that of a mantissa */
         const uint32_t zeros = davar_leading_zeros(bits);
         bits <<= zeros;
         exponent = 1U - zeros;
@@ -115,12 +98,13 @@ double davar_root_by_integers(double value)
     return root_of(bits | (UINT64_C(1) << 63U), exponent);
 }
 
-/* --- quotients ---------------------------------------------------------------------------------------------------
- * Of b in [1, 2) a line gives x = 1 / b within 1/17, and Newton's iteration x <- x (2 - b x) turns a relative error e into
- * e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the two's complement of b x. */
+/* --- quotients -----------------------------------------------------------------------------------
+ * For b in [1, 2) a line gives x = 1 / b within 1/17. Newton's iteration x <- x (2 - b x) turns a
+ * relative error e into e^2: 6e-2, 3e-3, 1e-5, 2e-10 (32 bits end there), 5e-20. 2 - b x is the
+ * two's complement of b x. */
 
-/* The line is 24/17 - 8/17 b, modulo 1; 8/17 is 0x78787878 / 2^32, but a compiler takes that for an invitation to shift and
- * add, which is dearer than a product. */
+/* The line is 24/17 - 8/17 b, modulo 1. 8/17 is 0x78787878 / 2^32, but a compiler would replace
+ * that factor by shifts and sums, which are slower than a product. */
 uint32_t davar_reciprocal_of_mantissa(uint32_t b)
 {
     uint32_t x = UINT32_C(1768515945) - (davar_upper_product(b, UINT32_C(0x7878A3D5)) << 1U);
@@ -137,13 +121,12 @@ static uint64_t reciprocal_of(uint64_t b)
     return top_64_of_96(0U - top_64_of_96(b, x), x) << 1U;
 }
 
-/* Two mantissas of 53 bits, b <= a < 2 b, and 1 / b: their quotient, 2^52 .. 2^53 - 1, rounded. It is never half way between
- * two. */
+/* The rounded quotient of two 53-bit mantissas, b <= a < 2 b: 2^52 .. 2^53 - 1. It is never half
+ * way between two doubles. */
 static uint64_t quotient_of_mantissas(uint64_t a, uint64_t b, uint64_t reciprocal)
 {
-    uint64_t quotient =
-        (top_64(a << 10U, reciprocal) - 4U) >> 10U;        /* the whole part, or one less */
-    uint64_t rest = (a << FRACTION_BITS) - (quotient * b); /* modulo 2^64 */
+    uint64_t quotient = (top_64(a << 10U, reciprocal) - 4U) >> 10U; /* exact, or one less */
+    uint64_t rest = (a << FRACTION_BITS) - (quotient * b);          /* modulo 2^64 */
     if (rest >= b) {
         quotient++;
         rest -= b;
@@ -179,8 +162,7 @@ double davar_divide_by_integers(double dividend, double divisor)
     }
     if (!is_normal(exponent_of(bits)) || !is_normal(exponent_of(by)) || !is_normal(exponent) ||
         !is_normal(exponent + 2U)) {
-        return dividend /
-               divisor; /* 0, infinity, NaN, and what is too small or too large: the compiler's business */
+        return dividend / divisor; /* 0, infinity, NaN, subnormal or out of range: compiler code */
     }
     const uint64_t sign = (bits ^ by) & (UINT64_C(1) << 63U);
     return davar_double_of_bits(sign | (((uint64_t)exponent << FRACTION_BITS) +
@@ -204,7 +186,7 @@ double davar_root_of_quotient_by_integers(double dividend, double divisor)
     return root_of(quotient_of_mantissas(a, b, reciprocal_of(b << 11U)) << 11U, exponent);
 }
 
-/* --- products ------------------------------------------------------------------------------------------------------ */
+/* --- products --------------------------------------------------------------------------------- */
 
 double davar_scale_by_integers(double a, double b)
 {

@@ -1,6 +1,6 @@
-/* davar - roots, quotients and products, correctly rounded as IEEE 754 has them, so the same bits on every target. A core whose
- * floating-point unit has the instruction uses it; on the others they are taken in integers, much faster than by the
- * compilers' libraries, which go digit by digit. */
+/* davar - roots, quotients and products, correctly rounded as IEEE 754 requires: the same bits on
+ * every target. Without the floating-point instruction they are computed in integers, much faster
+ * than by the digit-by-digit library of a compiler. */
 #ifndef DAVAR_SRC_REAL_H
 #define DAVAR_SRC_REAL_H
 
@@ -8,23 +8,24 @@
 
 #include <math.h>
 
-/* 0, NaN and infinity are their own; of what is negative, NaN. */
+/* The root of 0, NaN or infinity is itself, that of a negative number NaN. */
 double davar_root_by_integers(double value);
 
 double davar_divide_by_integers(double dividend, double divisor);
 
-/* A product, rounded: a is 0 or normal, b and the product are normal. */
+/* a is 0 or normal; b and the product are normal. */
 double davar_scale_by_integers(double a, double b);
 
-/* The root of a quotient; both rounded. The dividend is 0 or normal, the divisor and the quotient are normal. */
+/* The root of a quotient, both rounded. The dividend is 0 or normal, the divisor and the quotient
+ * are normal. */
 double davar_root_of_quotient_by_integers(double dividend, double divisor);
 
-/* Their steps of 32 bits. Of m in [1, 4), as 2.30 with 24 bits, the root as 9.23, correctly rounded. Of b in [1, 2), as 1.31,
- * 1 / b as 0.32 within 3 units. */
+/* Steps of 32 bits. The root of m in [1, 4), as 2.30 with 24 bits, is 9.23 and correctly rounded.
+ * The reciprocal of b in [1, 2), as 1.31, is 0.32 within 3 units. */
 uint32_t davar_root_of_mantissa_by_integers(uint32_t m);
 uint32_t davar_reciprocal_of_mantissa(uint32_t b);
 
-/* amount / n, n not 0, cut: up to 4 too small. */
+/* amount / n truncated, up to 4 too small; n is not 0. */
 static inline uint32_t davar_divided(uint32_t amount, uint32_t n)
 {
     const uint32_t zeros = davar_leading_zeros_32(n);
@@ -40,8 +41,8 @@ static inline double davar_root(double value)
 #endif
 }
 
-/* On Arm in its own instruction: sqrtf would bring errno with it, whatever a user's flags say. Exact but for the root: 2^15 .. 2^16,
- * of 24 bits. */
+/* Exact except for the root: 2^15 .. 2^16, of 24 bits. On Arm the instruction itself, because sqrtf
+ * sets errno unless the user switches that off. */
 static inline uint32_t davar_root_of_mantissa(uint32_t m)
 {
 #ifdef DAVAR_SOFT_FLOAT

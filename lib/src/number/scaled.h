@@ -1,5 +1,6 @@
-/* davar - positive numbers as a mantissa of 32 bits and a power of two. What follows from a result's ADEVs (a limit, a root, a
- * bound) is known to a few percent; 32 bits are plenty, and integers cost every core the same and give it the same bits. */
+/* davar - positive numbers as a 32-bit mantissa and a power of two, for limits, roots and bounds.
+ * These are known to a few percent, and integers cost the same and give the same bits on every
+ * core. */
 #ifndef DAVAR_SRC_SCALED_H
 #define DAVAR_SRC_SCALED_H
 
@@ -7,63 +8,57 @@
 
 #define SCALED_TOP (UINT32_C(1) << 31U)
 
-/* The exponent of 0: far below that of any double, so that a product with 0 is none either. */
+/* The exponent of 0: so far below that of any double that a product with 0 also becomes 0. */
 #define SCALED_ZERO (-16384)
 
-/* mantissa * 2^exponent; the top bit of the mantissa is set, or it is 0. */
+/* mantissa * 2^exponent; the top bit of the mantissa is set unless it is 0. */
 typedef struct {
     uint32_t mantissa;
     int32_t exponent;
 } scaled_t;
 
-/* Of a normal double, to 32 bits; anything smaller is 0. */
+/* From a normal double, to 32 bits; anything smaller becomes 0. */
 static inline scaled_t scaled_of_double(double value)
 {
     const uint64_t bits = davar_bits_of_double(value);
     const int32_t exponent = (int32_t)(bits >> 52U);
-    const uint32_t mantissa = SCALED_TOP | (uint32_t)(bits >> 21U);
-    const scaled_t normal = {mantissa, exponent - (1023 + 31)};
+    const scaled_t normal = {SCALED_TOP | (uint32_t)(bits >> 21U), exponent - (1023 + 31)};
     const scaled_t zero = {0U, SCALED_ZERO};
-    const scaled_t scaled = (exponent == 0) ? zero : normal;
-    return scaled;
+    return (exponent == 0) ? zero : normal;
 }
 
-/* Of a positive normal float, exactly. */
+/* From a positive normal float, exactly. */
 static inline scaled_t scaled_of_float(float value)
 {
     const uint32_t bits = davar_bits_of_float(value);
-    const scaled_t scaled = {SCALED_TOP | (bits << 8U), (int32_t)(bits >> 23U) - (127 + 31)};
-    return scaled;
+    return (scaled_t){SCALED_TOP | (bits << 8U), (int32_t)(bits >> 23U) - (127 + 31)};
 }
 
-/* value * 2^exponent, not 0. */
+/* value * 2^exponent; the value is not 0. */
 static inline scaled_t scaled_of_u32(uint32_t value, int32_t exponent)
 {
     const uint32_t zeros = davar_leading_zeros_32(value);
-    const scaled_t scaled = {value << zeros, exponent - (int32_t)zeros};
-    return scaled;
+    return (scaled_t){value << zeros, exponent - (int32_t)zeros};
 }
 
 /* value * 2^exponent */
 static inline scaled_t scaled_of_u64(uint64_t value, int32_t exponent)
 {
     if (value == 0U) {
-        const scaled_t zero = {0U, SCALED_ZERO};
-        return zero;
+        return (scaled_t){0U, SCALED_ZERO};
     }
     const uint32_t zeros = davar_leading_zeros(value);
-    const scaled_t scaled = {(uint32_t)((value << zeros) >> 32U), exponent + 32 - (int32_t)zeros};
-    return scaled;
+    return (scaled_t){(uint32_t)((value << zeros) >> 32U), exponent + 32 - (int32_t)zeros};
 }
 
-/* Cut to 24 bits; its exponent must be one of a float. */
+/* Truncated to 24 bits; the exponent must fit a float. */
 static inline float scaled_to_float(scaled_t scaled)
 {
     return davar_float_of_bits(((uint32_t)(scaled.exponent + 127 + 31) << 23U) +
                                ((scaled.mantissa << 1U) >> 9U));
 }
 
-/* 0 when it is too small for a normal double, infinity when too large. */
+/* 0 if too small for a normal double, infinity if too large. */
 static inline double scaled_to_double(scaled_t scaled)
 {
     const int32_t exponent = scaled.exponent + (1023 + 31);
@@ -74,23 +69,21 @@ static inline double scaled_to_double(scaled_t scaled)
     return davar_double_of_bits(((uint64_t)upper << 32U) | (scaled.mantissa << 21U));
 }
 
-/* Without a branch, which data as random as these would mislead. */
+/* Without a branch: random data would mispredict it. */
 static inline scaled_t scaled_times(scaled_t a, scaled_t b)
 {
     const uint32_t product = davar_upper_product(a.mantissa, b.mantissa);
     const uint32_t shift = 1U - (product >> 31U); /* two top bits multiply to at least 2^62 */
-    const scaled_t scaled = {product << shift, a.exponent + b.exponent + 32 - (int32_t)shift};
-    return scaled;
+    return (scaled_t){product << shift, a.exponent + b.exponent + 32 - (int32_t)shift};
 }
 
-/* Of what is not 0; to a few units of the last bit. */
+/* Within a few units of the last bit; a is not 0. */
 static inline scaled_t scaled_inverse(scaled_t a)
 {
-    const scaled_t scaled = {davar_reciprocal_of_mantissa(a.mantissa), -63 - a.exponent};
-    return scaled;
+    return (scaled_t){davar_reciprocal_of_mantissa(a.mantissa), -63 - a.exponent};
 }
 
-/* What is smaller loses the bits below the last one of the other. */
+/* The smaller number loses the bits below the last one of the larger. */
 static inline scaled_t scaled_plus(scaled_t a, scaled_t b)
 {
     const bool swap = a.exponent < b.exponent;
@@ -104,7 +97,7 @@ static inline scaled_t scaled_plus(scaled_t a, scaled_t b)
     return (sum < large.mantissa) ? beyond : within;
 }
 
-/* In units of 2^-bits, to the nearest; what 32 bits cannot hold is as much as they can. */
+/* In units of 2^-bits, to the nearest, at most UINT32_MAX. */
 static inline uint32_t scaled_to_fixed(scaled_t a, int32_t bits)
 {
     if (a.exponent >= -bits) {
@@ -115,13 +108,12 @@ static inline uint32_t scaled_to_fixed(scaled_t a, int32_t bits)
     return (twice >> 1U) + (twice & 1U);
 }
 
-/* Of the mantissa's upper 24 bits, rounded as a float's. */
+/* From the upper 24 bits of the mantissa, rounded like a float. */
 static inline scaled_t scaled_root(scaled_t a)
 {
     const uint32_t odd = (uint32_t)a.exponent & 1U;
     const uint32_t root = davar_root_of_mantissa((a.mantissa & ~UINT32_C(0xFF)) >> odd);
-    const scaled_t scaled = {root << 8U, ((a.exponent - (int32_t)odd) / 2) + (int32_t)odd - 16};
-    return scaled;
+    return (scaled_t){root << 8U, ((a.exponent - (int32_t)odd) / 2) + (int32_t)odd - 16};
 }
 
 #endif

@@ -1,5 +1,6 @@
-/* davar - floating-point arithmetic as it is written: flags that change a result are refused here, or switched off. Every source that
- * computes with float or double includes this (tests/consumer/test_flags.py). */
+/* davar - IEEE arithmetic: compiler flags that change a result are errors here, or are switched
+ * off. Every source that computes with float or double includes this
+ * (tests/consumer/test_flags.py). */
 #ifndef DAVAR_SRC_STRICT_H
 #define DAVAR_SRC_STRICT_H
 
@@ -24,7 +25,7 @@
 _Static_assert(sizeof(1.0) == sizeof(double), "davar needs constants of type double: compile its "
                                               "sources without -fsingle-precision-constant");
 
-/* No product may be fused with a sum. */
+/* Hazard: a product that is fused with a sum rounds differently. */
 #if defined(__clang__)
 #if defined(__x86_64__) || defined(__i386__) || defined(__aarch64__)
 #pragma float_control(precise, on) /* -fassociative-math and -freciprocal-math define no macro */
@@ -32,7 +33,7 @@ _Static_assert(sizeof(1.0) == sizeof(double), "davar needs constants of type dou
 #else
 #pragma clang fp reassociate(off)
 #endif
-#pragma STDC FP_CONTRACT OFF /* behind float_control, which turns it on */
+#pragma STDC FP_CONTRACT OFF /* after float_control, which turns it on */
 #elif defined(__GNUC__)
 #if (__GNUC__ < 12) /* these define no macro there */
 #pragma GCC optimize("no-associative-math", "no-reciprocal-math")

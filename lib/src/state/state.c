@@ -1,5 +1,5 @@
-/* davar - saves and restores an instance. The caller's memory is saved as it lies there, pointers and all; restoring lays
- * it out anew, which overwrites every pointer. */
+/* davar - saves and restores an instance. The caller's memory is saved as it is, pointers included;
+ * restoring lays it out again, which overwrites every pointer. */
 #include "davar/state.h"
 
 #include "core/instance.h"
@@ -11,20 +11,20 @@
 #include <string.h>
 
 #define MAGIC 0x52564144U         /* "DAVR" */
-#define MAGIC_SWAPPED 0x44415652U /* ... as a machine of the other byte order wrote it */
+#define MAGIC_SWAPPED 0x44415652U /* written with the other byte order */
 #define FORMAT 4U
 #define SLOTS 2U
 
-/* In front of each image; `check` covers all fields above it and the payload. */
+/* Before each image. `check` covers the fields above it and the payload. */
 typedef struct {
     uint32_t magic;
     uint32_t bytes;       /* of the payload */
     uint32_t fingerprint; /* of format, number type, configuration and machine */
-    uint32_t order;       /* one more than that of the image before, modulo 2^32 */
+    uint32_t order;       /* one more than that of the previous image, modulo 2^32 */
     uint32_t check;
 } header_t;
 
-/* What the instance itself holds, without its pointers. */
+/* The instance without its pointers. */
 typedef struct {
     davar_window_t window;
     davar_health_t health;
@@ -40,7 +40,7 @@ typedef struct {
 /* CRC-32 (IEEE 802.3, reflected), four bits at a time. */
 DAVAR_RARE static uint32_t check_of(uint32_t check, const void *data, size_t bytes)
 {
-    static const uint32_t TABLE[16] = {
+    static const uint32_t table[16] = {
         0x00000000U, 0x1DB71064U, 0x3B6E20C8U, 0x26D930ACU, 0x76DC4190U, 0x6B6B51F4U,
         0x4DB26158U, 0x5005713CU, 0xEDB88320U, 0xF00F9344U, 0xD6D6A3E8U, 0xCB61B38CU,
         0x9B64C2B0U, 0x86D3D2D4U, 0xA00AE278U, 0xBDBDF21CU,
@@ -48,8 +48,8 @@ DAVAR_RARE static uint32_t check_of(uint32_t check, const void *data, size_t byt
     const unsigned char *const byte = data;
     uint32_t crc = ~check;
     for (size_t i = 0U; i < bytes; i++) {
-        crc = (crc >> 4U) ^ TABLE[(crc ^ byte[i]) & 15U];
-        crc = (crc >> 4U) ^ TABLE[(crc ^ ((uint32_t)byte[i] >> 4U)) & 15U];
+        crc = (crc >> 4U) ^ table[(crc ^ byte[i]) & 15U];
+        crc = (crc >> 4U) ^ table[(crc ^ ((uint32_t)byte[i] >> 4U)) & 15U];
     }
     return ~crc;
 }
@@ -79,7 +79,7 @@ static uint32_t check_of_f64(uint32_t check, const double *value)
     return check_of_u32(check_of_u32(check, (uint32_t)bits), (uint32_t)(bits >> 32U));
 }
 
-/* How a field enters the fingerprint, by its kind. */
+/* Adds a field to the fingerprint, by its kind. */
 #define CHECK_F64(check, value) check_of_f64(check, &(value))
 #define CHECK_U32(check, value) check_of_u32(check, value)
 #define CHECK_U16(check, value) check_of_u32(check, value)
@@ -88,7 +88,7 @@ static uint32_t check_of_f64(uint32_t check, const double *value)
 #define CHECK_MODE(check, value) check_of_u32(check, (uint32_t)(value))
 #define CHECK_ENGINE(check, value) check_of_u32(check, (uint32_t)(value))
 
-/* Of all that an image depends on. Field by field: padding has no defined value. */
+/* Covers everything that an image depends on. Field by field, because padding is undefined. */
 DAVAR_RARE static uint32_t fingerprint(const davar_t *davar)
 {
     const davar_config_t *const config = davar->config;
@@ -122,7 +122,7 @@ DAVAR_RARE size_t davar_state_bytes(const davar_t *davar)
     return sizeof(header_t) + sizeof(saved_t) + memory_bytes(davar);
 }
 
-/* --- reading ----------------------------------------------------------------------------------------------------- */
+/* --- reading ---------------------------------------------------------------------------------- */
 
 DAVAR_RARE static uint32_t swapped(uint32_t value)
 {
@@ -130,17 +130,8 @@ DAVAR_RARE static uint32_t swapped(uint32_t value)
            (value << 24U);
 }
 
-/* All but the magic, which keeps the other byte order in mind. */
-DAVAR_RARE static void swap_header(header_t *header)
-{
-    header->bytes = swapped(header->bytes);
-    header->fingerprint = swapped(header->fingerprint);
-    header->order = swapped(header->order);
-    header->check = swapped(header->check);
-}
-
-/* Reads a slot to its end. False: it cannot be read, as is usual for half-written flash. An image of the other byte order is
- * whole too; its magic remains swapped. */
+/* Reads a whole slot. False: it is unreadable, as half-written flash often is. An image of the
+ * other byte order may be whole; its magic stays swapped, so that it never fits. */
 DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, header_t *header,
                                  bool *whole)
 {
@@ -149,9 +140,11 @@ DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, 
     if (!storage->read(storage->context, offset, header, sizeof *header)) {
         return false;
     }
-    uint32_t check = header_check(header); /* of the bytes as they lie there */
+    uint32_t check = header_check(header); /* of the stored bytes */
     if (header->magic == MAGIC_SWAPPED) {
-        swap_header(header);
+        header->bytes = swapped(header->bytes);
+        header->order = swapped(header->order);
+        header->check = swapped(header->check);
     } else if (header->magic != MAGIC) {
         return true;
     }
@@ -173,14 +166,14 @@ DAVAR_RARE static bool read_slot(const davar_storage_t *storage, unsigned slot, 
     return true;
 }
 
-/* What the two slots hold. */
+/* The content of both slots. */
 typedef struct {
     header_t header[SLOTS];
     bool whole[SLOTS];
-    unsigned newest; /* of the whole ones; slot 1 when there is none, so that slot 0 comes next */
+    unsigned newest; /* whole image; 1 if there is none, so that slot 0 is next */
 } slots_t;
 
-/* False: neither can be read. One that cannot holds no whole image. */
+/* False: neither slot is readable. An unreadable slot has no whole image. */
 DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots)
 {
     memset(slots, 0, sizeof *slots);
@@ -191,26 +184,17 @@ DAVAR_RARE static bool read_slots(const davar_storage_t *storage, slots_t *slots
     return first || second;
 }
 
-/* Hazard: a second reading may differ from the first. So what has landed in the memory is checked, and nothing of it is used
- * before. */
-DAVAR_RARE static bool load(davar_t *davar, const davar_storage_t *storage, unsigned slot,
-                            const header_t *header, saved_t *saved)
-{
-    const size_t offset = (slot * storage->slot_bytes) + sizeof *header;
-    const size_t bytes = memory_bytes(davar);
-    if (!storage->read(storage->context, offset, saved, sizeof *saved) ||
-        !storage->read(storage->context, offset + sizeof *saved, davar->stages, bytes)) {
-        return false;
-    }
-    return payload_check(header, saved, davar->stages, bytes) == header->check;
-}
-
-/* False: the instance is as after init. */
+/* False: the instance is as after init. Hazard: a second reading may differ from the first. So the
+ * check covers the copy in memory, before anything of it is used. */
 DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *storage, unsigned slot,
                                     const header_t *header)
 {
+    const size_t offset = (slot * storage->slot_bytes) + sizeof *header;
+    const size_t bytes = memory_bytes(davar);
     saved_t saved;
-    if (!load(davar, storage, slot, header, &saved)) {
+    if (!storage->read(storage->context, offset, &saved, sizeof saved) ||
+        !storage->read(storage->context, offset + sizeof saved, davar->stages, bytes) ||
+        (payload_check(header, &saved, davar->stages, bytes) != header->check)) {
         davar_reset(davar);
         return false;
     }
@@ -233,18 +217,18 @@ DAVAR_RARE static bool read_payload(davar_t *davar, const davar_storage_t *stora
 
 DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storage_t *storage)
 {
+    const size_t bytes = davar_state_bytes(davar);
     const uint32_t own = fingerprint(davar);
     slots_t slots;
     bool unsteady = false;
-    if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {
+    if ((storage->slot_bytes < bytes) || !read_slots(storage, &slots)) {
         return DAVAR_ERR_STATE_STORAGE;
     }
     for (unsigned i = 0U; i < SLOTS; i++) {
         const unsigned slot = slots.newest ^ i;
         const header_t *const header = &slots.header[slot];
-        const bool fits = (header->magic == MAGIC) &&
-                          ((sizeof *header + header->bytes) == davar_state_bytes(davar));
-        if (slots.whole[slot] && fits && (header->fingerprint == own)) {
+        if (slots.whole[slot] && (header->magic == MAGIC) &&
+            ((sizeof *header + header->bytes) == bytes) && (header->fingerprint == own)) {
             if (read_payload(davar, storage, slot, header)) {
                 return DAVAR_OK;
             }
@@ -257,10 +241,14 @@ DAVAR_RARE davar_status_t davar_state_restore(davar_t *davar, const davar_storag
     return (slots.whole[0] || slots.whole[1]) ? DAVAR_ERR_STATE_FOREIGN : DAVAR_ERR_STATE_NONE;
 }
 
-/* --- writing ----------------------------------------------------------------------------------------------------- */
+/* --- writing ---------------------------------------------------------------------------------- */
 
-DAVAR_RARE static saved_t saved_of(const davar_t *davar)
+DAVAR_RARE davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage)
 {
+    slots_t slots;
+    if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {
+        return DAVAR_ERR_STATE_STORAGE;
+    }
     saved_t saved;
     memset(&saved, 0, sizeof saved); /* its padding is saved too */
     saved.window = davar->window;
@@ -272,16 +260,6 @@ DAVAR_RARE static saved_t saved_of(const davar_t *davar)
     saved.in_gap = davar->in_gap;
     saved.unstable = davar->unstable;
     saved.alarms_seen = davar->alarms_seen;
-    return saved;
-}
-
-DAVAR_RARE davar_status_t davar_state_save(const davar_t *davar, const davar_storage_t *storage)
-{
-    slots_t slots;
-    if ((storage->slot_bytes < davar_state_bytes(davar)) || !read_slots(storage, &slots)) {
-        return DAVAR_ERR_STATE_STORAGE;
-    }
-    const saved_t saved = saved_of(davar);
     const size_t bytes = memory_bytes(davar);
     const uint32_t order = slots.whole[slots.newest] ? (slots.header[slots.newest].order + 1U) : 0U;
     header_t header = {MAGIC, (uint32_t)(sizeof saved + bytes), fingerprint(davar), order, 0U};

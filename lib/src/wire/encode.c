@@ -1,4 +1,4 @@
-/* davar - result to frames. One table row per message, in the order on the wire. */
+/* davar - encodes results as frames. A table has one row per message, in the order on the wire. */
 #include "davar/law.h"
 #include "davar/wire.h"
 
@@ -11,20 +11,18 @@
 #define STATE_WINDOW_MAX 0x7FFFFU
 #define CUT_AGE_MAX 0xFFFFFU
 
-/* Two bytes of identifier, then the data without its first byte: byte i of what is summed up, i = 0 .. length. */
-static uint32_t summed_byte(const davar_frame_t *frame, uint32_t i)
+/* Byte i = 0 .. length of the input of both checks: two bytes of the identifier, then the data
+ * without its first byte. */
+static uint32_t checked_byte(const davar_frame_t *frame, uint32_t i)
 {
-    if (i < 2U) {
-        return ((uint32_t)frame->identifier >> (8U * i)) & 0xFFU;
-    }
-    return frame->data[i - 1U];
+    return (i < 2U) ? (((uint32_t)frame->identifier >> (8U * i)) & 0xFFU) : frame->data[i - 1U];
 }
 
 uint32_t davar_frame_digest(const davar_frame_t *frame)
 {
     uint32_t digest = 0x811C9DC5U;
     for (uint32_t i = 0U; i <= frame->length; i++) {
-        digest = (digest ^ summed_byte(frame, i)) * 0x01000193U;
+        digest = (digest ^ checked_byte(frame, i)) * 0x01000193U;
     }
     return digest;
 }
@@ -33,7 +31,7 @@ uint8_t davar_frame_crc(const davar_frame_t *frame)
 {
     uint32_t crc = 0xFFU;
     for (uint32_t i = 0U; i <= frame->length; i++) {
-        crc ^= summed_byte(frame, i);
+        crc ^= checked_byte(frame, i);
         for (uint32_t bit = 0U; bit < 8U; bit++) {
             crc = ((crc & 0x80U) != 0U) ? ((crc << 1U) ^ 0x1DU) & 0xFFU : crc << 1U;
         }
@@ -55,10 +53,11 @@ static void put_float(davar_frame_t *frame, davar_signal_t at, double value)
     const float single = (float)value;
     uint32_t raw = 0U;
     memcpy(&raw, &single, sizeof raw);
-    put(frame, at, isnan(value) ? 0x7FC00000U : raw); /* one NaN only, whatever the machine makes */
+    put(frame, at, isnan(value) ? 0x7FC00000U : raw); /* one NaN on every machine */
 }
 
-/* What davar_decode takes: too small is 0; NaN and what no sensor shows are absent. */
+/* davar_decode accepts 0, and magnitudes from DAVAR_WIRE_LEAST to DAVAR_WIRE_MOST. Smaller values
+ * are sent as 0, larger ones and NaN as absent. */
 static void put_signed(davar_frame_t *frame, davar_signal_t at, double value)
 {
     const double size = fabs(value);
@@ -66,7 +65,7 @@ static void put_signed(davar_frame_t *frame, davar_signal_t at, double value)
     put_float(frame, at, (size <= (double)DAVAR_WIRE_MOST) ? shown : (double)NAN);
 }
 
-/* Likewise, and below 0 is absent. */
+/* The same, with negative values absent. */
 static void put_magnitude(davar_frame_t *frame, davar_signal_t at, double value)
 {
     put_signed(frame, at, (value >= 0.0) ? value : (double)NAN);
@@ -83,7 +82,12 @@ static void put_scaled(davar_frame_t *frame, const davar_scaled_t *scaled, doubl
     }
 }
 
-/* Half the 95 % interval over the value; NaN when there is no value. */
+static uint32_t at_most(uint32_t value, uint32_t most)
+{
+    return (value < most) ? value : most;
+}
+
+/* Half the 95 % interval over the value; NaN without a value. */
 static double relative_uncertainty(double value, double low, double high)
 {
     return 0.5 * (high - low) / value;
@@ -95,54 +99,49 @@ static double arw_uncertainty(const davar_result_t *result)
     return relative_uncertainty(arw->value, arw->low, arw->high);
 }
 
-static uint32_t window_raw(const davar_result_t *result)
-{
-    return (result->window_samples < STATE_WINDOW_MAX) ? result->window_samples : STATE_WINDOW_MAX;
-}
+/* --- the signals of one frame ----------------------------------------------------------------- */
 
-static void fill_state(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_state(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    (void)index;
     encoder->tag = encoder->counter[DAVAR_MESSAGE_STATE];
     put(frame, signal_epoch, (uint32_t)encoder->result->epoch);
-    put(frame, signal_window, window_raw(encoder->result));
+    put(frame, signal_window, at_most(encoder->result->window_samples, STATE_WINDOW_MAX));
     put(frame, signal_unstable, encoder->result->unstable ? 1U : 0U);
 }
 
-static void fill_stationarity(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_stationarity(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    (void)index;
     put_scaled(frame, &scaled_kurtosis, encoder->result->kurtosis);
     put_scaled(frame, &scaled_contribution, encoder->result->contribution);
 }
 
-static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_arw(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    (void)index;
     put_magnitude(frame, signal_value, encoder->result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
     put_scaled(frame, &scaled_arw_uncertainty, arw_uncertainty(encoder->result));
 }
 
-static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_change(davar_encoder_t *encoder, davar_frame_t *frame)
 {
+    const uint8_t index = encoder->index;
     const davar_result_t *const result = encoder->result;
-    const double told[DAVAR_CHANGE_COUNT] = {0.0, result->change.older, result->change.newer,
-                                             result->change.gain};
+    const double value[DAVAR_CHANGE_COUNT] = {0.0, result->change.older, result->change.newer,
+                                              result->change.gain};
     put(frame, signal_change_item, index);
     put(frame, signal_alarm, result->alarm ? 1U : 0U);
     put(frame, signal_young, result->young ? 1U : 0U);
     put(frame, signal_change_m, result->change.m);
     if (index == (uint8_t)DAVAR_CHANGE_CUT) {
-        put(frame, signal_cut_age,
-            (result->cut_age_samples < CUT_AGE_MAX) ? result->cut_age_samples : CUT_AGE_MAX);
+        put(frame, signal_cut_age, at_most(result->cut_age_samples, CUT_AGE_MAX));
         put_scaled(frame, &scaled_dispersion, result->dispersion);
     } else {
-        put_magnitude(frame, signal_value, told[index]);
+        put_magnitude(frame, signal_value, value[index]);
     }
 }
 
-static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame)
 {
+    const uint8_t index = encoder->index;
     const uint8_t first = ((encoder->content & DAVAR_SEND_FD) != 0U) ? DAVAR_FD_TAUS : 0U;
     const uint8_t t = (uint8_t)(first + index);
     const davar_adev_t *tau = &encoder->result->tau[t];
@@ -152,8 +151,9 @@ static void fill_adev(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t in
     put_magnitude(frame, signal_value, tau->adev);
 }
 
-static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame)
 {
+    const uint8_t index = encoder->index;
     const davar_coefficient_t *coefficient =
         &encoder->result->coefficient[index % DAVAR_COEFFICIENT_COUNT];
     const double shown[3] = {coefficient->value, coefficient->low, coefficient->high};
@@ -166,10 +166,19 @@ static void fill_coefficient(davar_encoder_t *encoder, davar_frame_t *frame, uin
     }
 }
 
-static void put_fd_floats(const davar_result_t *result, davar_frame_t *frame)
+static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame)
 {
     static const uint8_t kinds[4] = {DAVAR_QUANTIZATION, DAVAR_BIAS_INSTABILITY,
                                      DAVAR_RATE_RANDOM_WALK, DAVAR_RATE_RAMP};
+    const davar_result_t *result = encoder->result;
+    encoder->tag = encoder->counter[DAVAR_MESSAGE_RESULT_FD];
+    put(frame, fd_window, at_most(result->window_samples, STATE_WINDOW_MAX));
+    put(frame, fd_unstable, result->unstable ? 1U : 0U);
+    put_magnitude(frame, signal_value, result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
+    put(frame, fd_epoch, (uint32_t)result->epoch);
+    put_scaled(frame, &fd_arw_uncertainty, arw_uncertainty(result));
+    put_scaled(frame, &fd_contribution, result->contribution);
+    put_scaled(frame, &fd_kurtosis, result->kurtosis);
     for (uint8_t k = 0U; k < 4U; k++) {
         const davar_signal_t at = {(uint16_t)(FD_COEFFICIENT + 32U * k), 32U};
         put_magnitude(frame, at, result->coefficient[kinds[k]].value);
@@ -180,22 +189,7 @@ static void put_fd_floats(const davar_result_t *result, davar_frame_t *frame)
     }
 }
 
-static void fill_fd(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
-{
-    const davar_result_t *result = encoder->result;
-    (void)index;
-    encoder->tag = encoder->counter[DAVAR_MESSAGE_RESULT_FD];
-    put(frame, fd_window, window_raw(result));
-    put(frame, fd_unstable, result->unstable ? 1U : 0U);
-    put_magnitude(frame, signal_value, result->coefficient[DAVAR_ANGLE_RANDOM_WALK].value);
-    put(frame, fd_epoch, (uint32_t)result->epoch);
-    put_scaled(frame, &fd_arw_uncertainty, arw_uncertainty(result));
-    put_scaled(frame, &fd_contribution, result->contribution);
-    put_scaled(frame, &fd_kurtosis, result->kurtosis);
-    put_fd_floats(result, frame);
-}
-
-/* News first: the next counter that has changed, otherwise the next in turn. */
+/* The next counter that has changed, otherwise the next one. */
 static uint8_t next_health(const davar_encoder_t *encoder)
 {
     for (uint8_t i = 0U; i < (uint8_t)DAVAR_HEALTH_COUNT; i++) {
@@ -207,8 +201,9 @@ static uint8_t next_health(const davar_encoder_t *encoder)
     return encoder->health_next;
 }
 
-static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame)
 {
+    const uint8_t index = encoder->index;
     const uint8_t item = (encoder->result != NULL) ? next_health(encoder) : index;
     encoder->told[item] = encoder->health->count[item];
     encoder->health_next = (uint8_t)((item + 1U) % (uint8_t)DAVAR_HEALTH_COUNT);
@@ -217,18 +212,12 @@ static void fill_health(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t 
     put(frame, signal_value, encoder->told[item]);
 }
 
-/* Before the cluster sizes. */
-static uint8_t setup_items(const davar_encoder_t *encoder)
-{
-    return ((encoder->content & DAVAR_SEND_RAW) != 0U) ? 3U : 2U;
-}
-
-static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame)
 {
     const davar_config_t *config = encoder->config;
     const uint8_t n = encoder->setup_next;
-    const uint8_t items = setup_items(encoder);
-    (void)index;
+    const uint8_t items =
+        ((encoder->content & DAVAR_SEND_RAW) != 0U) ? 3U : 2U; /* before the taus */
     put(frame, signal_session, encoder->session);
     if (n == 0U) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_RATE);
@@ -239,7 +228,7 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
     } else if (n < items) {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_UNIT);
         put_float(frame, signal_value,
-                  (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* floats: 1 */
+                  (config->unit_per_count > 0.0) ? config->unit_per_count : 1.0); /* 1 for floats */
     } else {
         put(frame, signal_item, (uint32_t)DAVAR_SETUP_TAU + n - items);
         put(frame, signal_value, config->taus[n - items]);
@@ -247,8 +236,9 @@ static void fill_setup(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t i
     encoder->setup_next = (uint8_t)((n + 1U) % (items + config->tau_count));
 }
 
-static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame)
 {
+    const uint8_t index = encoder->index;
     const davar_misfit_t *misfit = encoder->misfit;
     if (index < misfit->tau_count) {
         put(frame, signal_monitor_index, index);
@@ -261,27 +251,23 @@ static void fill_monitor(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t
     }
 }
 
-static void fill_end(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index)
+static void fill_end(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    (void)index;
     put(frame, signal_frames, encoder->frames);
     put(frame, signal_session, encoder->session);
     put(frame, signal_value, encoder->digest);
 }
 
-static bool sends(const davar_encoder_t *encoder, uint8_t what)
-{
-    return (encoder->result != NULL) && ((encoder->content & what) != 0U);
-}
+/* --- the messages of a result ----------------------------------------------------------------- */
 
-static bool sends_parts(const davar_encoder_t *encoder)
+static bool sends(const davar_encoder_t *encoder, uint8_t content)
 {
-    return (encoder->result != NULL) && ((encoder->content & DAVAR_SEND_FD) == 0U);
+    return (encoder->content & content) != 0U;
 }
 
 static uint8_t count_part(const davar_encoder_t *encoder)
 {
-    return sends_parts(encoder) ? 1U : 0U;
+    return sends(encoder, DAVAR_SEND_FD) ? (uint8_t)0U : (uint8_t)1U;
 }
 
 static uint8_t count_fd(const davar_encoder_t *encoder)
@@ -292,7 +278,7 @@ static uint8_t count_fd(const davar_encoder_t *encoder)
 static uint8_t count_change(const davar_encoder_t *encoder)
 {
     const davar_law_t *const law = encoder->config->law;
-    if ((encoder->result == NULL) || (law == NULL) || (law->report == NULL)) {
+    if ((law == NULL) || (law->report == NULL)) {
         return 0U;
     }
     return sends(encoder, DAVAR_SEND_ADEV | DAVAR_SEND_FD) ? (uint8_t)DAVAR_CHANGE_COUNT : 1U;
@@ -300,16 +286,17 @@ static uint8_t count_change(const davar_encoder_t *encoder)
 
 static uint8_t count_adev(const davar_encoder_t *encoder)
 {
+    const uint8_t taus = encoder->result->tau_count;
     if (sends(encoder, DAVAR_SEND_FD)) {
-        const uint8_t taus = encoder->result->tau_count;
         return (taus > DAVAR_FD_TAUS) ? (uint8_t)(taus - DAVAR_FD_TAUS) : 0U;
     }
-    return sends(encoder, DAVAR_SEND_ADEV) ? encoder->result->tau_count : 0U;
+    return sends(encoder, DAVAR_SEND_ADEV) ? taus : 0U;
 }
 
 static uint8_t count_coefficients(const davar_encoder_t *encoder)
 {
-    if (!sends_parts(encoder) || !sends(encoder, DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS)) {
+    if (sends(encoder, DAVAR_SEND_FD) ||
+        !sends(encoder, DAVAR_SEND_COEFFICIENTS | DAVAR_SEND_INTERVALS)) {
         return 0U;
     }
     return sends(encoder, DAVAR_SEND_INTERVALS) ? 15U : 5U;
@@ -321,21 +308,10 @@ static uint8_t count_monitor(const davar_encoder_t *encoder)
     return there ? (uint8_t)(encoder->misfit->tau_count + 1U) : 0U;
 }
 
-static uint8_t count_health(const davar_encoder_t *encoder)
-{
-    return (encoder->result != NULL) ? 1U : (uint8_t)DAVAR_HEALTH_COUNT;
-}
-
-/* DAVAR_Setup, DAVAR_End. */
-static uint8_t count_once(const davar_encoder_t *encoder)
-{
-    return (encoder->result != NULL) ? 1U : 0U;
-}
-
 typedef struct {
     davar_message_t message;
-    uint8_t (*count)(const davar_encoder_t *encoder);
-    void (*fill)(davar_encoder_t *encoder, davar_frame_t *frame, uint8_t index);
+    uint8_t (*count)(const davar_encoder_t *encoder); /* frames of a result; null: one */
+    void (*fill)(davar_encoder_t *encoder, davar_frame_t *frame);
 } stage_t;
 
 static const stage_t stages[] = {
@@ -347,11 +323,23 @@ static const stage_t stages[] = {
     {DAVAR_MESSAGE_ADEV, count_adev, fill_adev},
     {DAVAR_MESSAGE_COEFFICIENT, count_coefficients, fill_coefficient},
     {DAVAR_MESSAGE_MONITOR, count_monitor, fill_monitor},
-    {DAVAR_MESSAGE_HEALTH, count_health, fill_health},
-    {DAVAR_MESSAGE_SETUP, count_once, fill_setup},
-    {DAVAR_MESSAGE_END, count_once, fill_end},
+    {DAVAR_MESSAGE_HEALTH, NULL, fill_health},
+    {DAVAR_MESSAGE_SETUP, NULL, fill_setup},
+    {DAVAR_MESSAGE_END, NULL, fill_end},
 };
 #define STAGE_COUNT (sizeof stages / sizeof stages[0])
+
+/* Frames of the current stage; the end of a stream (no result) only repeats the health counters. */
+static uint8_t count_frames(const davar_encoder_t *encoder)
+{
+    const stage_t *const stage = &stages[encoder->stage];
+    if (encoder->result == NULL) {
+        return (stage->message == DAVAR_MESSAGE_HEALTH) ? (uint8_t)DAVAR_HEALTH_COUNT : 0U;
+    }
+    return (stage->count == NULL) ? 1U : stage->count(encoder);
+}
+
+/* --- the encoder ------------------------------------------------------------------------------ */
 
 bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, uint16_t base,
                         uint8_t channel, uint8_t content)
@@ -366,16 +354,28 @@ bool davar_encoder_init(davar_encoder_t *encoder, const davar_config_t *config, 
     return true;
 }
 
-void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
-                         const davar_wire_health_t *health)
+static void start(davar_encoder_t *encoder, const davar_result_t *result,
+                  const davar_wire_health_t *health)
 {
-    DAVAR_ASSERT((result != NULL) && (health != NULL));
+    DAVAR_ASSERT(health != NULL);
     encoder->result = result;
     encoder->health = health;
     encoder->stage = 0U;
     encoder->index = 0U;
     encoder->frames = 0U;
     encoder->digest = 0U;
+}
+
+void davar_encoder_begin(davar_encoder_t *encoder, const davar_result_t *result,
+                         const davar_wire_health_t *health)
+{
+    DAVAR_ASSERT(result != NULL);
+    start(encoder, result, health);
+}
+
+void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)
+{
+    start(encoder, NULL, health);
 }
 
 void davar_encoder_monitor(davar_encoder_t *encoder, const davar_misfit_t *misfit)
@@ -390,15 +390,6 @@ void davar_encoder_session(davar_encoder_t *encoder, uint8_t session)
     encoder->session = session;
 }
 
-void davar_encoder_finish(davar_encoder_t *encoder, const davar_wire_health_t *health)
-{
-    DAVAR_ASSERT(health != NULL);
-    encoder->result = NULL;
-    encoder->health = health;
-    encoder->stage = 0U;
-    encoder->index = 0U;
-}
-
 static void open_frame(const davar_encoder_t *encoder, davar_message_t message,
                        davar_frame_t *frame)
 {
@@ -406,7 +397,7 @@ static void open_frame(const davar_encoder_t *encoder, davar_message_t message,
                              .length = message_length((uint32_t)message)};
 }
 
-/* The header goes last: Crc covers everything. */
+/* Completes the header; last, because Crc covers everything. */
 static void seal(davar_encoder_t *encoder, davar_message_t message, davar_frame_t *frame)
 {
     uint8_t *counter = &encoder->counter[message];
@@ -422,8 +413,7 @@ static void seal(davar_encoder_t *encoder, davar_message_t message, davar_frame_
 
 bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
 {
-    while ((encoder->stage < STAGE_COUNT) &&
-           (encoder->index == stages[encoder->stage].count(encoder))) {
+    while ((encoder->stage < STAGE_COUNT) && (encoder->index == count_frames(encoder))) {
         encoder->stage++;
         encoder->index = 0U;
     }
@@ -432,7 +422,7 @@ bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
     }
     const stage_t *stage = &stages[encoder->stage];
     open_frame(encoder, stage->message, frame);
-    stage->fill(encoder, frame, encoder->index);
+    stage->fill(encoder, frame);
     encoder->index++;
     seal(encoder, stage->message, frame);
     if ((stage->message != DAVAR_MESSAGE_HEALTH) && (stage->message != DAVAR_MESSAGE_SETUP)) {
@@ -441,6 +431,8 @@ bool davar_encoder_next(davar_encoder_t *encoder, davar_frame_t *frame)
     }
     return true;
 }
+
+/* --- raw samples ------------------------------------------------------------------------------ */
 
 static void open_raw(const davar_encoder_t *encoder, davar_raw_form_t form, uint32_t index,
                      davar_frame_t *frame)

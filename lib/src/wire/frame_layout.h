@@ -1,4 +1,5 @@
-/* davar - where each signal sits in its frame: little endian, start bit and width. Same as tools/davar.dbc (tested). */
+/* davar - the place of each signal in its frame: little endian, start bit and width. A test
+ * compares it with tools/davar.dbc. */
 #ifndef DAVAR_FRAME_LAYOUT_H
 #define DAVAR_FRAME_LAYOUT_H
 
@@ -10,7 +11,8 @@ typedef struct {
     uint8_t bits;
 } davar_signal_t;
 
-/* A fixed-point signal: raw = value / unit. All ones: absent; all ones but the last bit: this or more. */
+/* A fixed-point signal: raw = value / unit. All ones means absent. All ones but the
+ * last bit means this value or more. */
 typedef struct {
     davar_signal_t at;
     float per_unit; /* 1 / unit */
@@ -20,8 +22,7 @@ typedef struct {
 /* Every frame. */
 static const davar_signal_t signal_crc = {0, 8};
 static const davar_signal_t signal_counter = {8, 4};
-static const davar_signal_t signal_result = {12,
-                                             4}; /* not in DAVAR_State, DAVAR_ResultFd, DAVAR_Raw */
+static const davar_signal_t signal_result = {12, 4}; /* not in State, ResultFd and Raw */
 static const davar_signal_t signal_value = {32, 32}; /* the float32, or the count */
 
 static const davar_scaled_t scaled_arw_uncertainty = {{16, 16}, 1e4F, 1e-4F};
