@@ -61,11 +61,6 @@ static double shape(const davar_plan_t *plan, int term, int t)
     }
 }
 
-static int32_t rounded(double value)
-{
-    return (int32_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
-}
-
 /* A power of two above all sizes; 1 if all values are 0. */
 static double scale_of(const double values[], int count)
 {
@@ -83,7 +78,8 @@ static double scale_of(const double values[], int count)
 static void store(const double values[], int count, double scale, int32_t fixed[])
 {
     for (int t = 0; t < count; t++) {
-        fixed[t] = rounded(values[t] * (DAVAR_FIT_FUNCTIONAL_ONE / scale));
+        const double value = values[t] * (DAVAR_FIT_FUNCTIONAL_ONE / scale);
+        fixed[t] = (int32_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
     }
 }
 
@@ -320,8 +316,7 @@ static void plan_tau(davar_plan_t *plan, int t, scaled_t freedom)
 }
 
 /* Odd, so never 0. One cluster size, or nearly equal ones, resolve no term: (5.4) then gives a
- * variance of 0, or below 0 by its inaccuracy. Such a sigma is unknown and becomes the largest one.
- * */
+ * variance of 0, or below 0 by its inaccuracy. Such a sigma is unknown and becomes the largest. */
 static uint32_t fixed_sigma(scaled_t sigma)
 {
     const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);

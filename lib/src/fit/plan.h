@@ -76,8 +76,7 @@ uint64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int c
 #define DAVAR_FIT_DOUBT_QUARTERS 1U
 #define DAVAR_FIT_DOUBT (DAVAR_FIT_DOUBT_QUARTERS / 4.0)
 
-/* With such a term, an estimate with s = edf^-1/2 above this (two standard errors) may be 0 (5.10).
- * */
+/* Then an estimate with s = edf^-1/2 above this (two standard errors) may be 0 (5.10). */
 #define DAVAR_FIT_NOTHING 0.36
 
 /* A misfit is real if it exceeds its mean by this many times its spread under white noise (5.9). */
@@ -98,8 +97,7 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result);
  * Allan variance. Does nothing if the window has no difference (5.4) (5.5). */
 void davar_fit_prepare(davar_plan_t *plan, const davar_result_t *result);
 
-/* From a[k] of avar = sum a[k] m^(k - 2) to the squares of the coefficients in their units (1.2).
- * */
+/* Factors from a[k] of avar = sum a[k] m^(k - 2) to the squared coefficients of (1.2). */
 void davar_square_units(double rate_hz, double unit[]);
 
 /* Sets the factors from roots of amplitudes to coefficients in their units. */

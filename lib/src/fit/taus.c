@@ -1,5 +1,4 @@
-/* davar - cluster sizes: octaves and the log-spaced series, both with the 25 % rule 9 m <= window.
- * */
+/* davar - cluster sizes: octaves and a geometric series, both with the 25 % rule 9 m <= window. */
 #include "davar/fit.h"
 
 #include "number/machine.h"

@@ -23,8 +23,7 @@ _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 
 /* --- the fit --- */
 
-/* Reads the deviations and aligns y, whose mantissas have 29 to 32 bits before. False: all are 0.
- * */
+/* Reads the deviations and aligns y, whose mantissas had 29 to 32 bits. False: all are 0. */
 static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     uint32_t any = 0U;
@@ -281,13 +280,6 @@ DAVAR_RARE void davar_write_coarse(const davar_plan_t *plan, double limit, davar
     result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
 }
 
-static double highest_white(const davar_plan_t *plan, const davar_white_t *white)
-{
-    const scaled_t high =
-        scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
-    return scaled_to_double(scaled_times(high, scaled_of_double(plan->root[WHITE])));
-}
-
 static void write_nothing(davar_result_t *result)
 {
     davar_absent_taus(result, 0U);
@@ -312,7 +304,10 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     }
     const uint32_t rounding = davar_rounding_share(result, white->square);
     if (rounding >= DAVAR_FIT_COARSE) {
-        davar_write_coarse(plan, highest_white(plan, white), result);
+        const scaled_t high =
+            scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
+        const scaled_t limit = scaled_times(high, scaled_of_double(plan->root[WHITE]));
+        davar_write_coarse(plan, scaled_to_double(limit), result);
         return true;
     }
     if (white->explains) {
