@@ -160,12 +160,18 @@ DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_
     return unrounded;
 }
 
+/* A root of an amplitude as the coefficient of a term, in its unit. */
+static double in_unit(const davar_plan_t *plan, int term, scaled_t root)
+{
+    return scaled_to_double(scaled_times(root, scaled_of_double(plan->root[term])));
+}
+
 DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
                                               const davar_result_t *result, double limit)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
     const scaled_t half = {count.mantissa, count.exponent - 1};
-    const double least = scaled_to_double(scaled_times(half, scaled_of_double(plan->root[WHITE])));
+    const double least = in_unit(plan, WHITE, half);
     return (davar_bits_of_double(limit) < davar_bits_of_double(least)) ? least : limit;
 }
 
@@ -227,8 +233,7 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
             scaled_root(scaled_of_u32(white->share[term] + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
         const scaled_t bound =
             scaled_times(scaled_times(share, scaled_of_float(plan->room[term])), root);
-        coefficient->high =
-            scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
+        coefficient->high = in_unit(plan, term, bound);
     }
 }
 
@@ -306,8 +311,7 @@ static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
     if (rounding >= DAVAR_FIT_COARSE) {
         const scaled_t high =
             scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
-        const scaled_t limit = scaled_times(high, scaled_of_double(plan->root[WHITE]));
-        davar_write_coarse(plan, scaled_to_double(limit), result);
+        davar_write_coarse(plan, in_unit(plan, WHITE, high), result);
         return true;
     }
     if (white->explains) {
@@ -337,8 +341,8 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
     write_intervals(plan, white, result);
     davar_absent_coefficients(result);
     const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
-    const double limit = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
-    result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
+    result->coefficient[WHITE].high =
+        davar_half_a_count_at_least(plan, result, in_unit(plan, WHITE, most));
     davar_absent_taus(result, 0U); /* the intervals held for white noise only */
     result->noise = DAVAR_NOISE_MIXED;
 }
