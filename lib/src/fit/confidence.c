@@ -1,5 +1,5 @@
 /* davar - degrees of freedom per noise kind and chi-square limits, DESIGN (5.1) (5.2) (5.3) (5.8).
- * The constants were fitted offline to exact values; tests/unit/test_confidence.c holds tables that they must meet. */
+ * The constants were fitted to exact values; tests/unit/test_confidence.c compares both. */
 #include "davar/fit.h"
 
 #include "fit/plan.h"
@@ -9,42 +9,31 @@ DAVAR_APART static double at_least(double floor, double value)
     return (value > floor) ? value : floor;
 }
 
-/* White phase noise correlates only at lags 0, m and 2 m (1, -4/6, 1/6), so the count of pairs is exact. */
-static double edf_quantization(double m, double n)
-{
-    return 36.0 * n * n /
-           (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
-}
-
 DAVAR_APART DAVAR_RARE double davar_noise_white_weight(double m)
 {
     return 12.0 * m / (8.0 * m * m + 10.0);
 }
 
-static double edf_bias_instability(double m, double n)
-{
-    const double cube = m * m * m;
-    return 1.167 * (n / m + 0.5) * (cube / (cube + 1.0 / 3.0));
-}
-
 DAVAR_RARE double davar_noise_edf(davar_coefficient_kind_t noise, double m, double differences)
 {
+    const double n = differences;
     double edf;
     switch (noise) {
-    case DAVAR_QUANTIZATION:
-        edf = edf_quantization(m, differences);
+    case DAVAR_QUANTIZATION: /* correlation 1, -4/6 and 1/6 at lags 0, m and 2 m; 0 elsewhere */
+        edf = 36.0 * n * n /
+              (36.0 * n + 32.0 * at_least(0.0, n - m) + 2.0 * at_least(0.0, n - 2.0 * m));
         break;
     case DAVAR_ANGLE_RANDOM_WALK:
-        edf = davar_noise_white_weight(m) * (differences + 0.5 * m);
+        edf = davar_noise_white_weight(m) * (n + 0.5 * m);
         break;
     case DAVAR_BIAS_INSTABILITY:
-        edf = edf_bias_instability(m, differences);
+        edf = 1.167 * (n / m + 0.5) * (m * m * m / (m * m * m + 1.0 / 3.0));
         break;
     case DAVAR_RATE_RANDOM_WALK:
     case DAVAR_RATE_RAMP:
     case DAVAR_COEFFICIENT_COUNT:
     default:
-        edf = 0.927 * (differences / m + 0.36);
+        edf = 0.927 * (n / m + 0.36);
         break;
     }
     return at_least(1.0, edf);
@@ -71,19 +60,13 @@ DAVAR_RARE double davar_edf_least(const davar_result_t *result, uint8_t t)
     return at_least(1.0, least * kept * scaled_to_double(davar_fit_evidence(result)));
 }
 
-/* Three jumps +1 -2 +1 of the long kernel, each met by the triangle of the short one; neighbours overlap below 2:1. */
+/* The kernel of the long size has three jumps, +1 -2 +1. The triangle of the short one covers each
+ * of them, and two at once if the sizes differ by less than 2:1. */
 DAVAR_RARE double davar_noise_white_overlap(double m_short, double m_long)
 {
     const double shared = at_least(0.0, 2.0 * m_short - m_long);
     return 4.0 * m_short * m_short * m_short + 2.0 * m_short -
            (4.0 / 3.0) * shared * (shared * shared - 1.0);
-}
-
-static double correlation_white(double m_short, double m_long)
-{
-    const double a = davar_noise_white_overlap(m_short, m_short);
-    const double b = davar_noise_white_overlap(m_long, m_long);
-    return davar_noise_white_overlap(m_short, m_long) / (davar_root(a) * davar_root(b));
 }
 
 DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double m_short,
@@ -94,7 +77,9 @@ DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double
     case DAVAR_QUANTIZATION:
         return (q > 1.0) ? 0.5 : 1.0;
     case DAVAR_ANGLE_RANDOM_WALK:
-        return correlation_white(m_short, m_long);
+        return davar_noise_white_overlap(m_short, m_long) /
+               (davar_root(davar_noise_white_overlap(m_short, m_short)) *
+                davar_root(davar_noise_white_overlap(m_long, m_long)));
     case DAVAR_BIAS_INSTABILITY:
         return 2.7 * davar_root(q) / (q * q + 1.7);
     case DAVAR_RATE_RANDOM_WALK:
@@ -105,20 +90,16 @@ DAVAR_RARE double davar_noise_correlation(davar_coefficient_kind_t noise, double
     }
 }
 
-/* Cube root of chi2_p(edf) / edf as a polynomial in s = edf^-1/2: Wilson and Hilferty, corrected down to edf = 1. */
+/* --- chi-square (5.2): the cube root of chi2_p(edf) / edf is a polynomial in s = edf^-1/2 --- */
 
-/* As 2.30: a product of two is 4.28. */
-static uint32_t times(uint32_t a, uint32_t b)
-{
-    return davar_upper_product(a, b) << 2U;
-}
-
-/* 1 + 0.924108 s - 0.225576 s^2 + 0.00741269 s^3 + 0.0089802 s^4 - 0.00223456 s^5; no bracket is negative. */
+/* 1 + 0.924108 s - 0.225576 s^2 + 0.00741269 s^3 + 0.0089802 s^4 - 0.00223456 s^5; no partial sum
+ * is negative. */
 static uint32_t upper_root(uint32_t s)
 {
-    const uint32_t fourth = UINT32_C(9642416) - times(s, UINT32_C(2399341));
-    const uint32_t second = UINT32_C(242210386) - times(s, UINT32_C(7959315) + times(s, fourth));
-    return UINT32_C(1073741824) + times(s, UINT32_C(992253409) - times(s, second));
+    const uint32_t fourth = UINT32_C(9642416) - noise_times(s, UINT32_C(2399341));
+    const uint32_t second =
+        UINT32_C(242210386) - noise_times(s, UINT32_C(7959315) + noise_times(s, fourth));
+    return UINT32_C(1073741824) + noise_times(s, UINT32_C(992253409) - noise_times(s, second));
 }
 
 uint32_t davar_chi_square_low(uint32_t s)
@@ -130,30 +111,25 @@ uint32_t davar_chi_square_low(uint32_t s)
     return davar_reciprocal_of_mantissa(cube << zeros) >> (7U - zeros);
 }
 
-/* 1 - 0.919928 s - 0.305956 s^2 + 0.606937 s^3 - 1.85701 s^4 + 3.23066 s^5 - 2.13078 s^6 + 0.475463 s^7; no bracket is negative. */
+/* 1 - 0.919928 s - 0.305956 s^2 + 0.606937 s^3 - 1.85701 s^4 + 3.23066 s^5 - 2.13078 s^6 + 0.475463
+ * s^7; no partial sum is negative. */
 static uint32_t lower_root(uint32_t s)
 {
-    const uint32_t sixth = UINT32_C(2287907604) - times(s, UINT32_C(510524509));
-    const uint32_t fifth = UINT32_C(3468894761) - times(s, sixth);
-    const uint32_t fourth = UINT32_C(1993949305) - times(s, fifth);
-    const uint32_t third = UINT32_C(651693641) - times(s, fourth);
-    const uint32_t first =
-        UINT32_C(987765169) + times(s, UINT32_C(328517754)) - times(times(s, s), third);
-    return UINT32_C(1073741824) - times(s, first);
-}
-
-static scaled_t chi_square_high(uint32_t s)
-{
-    const scaled_t inverse =
-        scaled_inverse(scaled_of_u32(lower_root(s), -NOISE_BITS)); /* 1 .. 10.1 */
-    return scaled_times(inverse, scaled_times(inverse, inverse));
+    const uint32_t sixth = UINT32_C(2287907604) - noise_times(s, UINT32_C(510524509));
+    const uint32_t fifth = UINT32_C(3468894761) - noise_times(s, sixth);
+    const uint32_t fourth = UINT32_C(1993949305) - noise_times(s, fifth);
+    const uint32_t third = UINT32_C(651693641) - noise_times(s, fourth);
+    const uint32_t first = UINT32_C(987765169) + noise_times(s, UINT32_C(328517754)) -
+                           noise_times(noise_times(s, s), third);
+    return UINT32_C(1073741824) - noise_times(s, first);
 }
 
 void davar_chi_square(scaled_t edf, scaled_t *low, scaled_t *high)
 {
     const uint32_t s = scaled_to_fixed(scaled_root(scaled_inverse(edf)), NOISE_BITS);
+    const scaled_t root = scaled_inverse(scaled_of_u32(lower_root(s), -NOISE_BITS)); /* 1 .. 10.1 */
     *low = scaled_of_u32(davar_chi_square_low(s), -NOISE_BITS);
-    *high = chi_square_high(s);
+    *high = scaled_times(root, scaled_times(root, root));
 }
 
 void davar_chi_square_interval(double edf, double *low, double *high)

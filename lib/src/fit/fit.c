@@ -1,5 +1,5 @@
-/* davar - coefficients and intervals, DESIGN (5.3) to (5.11). Most windows hold white noise and nothing else that they could
- * show (fit/white.c); all else goes to fit/mixture.c. */
+/* davar - coefficients and intervals, DESIGN (5.3) to (5.11). Most windows show white noise only
+ * and are fitted by fit/white.c; the others need fit/mixture.c. */
 #include "davar/fit.h"
 
 #include "fit/mixture.h"
@@ -12,13 +12,14 @@ static void write_absent(davar_coefficient_t *coefficient, double bound)
     *coefficient = (davar_coefficient_t){false, (double)NAN, (double)NAN, bound};
 }
 
-/* Upper limit of an absent term. Were the term there, it would scatter too: sigma is raised by what the limit would add
- * to the model's Allan variance where the term is strongest, the share being small * inverse_room (5.11). */
-static double bound(double a, double sigma, double inverse_room)
+/* Upper limit of an absent term (5.11). A present term would scatter too, so sigma grows by the
+ * share that the limit would have of the model's Allan variance where the term is strongest. */
+static double bound(const davar_mixture_t *model, int term)
 {
-    const double margin = DAVAR_FIT_BOUND * sigma;
+    const double margin = DAVAR_FIT_BOUND * davar_root(model->variance[term]);
+    const double a = model->beside[term];
     const double small = ((a > 0.0) ? a : 0.0) + margin;
-    return small + margin * (small * inverse_room);
+    return small + margin * (small * (1.0 / davar_mixture_room(model, term)));
 }
 
 static void write_mixture_intervals(const davar_mixture_t *model, davar_result_t *result)
@@ -46,30 +47,15 @@ static void write_mixture(const davar_mixture_t *model, double rate_hz, davar_re
             double high;
             davar_chi_square_interval(2.0 * a * a / model->variance[k], &low, &high);
             const double value = davar_root(a * unit[k]);
-            result->coefficient[k] =
-                (davar_coefficient_t){.present = true,
-                                      .value = value,
-                                      .low = davar_root(model->least[k] * unit[k]),
-                                      .high = value * davar_root(high)};
+            result->coefficient[k] = (davar_coefficient_t){
+                true, value, davar_root(model->least[k] * unit[k]), value * davar_root(high)};
         } else {
-            const double sigma = davar_root(model->variance[k]);
-            const double square =
-                bound(model->beside[k], sigma, 1.0 / davar_mixture_room(model, k));
-            write_absent(&result->coefficient[k], davar_root(square * unit[k]));
+            write_absent(&result->coefficient[k], davar_root(bound(model, k) * unit[k]));
         }
     }
 }
 
-/* Of one sample, rounding included: the Allan variance of the model at m = 1. */
-static double variance_of_sample(const davar_mixture_t *model)
-{
-    double sum = 0.0;
-    for (int k = 0; k < TERMS; k++) {
-        sum += model->a[k];
-    }
-    return sum;
-}
-
+/* Removes the share of rounding from the angle random walk. */
 static void take_off_rounding(const davar_mixture_t *model, uint32_t share,
                               davar_coefficient_t *walk)
 {
@@ -83,17 +69,20 @@ static void take_off_rounding(const davar_mixture_t *model, uint32_t share,
     walk->high = whole * scaled_to_double(unrounded.high);
 }
 
-/* Rounding adds to white noise (5.15). It leaves the other terms, which are slow, as they are while a sample scatters by half a count,
- * whatever makes it scatter. */
+/* Rounding adds white noise (5.15). The other terms are slow and stay unchanged as long as a sample
+ * scatters by half a count for any reason. */
 static void write_rounded(const davar_plan_t *plan, const davar_mixture_t *model,
                           davar_result_t *result)
 {
     davar_coefficient_t *const walk = &result->coefficient[WHITE];
+    double sample = 0.0; /* variance of a sample, rounding included: the model at m = 1 */
+    for (int k = 0; k < TERMS; k++) {
+        sample += model->a[k];
+    }
     const uint32_t share = walk->present
                                ? davar_rounding_share(result, scaled_of_double(model->a[WHITE]))
                                : UINT32_MAX;
-    if (davar_rounding_share(result, scaled_of_double(variance_of_sample(model))) >=
-        DAVAR_FIT_COARSE) {
+    if (davar_rounding_share(result, scaled_of_double(sample)) >= DAVAR_FIT_COARSE) {
         davar_write_coarse(plan, walk->high, result);
     } else if (share >= DAVAR_FIT_COARSE) {
         write_absent(walk, davar_half_a_count_at_least(plan, result, walk->high));

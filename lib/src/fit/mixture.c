@@ -1,15 +1,18 @@
-/* davar - a mix of noise terms, its variances and its selection, DESIGN (5.6) to (5.10). Least squares takes its weights from the
- * model, not from the data: weights from the data favour estimates that happen to be low. The cluster sizes are correlated. The
- * weights allow for that only as crowding, because a full inverse is ill-conditioned; the variance of the outcome allows for all of it. */
+/* davar - a mix of noise terms, its variances and its selection, DESIGN (5.6) to (5.10). The
+ * weights of least squares come from the model, because weights from the data favour estimates that
+ * happen to be low. The cluster sizes are correlated. The variances take the whole correlation into
+ * account, the weights only the crowding of sizes: the inverse of the full covariance is
+ * ill-conditioned. */
 #include "fit/mixture.h"
 
 #include "fit/plan.h"
 #include "number/real.h"
 
-/* Below this pivot two terms have the same shape as far as these cluster sizes can tell. */
+/* Below this pivot, two terms have the same shape at these cluster sizes. */
 #define PIVOT_MIN 1e-10
 
-/* Rounds of reweighting: enough to compare models, and to settle to a small fraction of a standard error. */
+/* Rounds of reweighting: enough to compare models, and to converge to a small fraction of a
+ * standard error. */
 #define ROUNDS_TRIAL 2
 #define ROUNDS_FINAL 2
 
@@ -25,24 +28,22 @@ static bool has_term(unsigned terms, int term)
 }
 
 typedef struct {
-    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
+    double at[TERMS][TERMS];
 } matrix_t;
 
 /* The normal equations of all five terms. */
 typedef struct {
-    int count; /* of the Allan variances: no more terms can be told apart */
-    double moment[2 * DAVAR_COEFFICIENT_COUNT -
-                  1]; /* sum of W m^(p - 4): X' W X holds only these, at row + column */
-    double right[DAVAR_COEFFICIENT_COUNT]; /* X' W avar, scaled */
-    double
-        scale[DAVAR_COEFFICIENT_COUNT]; /* makes the diagonal of X' W X 1: a = scale * solution */
+    int count;                    /* of Allan variances, and the most terms that they resolve */
+    double moment[2 * TERMS - 1]; /* sum of W m^(p - 4); (k, l) of X' W X is moment[k + l] */
+    double right[TERMS];          /* X' W avar, scaled */
+    double scale[TERMS];          /* makes the diagonal of X' W X 1: a = scale * solution */
 } normal_t;
 
 /* Inverse over some of the terms: row i belongs to term[i], in ascending order. */
 typedef struct {
     int size;
-    int term[DAVAR_COEFFICIENT_COUNT];
-    double at[DAVAR_COEFFICIENT_COUNT][DAVAR_COEFFICIENT_COUNT];
+    int term[TERMS];
+    double at[TERMS][TERMS];
 } inverse_t;
 
 static double square(double x)
@@ -72,7 +73,7 @@ DAVAR_RARE double davar_mixture_edf(const davar_mixture_t *model, const davar_ad
 {
     const double m = (double)tau->m;
     const double all = (double)model->data->window_samples - 2.0 * m + 1.0;
-    double x[DAVAR_COEFFICIENT_COUNT];
+    double x[TERMS];
     shapes(m, x);
     double inverse = 0.0;
     for (int k = 0; k < TERMS; k++) {
@@ -90,39 +91,34 @@ DAVAR_RARE double davar_mixture_room(const davar_mixture_t *model, int term)
 {
     const int strongest = (term <= WHITE) ? 0 : model->count - 1;
     const double m = (double)model->data->tau[strongest].m;
-    double x[DAVAR_COEFFICIENT_COUNT];
+    double x[TERMS];
     shapes(m, x);
     return avar_of(model, m) / x[term];
 }
 
-/* ---- least squares (5.6) ---- */
+/* --- least squares (5.6) --- */
 
-/* One Allan variance; weight_per_m2: its weight over m^2. */
-static void normal_add(normal_t *normal, double m, double avar, double weight_per_m2)
-{
-    double power = weight_per_m2 / (m * m);
-    double product = weight_per_m2 * avar;
-    normal->count++;
-    for (int k = 0; k < TERMS; k++) {
-        normal->right[k] += product;
-        product *= m;
-    }
-    for (int p = 0; p < 2 * TERMS - 1; p++) {
-        normal->moment[p] += power;
-        power *= m;
-    }
-}
-
-/* trust: 1 takes the weights from the model; less mixes in the data, for a model that may still be far off. */
+/* trust: 1 takes the weights from the model. A smaller value mixes in the data, for a model that
+ * may still be far off. */
 static void normal_equations(const davar_mixture_t *model, double trust, normal_t *normal)
 {
-    *normal = (normal_t){0};
+    *normal = (normal_t){.count = model->count};
     for (int t = 0; t < model->count; t++) {
         const davar_adev_t *tau = &model->data->tau[t];
         const double m = (double)tau->m;
         const double avar = tau->adev * tau->adev;
         const double expected = trust * avar_of(model, m) + (1.0 - trust) * avar;
-        normal_add(normal, m, avar, (double)model->weight[t] / square(expected * m));
+        const double weight_per_m2 = (double)model->weight[t] / square(expected * m);
+        double power = weight_per_m2 / (m * m);
+        double product = weight_per_m2 * avar;
+        for (int k = 0; k < TERMS; k++) {
+            normal->right[k] += product;
+            product *= m;
+        }
+        for (int p = 0; p < 2 * TERMS - 1; p++) {
+            normal->moment[p] += power;
+            power *= m;
+        }
     }
     for (int k = 0; k < TERMS; k++) {
         normal->scale[k] = 1.0 / davar_root(normal->moment[k + k]);
@@ -167,8 +163,8 @@ static void eliminate(inverse_t *a, int pivot)
     }
 }
 
-/* Inverse of the rows and columns of `terms`, by Gauss-Jordan: a positive definite matrix needs no exchange of rows. False: the
- * cluster sizes cannot tell these terms apart. */
+/* Inverse of the rows and columns of `terms`, by Gauss-Jordan. The matrix is positive definite, so
+ * no rows are exchanged. False: these cluster sizes cannot separate the terms. */
 DAVAR_RARE static bool invert(const normal_t *normal, unsigned terms, inverse_t *inverse)
 {
     select_terms(normal, terms, inverse);
@@ -194,8 +190,8 @@ DAVAR_RARE static double solution(const normal_t *normal, const inverse_t *inver
     return sum * normal->scale[inverse->term[i]];
 }
 
-/* Its variance. `scatter` is X' W C W X, where C is the covariance of the Allan variances, scaled as the normal equations. INFINITY:
- * the terms are so alike that an approximate C cannot tell their variance. */
+/* Variance of that. `scatter` is X' W C W X, scaled as the normal equations; C is the covariance of
+ * the Allan variances. INFINITY: the terms are too similar for the approximate C. */
 DAVAR_RARE static double solution_variance(const normal_t *normal, const inverse_t *inverse,
                                            const matrix_t *scatter, int i)
 {
@@ -230,8 +226,9 @@ static int solve(const normal_t *normal, const inverse_t *inverse, double a[])
     return worst;
 }
 
-/* Least squares over `terms`, without those that come out negative. Returns the terms that are left, with a[k] of each and 0 for the
- * others. 0: the cluster sizes cannot tell them apart, and a[] is not to be used. One term alone is positive, so the loop ends. */
+/* Least squares over `terms`, without those that become negative. Returns the remaining terms, with
+ * a[k] of each and 0 for the others. 0: the cluster sizes cannot separate them, and a[] is not
+ * valid. One term alone is positive, so the loop ends. */
 DAVAR_RARE static unsigned solve_non_negative(const normal_t *normal, unsigned terms, double a[])
 {
     inverse_t inverse;
@@ -260,13 +257,14 @@ static bool converge(davar_mixture_t *model, unsigned terms, double trust, int r
     return true;
 }
 
-/* ---- variances ---- */
+/* --- variances --- */
 
-/* Covariance of two Allan variances of the model, over the product of sqrt(variance / avar). Each term brings its own
- * correlation, weighted with a power of the geometric mean of the two cluster sizes (5.8). */
+/* Covariance of two Allan variances of the model, over the product of sqrt(variance / avar). Each
+ * term has its own correlation, weighted with a power of the geometric mean of the two cluster
+ * sizes (5.8). */
 static double covariance(const davar_mixture_t *model, double m_short, double m_long)
 {
-    double x[DAVAR_COEFFICIENT_COUNT];
+    double x[TERMS];
     shapes(davar_root(m_short * m_long), x);
     double sum = 0.0;
     for (int k = 0; k < TERMS; k++) {
@@ -278,22 +276,15 @@ static double covariance(const davar_mixture_t *model, double m_short, double m_
     return sum;
 }
 
-static void add_symmetric(matrix_t *h, const double x[], const double y[])
-{
-    for (int k = 0; k < TERMS; k++) {
-        for (int l = 0; l < TERMS; l++) {
-            h->at[k][l] += x[k] * y[l] + y[k] * x[l];
-        }
-    }
-}
-
-/* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without the logarithm. */
+/* Twice the log-likelihood that an estimate with one degree of freedom loses: r - 1 - ln r, without
+ * a logarithm (5.9). */
 DAVAR_APART static double loss(double ratio)
 {
     return 1.5 * square(ratio - 1.0) / (1.0 + 2.0 * ratio);
 }
 
-/* Row j of C W X up to the diagonal, half of which stays for its mirror image; factor: W * sqrt(variance / avar). */
+/* Row j of C W X up to the diagonal, of which only one half counts here; factor: W * sqrt(variance
+ * / avar). */
 static void covariance_row(const davar_mixture_t *model, int j, const double factor[], double row[])
 {
     const double m_long = (double)model->data->tau[j].m;
@@ -301,7 +292,7 @@ static void covariance_row(const davar_mixture_t *model, int j, const double fac
         const double m_short = (double)model->data->tau[i].m;
         const double share =
             (i < j) ? covariance(model, m_short, m_long) : 0.5 * avar_of(model, m_long);
-        double x[DAVAR_COEFFICIENT_COUNT];
+        double x[TERMS];
         shapes(m_short, x);
         for (int k = 0; k < TERMS; k++) {
             row[k] += share * factor[i] * x[k];
@@ -309,8 +300,9 @@ static void covariance_row(const davar_mixture_t *model, int j, const double fac
     }
 }
 
-/* X' W C W X, the middle of the sandwich, scaled as the normal equations. Returns the misfit: twice the log-likelihood
- * that the data lose against a perfect model. */
+/* X' W C W X (5.6), scaled as the normal equations: each row of C W X times a row of X, and its
+ * transpose. Returns the misfit, twice the log-likelihood that the data lose against a perfect
+ * model. */
 static double scatter(const davar_mixture_t *model, const normal_t *normal, matrix_t *h)
 {
     double factor[DAVAR_TAUS_MAX];
@@ -320,8 +312,8 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
         const davar_adev_t *tau = &model->data->tau[j];
         const double avar = avar_of(model, (double)tau->m);
         const double edf = davar_mixture_edf(model, tau);
-        double row[DAVAR_COEFFICIENT_COUNT] = {0};
-        double x[DAVAR_COEFFICIENT_COUNT];
+        double row[TERMS] = {0};
+        double x[TERMS];
         misfit += edf * loss(square(tau->adev) / avar);
         factor[j] = (double)model->weight[j] / avar * davar_root(2.0 / (edf * avar));
         covariance_row(model, j, factor, row);
@@ -330,7 +322,11 @@ static double scatter(const davar_mixture_t *model, const normal_t *normal, matr
             row[k] *= factor[j] * normal->scale[k];
             x[k] *= normal->scale[k];
         }
-        add_symmetric(h, row, x);
+        for (int k = 0; k < TERMS; k++) {
+            for (int l = 0; l < TERMS; l++) {
+                h->at[k][l] += row[k] * x[l] + x[k] * row[l];
+            }
+        }
     }
     return misfit;
 }
@@ -344,17 +340,13 @@ static int term_count(unsigned terms)
     return count;
 }
 
-/* A model that does not fit (a filtered sensor, a sinusoid) must not boast: its variances grow by the misfit. */
+/* Factor for the variances of a model that does not fit, for example of a filtered sensor or a
+ * sinusoid (5.9). */
 static double inflation(const davar_mixture_t *model, double misfit)
 {
     const double freedom = (double)(model->count - term_count(model->terms));
     const bool real = misfit > freedom + DAVAR_FIT_MISFIT * model->misfit_spread;
     return real ? misfit / ((freedom > 1.0) ? freedom : 1.0) : 1.0;
-}
-
-static void lower(double *least, double value)
-{
-    *least = (value < *least) ? value : *least;
 }
 
 DAVAR_APART static double lower_limit(double a, double variance)
@@ -364,7 +356,8 @@ DAVAR_APART static double lower_limit(double a, double variance)
     return a * (double)davar_chi_square_low((uint32_t)(((s < 1.0) ? s : 1.0) * one)) * (1.0 / one);
 }
 
-/* A term that may be there but is not resolved takes from the others: their intervals reach down to the fit with it. */
+/* An unresolved term that may be present takes its share from the others: their intervals extend
+ * down to the fit with it (5.10). */
 static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_t *inverse,
                   const matrix_t *h)
 {
@@ -374,12 +367,13 @@ static void doubt(davar_mixture_t *model, const normal_t *normal, const inverse_
             const double a = solution(normal, inverse, i);
             const double variance = solution_variance(normal, inverse, h, i) * model->grow;
             const bool nothing = davar_root(0.5 * variance) >= DAVAR_FIT_NOTHING * a;
-            lower(&model->least[k], nothing ? 0.0 : lower_limit(a, variance));
+            const double low = nothing ? 0.0 : lower_limit(a, variance);
+            model->least[k] = (low < model->least[k]) ? low : model->least[k];
         }
     }
 }
 
-/* The model's noise gives weights and scatter, so for an absent term this is a test of the model without it (a score
+/* Weights and scatter are those of the model, so this tests the model without the term (a score
  * test). */
 static void judge_absent(davar_mixture_t *model, const normal_t *normal, const matrix_t *h,
                          int term)
@@ -397,25 +391,20 @@ static void judge_absent(davar_mixture_t *model, const normal_t *normal, const m
     }
 }
 
-static void judge_present(davar_mixture_t *model, const normal_t *normal, const matrix_t *h)
-{
-    inverse_t inverse;
-    (void)invert(normal, model->terms, &inverse); /* as it was in the fit */
-    for (int i = 0; i < inverse.size; i++) {
-        const int k = inverse.term[i];
-        model->variance[k] = solution_variance(normal, &inverse, h, i) * model->grow;
-        model->least[k] = lower_limit(model->a[k], model->variance[k]);
-    }
-}
-
 /* Fills beside, variance, least and grow. */
 static void judge(davar_mixture_t *model)
 {
     normal_t normal;
     matrix_t h;
+    inverse_t inverse;
     normal_equations(model, 1.0, &normal);
     model->grow = inflation(model, scatter(model, &normal, &h));
-    judge_present(model, &normal, &h);
+    (void)invert(&normal, model->terms, &inverse); /* succeeds as it did in the fit */
+    for (int i = 0; i < inverse.size; i++) {
+        const int k = inverse.term[i];
+        model->variance[k] = solution_variance(&normal, &inverse, &h, i) * model->grow;
+        model->least[k] = lower_limit(model->a[k], model->variance[k]);
+    }
     for (int k = 0; k < TERMS; k++) {
         if (!has_term(model->terms, k)) {
             judge_absent(model, &normal, &h, k);
@@ -423,9 +412,10 @@ static void judge(davar_mixture_t *model)
     }
 }
 
-/* ---- selection ---- */
+/* --- selection --- */
 
-/* In standard errors. A misfit is no excuse: terms are tested against the noise as modelled. */
+/* A term in standard errors, without the factor of a misfit: terms are tested against the noise as
+ * modelled. */
 static double significance(const davar_mixture_t *model, int term)
 {
     const double a = has_term(model->terms, term) ? model->a[term] : model->beside[term];
@@ -449,7 +439,7 @@ static void settle(davar_mixture_t *model)
     judge(model);
 }
 
-/* What the model leaves unexplained, to compare it with others. */
+/* The part of the data that the model leaves unexplained, to compare models. */
 static double unexplained(const davar_mixture_t *model)
 {
     double sum = 0.0;
@@ -460,8 +450,8 @@ static double unexplained(const davar_mixture_t *model)
     return sum;
 }
 
-/* The one of `suspects` that explains most: drifts look alike, and the most significant one need not be the right one.
- * -1: none, or the cluster sizes cannot tell them apart after all. */
+/* Adds the one of `suspects` that explains most: drifts look alike, and the most significant one
+ * may be the wrong one. -1: there is none, or the cluster sizes cannot separate it. */
 static int add_best(davar_mixture_t *model, unsigned suspects)
 {
     const davar_mixture_t before = *model;
@@ -482,19 +472,18 @@ static int add_best(davar_mixture_t *model, unsigned suspects)
     return best;
 }
 
-/* Takes `term` out if it is not significant beside the others. */
+/* Removes `term` if it is not significant in addition to the others. */
 static void reconsider(davar_mixture_t *model, int term)
 {
     davar_mixture_t trial = *model;
-    (void)converge(&trial, model->terms & ~term_bit(term), 0.5,
-                   ROUNDS_TRIAL); /* fewer terms are easier to tell apart */
+    (void)converge(&trial, model->terms & ~term_bit(term), 0.5, ROUNDS_TRIAL);
     settle(&trial);
     if (significance(&trial, term) < DAVAR_FIT_THRESHOLD) {
         *model = trial;
     }
 }
 
-/* Adds a term and takes out what it makes superfluous. False: nothing to add. */
+/* Adds a term and removes terms that it makes superfluous. False: nothing to add. */
 static bool grow(davar_mixture_t *model, unsigned suspects)
 {
     const int added = add_best(model, suspects);

@@ -1,4 +1,5 @@
-/* davar - the general fit: any mix of the five terms, by non-negative forward selection. Private to stage [5]. */
+/* davar - the general fit: any mix of the five terms, by non-negative forward selection. Private to
+ * the fit. */
 #ifndef DAVAR_FIT_MIXTURE_H
 #define DAVAR_FIT_MIXTURE_H
 
@@ -11,18 +12,16 @@ typedef struct {
     uint8_t count;              /* at least 1 */
     double misfit_spread;       /* standard deviation of the misfit under white noise (5.9) */
 
-    unsigned terms;                    /* bit k: term k is in the model */
-    double a[DAVAR_COEFFICIENT_COUNT]; /* 0 for an absent term */
-    double beside
-        [DAVAR_COEFFICIENT_COUNT]; /* of an absent term: its fit, of either sign, beside the model's terms */
-    double variance
-        [DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: the cluster sizes cannot tell it apart */
-    double least[DAVAR_COEFFICIENT_COUNT]; /* lower 95 % limit of a[], doubts included */
-    double grow;                           /* misfit in the variances; 1: the model fits */
+    unsigned terms;                         /* bit k: term k is in the model */
+    double a[DAVAR_COEFFICIENT_COUNT];      /* 0 for an absent term */
+    double beside[DAVAR_COEFFICIENT_COUNT]; /* an absent term fitted with the model; either sign */
+    double variance[DAVAR_COEFFICIENT_COUNT]; /* of a or beside; INFINITY: not resolvable */
+    double least[DAVAR_COEFFICIENT_COUNT];    /* lower 95 % limit of a, doubts included (5.10) */
+    double grow;                              /* misfit in the variances; 1: the model fits */
 } davar_mixture_t;
 
-/* Fills all from `terms` on, starting from white noise of variance `white` (> 0) per sample and the terms in `suspects` (bit
- * k: term k) that seem to be missing, if any. O(T^2). */
+/* Fills `terms` and everything below it. Starts with white noise of variance `white` (> 0) per
+ * sample and adds one of the terms in `suspects` (bit k: term k), if any. O(T^2). */
 void davar_mixture_fit(davar_mixture_t *model, double white, unsigned suspects);
 
 /* Degrees of freedom of an Allan variance of this mix (5.6). */

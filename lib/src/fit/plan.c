@@ -1,18 +1,48 @@
-/* davar - the plan of a fit: what it needs of the cluster sizes, of the window's length and of the rate, DESIGN (1.2) (5.3) to (5.5).
- * For white noise beside one more term the fit is linear in the Allan variances, and so are its variances in 1 / (number of
- * differences). Cluster sizes and rate are planned in doubles, once; the window in integers, as the short cut that uses it (5.14). */
+/* davar - the plan of a fit: values that depend on the cluster sizes, the window length and the
+ * rate alone, DESIGN (1.2) (5.3) to (5.5). White noise and one more term are fitted linearly in the
+ * Allan variances, and the variances of that fit are linear in 1 / (number of differences). Cluster
+ * sizes and rate are planned once, in doubles. The window is planned in integers, like the short
+ * cut that uses it (5.14). */
 #include "fit/plan.h"
 
 #include "number/real.h"
 
-/* --- the cluster sizes (5.3) (5.4) ---------------------------------------------------------------------------------------- */
+/* --- positive numbers with one exponent (5.14) --- */
+
+#define SPARE 4
+
+int32_t davar_align(scaled_t value[], int count)
+{
+    int32_t common = INT32_MIN;
+    for (int t = 0; t < count; t++) {
+        common = (value[t].exponent > common) ? value[t].exponent : common;
+    }
+    common += SPARE;
+    for (int t = 0; t < count; t++) {
+        const uint32_t shift = (uint32_t)(common - value[t].exponent);
+        value[t].mantissa = (shift > 31U) ? 0U : (value[t].mantissa >> shift);
+        value[t].exponent = common;
+    }
+    return common;
+}
+
+uint64_t davar_aligned_sum(const int32_t factor[], const scaled_t value[], int count)
+{
+    uint64_t sum = 0U; /* modulo 2^64 */
+    for (int t = 0; t < count; t++) {
+        sum += davar_multiply_i32(factor[t], (int32_t)value[t].mantissa);
+    }
+    return sum & ((sum >> 63U) - 1U);
+}
+
+/* --- the cluster sizes (5.3) (5.4) --- */
 
 static double last_of(const davar_plan_t *plan)
 {
     return (double)plan->m[plan->count - 1U];
 }
 
-/* The shape of a term in y, at most 1 so that nothing leaves the range of a float. */
+/* The shape of a term in y. It is at most 1, so that all values stay in the range of a float. */
 static double shape(const davar_plan_t *plan, int term, int t)
 {
     const double m = (double)plan->m[t];
@@ -31,12 +61,7 @@ static double shape(const davar_plan_t *plan, int term, int t)
     }
 }
 
-static int32_t rounded(double value)
-{
-    return (int32_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
-}
-
-/* A power of two above all of them, 1 where all are 0. */
+/* A power of two above all sizes; 1 if all values are 0. */
 static double scale_of(const double values[], int count)
 {
     double largest = 0.0;
@@ -49,16 +74,18 @@ static double scale_of(const double values[], int count)
                : 1.0;
 }
 
-/* As fixed point of 29 bits, in units of scale. */
+/* Stores the values as fixed point of 29 bits, in units of scale. */
 static void store(const double values[], int count, double scale, int32_t fixed[])
 {
     for (int t = 0; t < count; t++) {
-        fixed[t] = rounded(values[t] * (DAVAR_FIT_FUNCTIONAL_ONE / scale));
+        const double value = values[t] * (DAVAR_FIT_FUNCTIONAL_ONE / scale);
+        fixed[t] = (int32_t)((value < 0.0) ? (value - 0.5) : (value + 0.5));
     }
 }
 
-/* Regression of y on a constant and one shape: amplitude = sum functional y, functional = gain * w (x - centre); the constant
- * itself has centre 0. One cluster size alone shows a constant and nothing else. */
+/* Regression of y on a constant and one shape (5.4): amplitude = sum functional y, functional =
+ * gain * w (x - centre). The constant itself has centre 0. One cluster size alone resolves the
+ * constant only. */
 static void plan_regression(davar_plan_t *plan, int term)
 {
     double w_sum = 0.0;
@@ -78,17 +105,17 @@ static void plan_regression(davar_plan_t *plan, int term)
     for (int t = 0; t < plan->count; t++) {
         functional[t] = gain * (double)plan->weight[t] * (shape(plan, term, t) - centre);
     }
-    const double scale =
-        (term == WHITE) ? 1.0
-                        : scale_of(functional, plan->count); /* the sum of white noise's is 1 */
+    /* The functional of white noise adds up to 1. */
+    const double scale = (term == WHITE) ? 1.0 : scale_of(functional, plan->count);
     store(functional, plan->count, scale, plan->functional[term]);
     plan->scale[term] = (float)scale;
     const float per_share = (float)centre * plan->scale[term];
     plan->centre[term] = (per_share < DAVAR_FIT_CENTRE_MOST) ? per_share : DAVAR_FIT_CENTRE_MOST;
 }
 
-/* Variance of an amplitude under white noise, N = 1, folded so that a window length costs one product per cluster size:
- * the covariance of two cluster sizes falls with the number of differences of the shorter one (5.4). */
+/* Variance of an amplitude under white noise, N = 1. The covariance of two cluster sizes falls with
+ * the number of differences of the shorter one, so the sum over the longer ones is fixed and a
+ * window length costs one product per size (5.4). */
 static void plan_variance(davar_plan_t *plan, int term)
 {
     const double one = 1.0 / DAVAR_FIT_FUNCTIONAL_ONE;
@@ -109,9 +136,9 @@ static void plan_variance(davar_plan_t *plan, int term)
     plan->variance_exponent[term] = (int8_t)((int32_t)(davar_bits_of_double(scale) >> 52U) - 1023);
 }
 
-/* Weights of a white fit: 1 / m, shared among crowded neighbours (the gap between the geometric means with them, on the
- * scale of 1 / m). Within 1 % of the full inverse covariance for octaves and geometric lists from m = 1, without its
- * conditioning. The first entry also stands for all shorter sizes, the last one for half of all longer (5.4). */
+/* Weights of a white fit: 1 / m, shared among crowded neighbours. Each is the distance between the
+ * geometric means with its neighbours, on the scale of 1 / m. The first entry also represents all
+ * shorter sizes, the last one half of all longer ones (5.4). */
 static void plan_weights(davar_plan_t *plan)
 {
     const int end = plan->count - 1;
@@ -130,7 +157,8 @@ static void plan_weights(davar_plan_t *plan)
     plan->weight[0] *= (float)(1.0 + 2.35 * (1.0 - 1.0 / (first * first)));
 }
 
-/* Standard deviation of the misfit under white noise: twice the sum of the squared correlations is its variance. */
+/* Standard deviation of the misfit under white noise. Its variance is twice the sum of the squared
+ * correlations. */
 static double white_misfit_spread(const davar_plan_t *plan)
 {
     double sum = 0.0;
@@ -145,15 +173,7 @@ static double white_misfit_spread(const davar_plan_t *plan)
     return davar_root(sum);
 }
 
-/* The largest sum of edf (y - 1)^2 that is no misfit (5.9). */
-static uint64_t misfit_limit(const davar_plan_t *plan)
-{
-    const double most =
-        2.0 * ((double)(plan->count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
-    return (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
-}
-
-/* What turns the amplitude of a shape into a[k] of avar = sum a[k] m^(k - 2). */
+/* Factors from the amplitude of a shape to a[k] of avar = sum a[k] m^(k - 2). */
 static void plan_units(davar_plan_t *plan)
 {
     const float inverse = (float)(1.0 / last_of(plan));
@@ -177,7 +197,10 @@ DAVAR_RARE void davar_plan_init(davar_plan_t *plan, const uint32_t *m, uint8_t c
     plan_units(plan);
     plan_weights(plan);
     plan->misfit_spread = (float)white_misfit_spread(plan);
-    plan->misfit_limit = misfit_limit(plan);
+    /* The largest sum of edf (y - 1)^2 that is not a misfit (5.9). */
+    const double most =
+        2.0 * ((double)(plan->count - 1) + DAVAR_FIT_MISFIT * (double)plan->misfit_spread);
+    plan->misfit_limit = (uint64_t)(most * DAVAR_FIT_MISFIT_ONE);
     for (int k = 0; k < TERMS; k++) {
         plan_regression(plan, k);
         plan_variance(plan, k);
@@ -196,15 +219,15 @@ static scaled_t scaled_ratio(uint32_t dividend, uint32_t divisor)
     return scaled_times(scaled_of_u32(dividend, 0), scaled_inverse(scaled_of_u32(divisor, 0)));
 }
 
-/* --- the rate ---------------------------------------------------------------------------------------------------------- */
+/* --- the rate --- */
 
-/* (1.2): factor * rate^(k - 2), in doubles and correctly rounded: two rates that differ in the last bit give results that differ no
- * more. */
+/* The units of (1.2) are factor * rate^(k - 2), correctly rounded in doubles: rates that differ in
+ * the last bit give results that differ as little. */
 static const double factor[] = {1.0 / 3.0, 3600.0,
                                 3600.0 * 3600.0 * 2.2661800709135971 /* pi / (2 ln 2) */,
                                 216000.0 * 216000.0 * 3.0, 12960000.0 * 12960000.0 * 2.0};
 
-/* 1 for a power that is not above 0. */
+/* rate_hz to the power of 0, 1 or 2; 1 for negative powers. */
 static double power_of(double rate_hz, int power)
 {
     if (power <= 0) {
@@ -231,7 +254,7 @@ void davar_plan_rate(davar_plan_t *plan, double rate_hz)
     plan->rate_hz = rate_hz;
 }
 
-/* --- the window (5.5) -------------------------------------------------------------------------------------------- */
+/* --- the window (5.5) --- */
 
 uint8_t davar_fit_usable(const davar_result_t *result)
 {
@@ -242,14 +265,15 @@ uint8_t davar_fit_usable(const davar_result_t *result)
     return count;
 }
 
-/* Policy glr chose this window by what is in it (10.14): it left out most of what it holds to be of one variance, because it was not
- * quite alike; or it has just cut the window, because so few samples were loud or quiet enough. */
+/* Law glr chose this window by its data (10.14): it has just cut the window, or it omitted more
+ * than half of the samples since the cut, because they were not quite alike. */
 static bool is_chosen(const davar_result_t *result)
 {
     return result->young || (result->cut_age_samples > (2U * result->window_samples));
 }
 
-/* Every difference that the window could hold is there once, at the first `count` cluster sizes, and counts: no gap, no mirror. */
+/* Does every difference of the first `count` cluster sizes exist once and count fully: no gap, no
+ * mirror image? */
 static bool is_whole(const davar_result_t *result, int count)
 {
     uint32_t lost = result->mirrored_samples | (is_chosen(result) ? 1U : 0U);
@@ -266,7 +290,7 @@ scaled_t davar_fit_evidence(const davar_result_t *result)
     return is_chosen(result) ? scaled_times(share, scaled_of_u32(7U, -4)) : share;
 }
 
-/* How many differences of a window without a gap, and none mirrored, know as much (5.3). */
+/* Differences + m / 2 (5.3), reduced for gaps and by the share of new evidence. */
 static scaled_t effective(const davar_adev_t *tau, uint32_t window, scaled_t evidence)
 {
     const uint32_t all = window + 1U - (2U * tau->m);
@@ -291,26 +315,16 @@ static void plan_tau(davar_plan_t *plan, int t, scaled_t freedom)
     plan->high[t] = scaled_to_float(scaled_root(high));
 }
 
-static void plan_white(davar_plan_t *plan, scaled_t variance)
-{
-    scaled_t low;
-    scaled_t high;
-    davar_chi_square(at_least_one(scaled_times(half_to_the(-1), scaled_inverse(variance))), &low,
-                     &high);
-    plan->white_low = scaled_to_fixed(low, NOISE_BITS);
-    plan->white_high = scaled_to_float(scaled_root(high));
-}
-
-/* Odd, so never 0. Nearly equal cluster sizes, or one alone, show no term: then what (5.4) makes of their variances is 0, or less
- * by its own inaccuracy. */
+/* Odd, so never 0. One cluster size, or nearly equal ones, resolve no term: (5.4) then gives a
+ * variance of 0, or below 0 by its inaccuracy. Such a sigma is unknown and becomes the largest. */
 static uint32_t fixed_sigma(scaled_t sigma)
 {
     const uint32_t fixed = scaled_to_fixed(sigma, DAVAR_FIT_SHARE_BITS);
-    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) |
-           1U; /* 0: unknown */
+    return (((fixed - 1U) < DAVAR_FIT_SIGMA_MOST) ? fixed : DAVAR_FIT_SIGMA_MOST) | 1U;
 }
 
-/* The bound of an absent term: room = sqrt((1 + margin) scale), see (5.11). */
+/* One term next to white noise: its sigma, the factor of its upper limit, room = sqrt((1 + margin)
+ * scale) (5.11), and the uncertainty that it adds to N^2 (5.10). */
 static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t variance)
 {
     const scaled_t sigma = (variance.mantissa != 0U) ? scaled_root(variance) : variance;
@@ -326,7 +340,7 @@ static void plan_term(davar_plan_t *plan, int k, scaled_t of_white, scaled_t var
     plan->doubt[k] = scaled_to_fixed(scaled_root(half), NOISE_BITS);
 }
 
-/* Of an amplitude, from 1 / effective differences, aligned. */
+/* Variance of an amplitude, from aligned values of 1 / effective differences. */
 static scaled_t variance_of(const davar_plan_t *plan, int term, const scaled_t inverse[],
                             int32_t exponent)
 {
@@ -339,6 +353,8 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
 {
     const scaled_t evidence = davar_fit_evidence(result);
     scaled_t inverse[DAVAR_TAUS_MAX];
+    scaled_t low;
+    scaled_t high;
     for (int t = 0; t < plan->count; t++) {
         const scaled_t differences = effective(&result->tau[t], result->window_samples, evidence);
         plan_tau(plan, t, scaled_times(scaled_of_float(plan->freedom[t]), differences));
@@ -346,7 +362,10 @@ static void plan_window(davar_plan_t *plan, const davar_result_t *result)
     }
     const int32_t exponent = davar_align(inverse, plan->count);
     const scaled_t of_white = variance_of(plan, WHITE, inverse, exponent);
-    plan_white(plan, of_white);
+    davar_chi_square(at_least_one(scaled_times(half_to_the(-1), scaled_inverse(of_white))), &low,
+                     &high);
+    plan->white_low = scaled_to_fixed(low, NOISE_BITS);
+    plan->white_high = scaled_to_float(scaled_root(high));
     for (int k = 0; k < TERMS; k++) {
         plan_term(plan, k, of_white, variance_of(plan, k, inverse, exponent));
     }
@@ -361,6 +380,7 @@ void davar_fit_prepare_window(davar_plan_t *plan, const davar_result_t *result)
     }
 }
 
+/* Apart from the function below, which then needs little stack. */
 DAVAR_RARE static void replan(davar_plan_t *plan, const davar_result_t *result, uint8_t count)
 {
     uint32_t m[DAVAR_TAUS_MAX] = {0};

@@ -1,4 +1,4 @@
-/* davar - cluster sizes: octaves and the log-spaced series, both with the 25 % rule 9 m <= window. */
+/* davar - cluster sizes: octaves and a geometric series, both with the 25 % rule 9 m <= window. */
 #include "davar/fit.h"
 
 #include "number/machine.h"
@@ -23,7 +23,8 @@ DAVAR_RARE uint8_t davar_taus_octave(uint32_t window, uint32_t *taus, uint8_t ca
     return count;
 }
 
-/* The root of x^degree = value >= 1, by bisection: init time, and no libm that differs between targets. */
+/* The root of x^degree = value >= 1, by bisection: init time, and no libm that differs between
+ * targets. */
 static double root(double value, uint8_t degree)
 {
     double low = 1.0;

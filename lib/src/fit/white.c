@@ -1,6 +1,6 @@
-/* davar - white noise and nothing else that could be seen: what most windows hold. The fit is then a handful of sums over numbers
- * that only the window length changes, in integers (5.14). Units: tau in samples, y = avar * m, so that white noise is a
- * constant y = N^2; shares are amplitudes over that. */
+/* davar - the short cut for windows that show white noise only, as most do. The fit is a few sums
+ * with factors that only the window length changes, in integers (5.14). Units: tau in samples; y =
+ * avar * m, so that white noise is a constant y = N^2; shares are amplitudes over N^2. */
 #include "fit/white.h"
 
 #include "fit/plan.h"
@@ -8,46 +8,38 @@
 
 _Static_assert(DAVAR_TAUS_MAX <= 32, "sums of products with a functional");
 
-/* Such a sum has 62 bits; 32 of those make a share. */
+/* Such a sum has 62 bits; its upper 32 bits become a share. */
 #define SUM_SPARE 30U
 
 #define FRACTION_32 4294967296.0        /* 1.0 as 0.32 */
 #define CENTRE_ONE (UINT32_C(1) << 30U) /* 1.0 as 2.30 */
 #define SHARE_ONE (UINT32_C(1) << DAVAR_FIT_SHARE_BITS)
 
-/* Of an Allan variance: 64 times what white noise has; more is a misfit by itself. */
+/* Largest Allan variance, 64 times the one of white noise: more is a misfit by itself. */
 #define SHARE_MOST (SHARE_ONE << 6U)
 
-/* Of the amplitude of white noise: enough for a root and a reciprocal. */
+/* Least amplitude of white noise: enough bits for a root and a reciprocal. */
 #define AMPLITUDE_LEAST (UINT64_C(1) << 23U)
 
-/* --- the data ---------------------------------------------------------------------------------------------------- */
+/* --- the fit --- */
 
-/* y, its mantissa of 29 to 32 bits. */
-static scaled_t mantissa_of_y(scaled_t adev, float m)
-{
-    const scaled_t size = scaled_of_float(m);
-    const uint32_t square = davar_upper_product(adev.mantissa, adev.mantissa);
-    const scaled_t y = {davar_upper_product(square, size.mantissa),
-                        (2 * adev.exponent) + size.exponent + 64};
-    return y;
-}
-
-/* False: all are 0. */
+/* Reads the deviations and aligns y, whose mantissas had 29 to 32 bits. False: all are 0. */
 static bool read_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
 {
     uint32_t any = 0U;
     for (int t = 0; t < plan->count; t++) {
         const scaled_t adev = scaled_of_double(result->tau[t].adev);
+        const scaled_t m = scaled_of_float(plan->m[t]);
+        const uint32_t square = davar_upper_product(adev.mantissa, adev.mantissa);
+        const scaled_t y = {davar_upper_product(square, m.mantissa),
+                            (2 * adev.exponent) + m.exponent + 64};
         white->adev[t] = adev;
-        white->y[t] = mantissa_of_y(adev, plan->m[t]);
-        any |= white->y[t].mantissa;
+        white->y[t] = y;
+        any |= y.mantissa;
     }
     white->exponent = davar_align(white->y, plan->count);
     return any != 0U;
 }
-
-/* --- the fit ----------------------------------------------------------------------------------------------------- */
 
 static uint64_t amplitude(const davar_plan_t *plan, const davar_white_t *white, int term)
 {
@@ -68,7 +60,7 @@ static void fit_amplitude(const davar_plan_t *plan, davar_white_t *white)
         davar_reciprocal_of_mantissa(white->square.mantissa) >> (spare + white->drift - zeros);
 }
 
-/* A sum with a functional in it, over N^2, in the fixed point of shares; what it cannot hold is as much as it can. */
+/* A sum of products with a functional, over N^2, in the fixed point of shares; saturates. */
 static uint32_t share_of(const davar_white_t *white, uint64_t sum)
 {
     const uint32_t share = davar_upper_product((uint32_t)(sum >> SUM_SPARE), white->inverse);
@@ -83,7 +75,7 @@ static uint32_t times_sigma(uint32_t quarters, uint32_t sigma)
     return (quarters * sigma) >> 2U; /* sigma is at most 2^26 */
 }
 
-/* The terms beside white noise, and which of them are significant (5.7). */
+/* The shares of all terms, and which of them are significant (5.7). */
 static void fit_shares(const davar_plan_t *plan, davar_white_t *white)
 {
     white->suspects = 0U;
@@ -107,6 +99,7 @@ static uint32_t deviation(const davar_white_t *white, uint32_t y, uint32_t root_
                       (DAVAR_FIT_SHARE_BITS + 7U));
 }
 
+/* Does white noise leave no misfit (5.9)? */
 static bool explains(const davar_plan_t *plan, const davar_white_t *white)
 {
     uint64_t misfit = 0U;
@@ -120,18 +113,7 @@ static bool explains(const davar_plan_t *plan, const davar_white_t *white)
     return true;
 }
 
-static bool fit_data(const davar_plan_t *plan, const davar_result_t *result, davar_white_t *white)
-{
-    if (!read_data(plan, result, white)) {
-        return false;
-    }
-    fit_amplitude(plan, white);
-    fit_shares(plan, white);
-    white->explains = (white->suspects == 0U) && explains(plan, white);
-    return true;
-}
-
-/* --- rounding (5.15) ------------------------------------------------------------------------------------------------ */
+/* --- rounding (5.15) --- */
 
 DAVAR_APART DAVAR_RARE uint32_t davar_rounding_share(const davar_result_t *result,
                                                      scaled_t variance)
@@ -149,18 +131,13 @@ static uint32_t quotient_of_ones(uint32_t value, uint32_t under)
     return davar_upper_product(value, davar_reciprocal_of_mantissa(under << zeros)) << (zeros - 1U);
 }
 
-/* A product of 2.30. */
-static uint32_t product_of_ones(uint32_t a, uint32_t b)
-{
-    return davar_upper_product(a, b) << 2U;
-}
-
-/* How far the variance of rounding may be from q^2 / 12, wherever the mean lies between two counts, beside noise of this share. */
+/* The largest distance of the variance of rounding from q^2 / 12, for any mean between two counts
+ * and noise of this share. */
 static uint32_t rounding_margin(uint32_t share, uint32_t noise)
 {
     const uint32_t ratio = quotient_of_ones(share, noise);
-    const uint32_t square = product_of_ones(ratio, ratio);
-    return product_of_ones(share, product_of_ones(square, square)) * 17U / 2U;
+    const uint32_t square = noise_times(ratio, ratio);
+    return noise_times(share, noise_times(square, square)) * 17U / 2U;
 }
 
 DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_t least,
@@ -169,7 +146,7 @@ DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_
     const bool is_low = (least / 4U) > share;
     const uint32_t noise = is_low ? (least - share) : (3U * share);
     const uint32_t margin = (share > 0U) ? rounding_margin(share, noise) : 0U;
-    davar_unrounded_t unrounded = {{SCALED_TOP, -31}, {0U, SCALED_ZERO}, high}; /* 1, 0 */
+    davar_unrounded_t unrounded = {{SCALED_TOP, -31}, {0U, SCALED_ZERO}, high}; /* 1, 0, high */
     if (is_low) {
         unrounded.low = scaled_root(scaled_of_u32(noise - margin, -NOISE_BITS));
     }
@@ -183,48 +160,39 @@ DAVAR_APART DAVAR_RARE davar_unrounded_t davar_unrounded(uint32_t share, uint32_
     return unrounded;
 }
 
+/* A root of an amplitude as the coefficient of a term, in its unit. */
+static double in_unit(const davar_plan_t *plan, int term, scaled_t root)
+{
+    return scaled_to_double(scaled_times(root, scaled_of_double(plan->root[term])));
+}
+
 DAVAR_RARE double davar_half_a_count_at_least(const davar_plan_t *plan,
                                               const davar_result_t *result, double limit)
 {
     const scaled_t count = scaled_of_double(result->unit_per_count);
     const scaled_t half = {count.mantissa, count.exponent - 1};
-    const double least = scaled_to_double(scaled_times(half, scaled_of_double(plan->root[WHITE])));
+    const double least = in_unit(plan, WHITE, half);
     return (davar_bits_of_double(limit) < davar_bits_of_double(least)) ? least : limit;
 }
 
-/* --- what is reported -------------------------------------------------------------------------------------------- */
+/* --- the result --- */
 
-/* Upper limit of an absent term, in units of N: sqrt((share + margin)(1 + margin)), see (5.11). */
-static scaled_t white_bound(const davar_plan_t *plan, uint32_t share, int term)
-{
-    const uint32_t sigma = plan->sigma[term];
-    const uint32_t margin =
-        sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
-    const scaled_t root =
-        scaled_root(scaled_of_u32(share + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
-    return scaled_times(root, scaled_of_float(plan->room[term]));
-}
-
-/* centre * share as 2.30; at most 1. A centre is at least 2^-32 and at most 2^20 shares. */
-static uint32_t taken(float centre, uint32_t share)
-{
-    const scaled_t per_share = scaled_of_float(centre);
-    const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - per_share.exponent);
-    const uint64_t product = davar_multiply_u32(per_share.mantissa, share) >> shift;
-    return (product < CENTRE_ONE) ? (uint32_t)product : CENTRE_ONE;
-}
-
-/* Lower limit of N^2 beside an absent term: its interval must hold what the term would leave of it (5.10). As 2.30. */
+/* Lower limit of N^2 with an unresolved term: the interval must contain the N^2 that the term would
+ * leave (5.10). As 2.30. */
 static uint32_t doubted(const davar_plan_t *plan, uint32_t share, int term)
 {
-    const uint32_t left = CENTRE_ONE - taken(plan->centre[term], share);
+    const scaled_t centre = scaled_of_float(plan->centre[term]); /* 2^-32 to 2^20 per share */
+    const uint32_t shift = (uint32_t)((int32_t)DAVAR_FIT_SHARE_BITS - 30 - centre.exponent);
+    const uint64_t taken = davar_multiply_u32(centre.mantissa, share) >> shift;
+    const uint32_t left = CENTRE_ONE - ((taken < CENTRE_ONE) ? (uint32_t)taken : CENTRE_ONE);
     const uint32_t uncertain = plan->doubt[term];
     if (uncertain >= davar_upper_product(left, (uint32_t)(DAVAR_FIT_NOTHING * FRACTION_32))) {
         return 0U;
     }
-    return davar_upper_product(left, davar_chi_square_low(quotient_of_ones(uncertain, left))) << 2U;
+    return noise_times(left, davar_chi_square_low(quotient_of_ones(uncertain, left)));
 }
 
+/* Lower limit of N^2 as 2.30. */
 static uint32_t least_square(const davar_plan_t *plan, const davar_white_t *white)
 {
     uint32_t least = plan->white_low;
@@ -249,6 +217,7 @@ static void write_intervals(const davar_plan_t *plan, const davar_white_t *white
     }
 }
 
+/* The upper limit of an absent term is sqrt((share + margin)(1 + margin)) N (5.11). */
 static void white_absent(const davar_plan_t *plan, const davar_white_t *white, scaled_t root,
                          int term, davar_coefficient_t *coefficient)
 {
@@ -257,9 +226,14 @@ static void white_absent(const davar_plan_t *plan, const davar_white_t *white, s
     coefficient->low = (double)NAN;
     coefficient->high = (double)INFINITY;
     if (plan->sigma[term] <= DAVAR_FIT_SIGMA_MOST) {
-        const scaled_t bound = scaled_times(white_bound(plan, white->share[term], term), root);
-        coefficient->high =
-            scaled_to_double(scaled_times(bound, scaled_of_double(plan->root[term])));
+        const uint32_t sigma = plan->sigma[term];
+        const uint32_t margin =
+            sigma + davar_upper_product(sigma, (uint32_t)((DAVAR_FIT_BOUND - 1.0) * FRACTION_32));
+        const scaled_t share =
+            scaled_root(scaled_of_u32(white->share[term] + margin, -(int32_t)DAVAR_FIT_SHARE_BITS));
+        const scaled_t bound =
+            scaled_times(scaled_times(share, scaled_of_float(plan->room[term])), root);
+        coefficient->high = in_unit(plan, term, bound);
     }
 }
 
@@ -291,8 +265,6 @@ static void write_white(const davar_plan_t *plan, const davar_white_t *white, ui
     }
 }
 
-/* --- the step --------------------------------------------------------------------------------------------------------- */
-
 DAVAR_RARE static void write_unlimited(const davar_plan_t *plan, davar_noise_t noise,
                                        davar_result_t *result)
 {
@@ -305,43 +277,41 @@ DAVAR_RARE static void write_unlimited(const davar_plan_t *plan, davar_noise_t n
     result->noise = noise;
 }
 
-/* Below half a count, what the window shows depends on where the mean lies between two counts, and does not scatter as chi-square. */
+/* Below half a count, the deviations depend on where the mean lies between two counts and do not
+ * scatter as chi-square. */
 DAVAR_RARE void davar_write_coarse(const davar_plan_t *plan, double limit, davar_result_t *result)
 {
     write_unlimited(plan, DAVAR_NOISE_COARSE, result);
     result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
 }
 
-static double highest_white(const davar_plan_t *plan, const davar_white_t *white)
-{
-    const scaled_t high =
-        scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
-    return scaled_to_double(scaled_times(high, scaled_of_double(plan->root[WHITE])));
-}
-
-/* Nothing can be said. */
 static void write_nothing(davar_result_t *result)
 {
     davar_absent_taus(result, 0U);
     davar_absent_coefficients(result);
 }
 
-/* ... with a plan that is up to date. */
+/* davar_white_suffices with a plan that is up to date. */
 static bool suffices(davar_plan_t *plan, double rate_hz, davar_result_t *result,
                      davar_white_t *white)
 {
     davar_absent_taus(result, plan->count);
-    if (!fit_data(plan, result, white)) {
-        /* Noise below the size of a count, or a sensor that is stuck: differences of 0 bound nothing. */
+    if (!read_data(plan, result, white)) {
+        /* Noise below a count, or a stuck sensor: differences of 0 limit nothing. */
         write_unlimited(plan, DAVAR_NOISE_CONSTANT, result);
         return true;
     }
+    fit_amplitude(plan, white);
+    fit_shares(plan, white);
+    white->explains = (white->suspects == 0U) && explains(plan, white);
     if (davar_bits_of_double(plan->rate_hz) != davar_bits_of_double(rate_hz)) {
         davar_plan_rate(plan, rate_hz);
     }
     const uint32_t rounding = davar_rounding_share(result, white->square);
     if (rounding >= DAVAR_FIT_COARSE) {
-        davar_write_coarse(plan, highest_white(plan, white), result);
+        const scaled_t high =
+            scaled_times(scaled_root(white->square), scaled_of_float(plan->white_high));
+        davar_write_coarse(plan, in_unit(plan, WHITE, high), result);
         return true;
     }
     if (white->explains) {
@@ -361,7 +331,8 @@ bool davar_white_suffices(davar_plan_t *plan, double rate_hz, davar_result_t *re
     return suffices(plan, rate_hz, result, white);
 }
 
-/* Whatever else is there adds to the Allan variance: white noise is no more than all of it (5.11). */
+/* White noise is at most the whole Allan variance at the shortest size, because other terms only
+ * add to it (5.11). */
 static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
                          davar_result_t *result)
 {
@@ -370,13 +341,13 @@ static void write_beside(const davar_plan_t *plan, const davar_white_t *white,
     write_intervals(plan, white, result);
     davar_absent_coefficients(result);
     const scaled_t most = scaled_times(scaled_of_double(shortest->high), y);
-    const double limit = scaled_to_double(scaled_times(most, scaled_of_double(plan->root[WHITE])));
-    result->coefficient[WHITE].high = davar_half_a_count_at_least(plan, result, limit);
-    davar_absent_taus(result, 0U); /* theirs are those of white noise, which this is not */
+    result->coefficient[WHITE].high =
+        davar_half_a_count_at_least(plan, result, in_unit(plan, WHITE, most));
+    davar_absent_taus(result, 0U); /* the intervals held for white noise only */
     result->noise = DAVAR_NOISE_MIXED;
 }
 
-/* A plan for another number of cluster sizes than the window supports fits nothing. */
+/* Fits nothing if the plan has another number of cluster sizes than the window supports. */
 static bool fit_white(davar_plan_t *plan, double rate_hz, davar_result_t *result, uint8_t usable)
 {
     davar_white_t white;
