@@ -279,10 +279,10 @@ static void report(const gateway_t *gateway)
         "gaps",           "missing samples", "saturated samples",
         "not finite",     "window restarts", "results missed",
         "frames dropped", "send retries",    "error passive",
-        "bus off",        "link lost",       "link back",
+        "bus off",        "link lost",       "link restored",
         "noise bytes",    "edges lost",      "source faults",
         "alarms",         "window cuts",     "noise alarms",
-        "shocks left out"};
+        "shocks excluded"};
     (void)fprintf(stderr, "davar-node: %llu samples, %llu results",
                   (unsigned long long)gateway->node.counters.samples,
                   (unsigned long long)gateway->node.counters.results);

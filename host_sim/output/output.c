@@ -35,10 +35,10 @@ static void write_csv(output_t *output, size_t channel, const epoch_row_t *row)
 
 bool output_row(output_t *output, size_t channel, const epoch_row_t *plain, sim_error_t *error)
 {
-    const epoch_row_t watched = {plain->result, watch_look(&output->watch, channel, plain->result),
-                                 plain->time_s};
+    const epoch_row_t watched = {
+        plain->result, watch_compare(&output->watch, channel, plain->result), plain->time_s};
     const epoch_row_t *row = &watched;
-    if (stop_asked(error)) {
+    if (stop_requested(error)) {
         return false;
     }
     output->rows++;

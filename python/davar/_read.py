@@ -145,7 +145,7 @@ def numbers(lines: list[str], first: int, names: list[str], path: str) -> Array:
     """(columns, rows) of the lines from `first` on."""
     rows = lines[first:]
     if not rows:
-        raise ValueError(f"{path}:{first}: no rows behind the header")
+        raise ValueError(f"{path}:{first}: no rows after the header")
     try:
         table: Array = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
         good = table.shape == (len(rows), len(names)) and np.isfinite(table).all()

@@ -239,7 +239,7 @@ def whole_record(values: Floats, counted: bool, clock: Clock, given: dict[str, A
     there = _samples.there(values, clock.missing)
     if there.size < max(run.needed, 1):
         raise ValueError(
-            f"x: too short: {there.size} samples, one epoch needs at least {run.needed}"
+            f"x: too short: {there.size} samples, but one epoch needs at least {run.needed}"
         )
     taken = admitted(run, values, there, counted)
     low, high = float(taken.min()), float(taken.max())

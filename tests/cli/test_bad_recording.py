@@ -135,7 +135,7 @@ class BadRecording(SimCase):
 
     def test_time_that_stands_still_gives_no_rate(self):
         rows = [["7", row[1], row[2]] for row in self.rows()]
-        self.refuse(as_text(HEADER, rows), "column time_s: zero rate", "--rate")
+        self.refuse(as_text(HEADER, rows), "column time_s: the median time step is 0", "--rate")
 
     def test_no_time_and_no_rate(self):
         self.refuse(as_text("gyro_x_dps", [[row[1]] for row in self.rows()]), "time_s", "--rate")
@@ -181,7 +181,7 @@ class BadRecording(SimCase):
         options = ("--lsb", "0.01", "--bits", "16", *SMALL_WINDOW)
         self.refuse(
             self.text_with(99, 1, "327.68"),
-            ":101: column gyro_x_dps: value beyond the count range",
+            ":101: column gyro_x_dps: value outside the count range",
             "found '327.68'",
             options=options,
         )
@@ -340,7 +340,7 @@ class BadSurroundings(SimCase):
                 )
                 self.assertEqual(2, done.returncode)
                 self.assertEqual(
-                    f"davar-sim: {name}: is standard output too: results would be read as data\n",
+                    f"davar-sim: {name}: is also standard output: results would be read as data\n",
                     done.stderr,
                 )
             self.assertEqual(text, path.read_bytes())

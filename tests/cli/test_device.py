@@ -50,13 +50,13 @@ class Device(SimCase):
                     self.assertEqual(2, done.returncode, done.stderr)
                     self.assertRegex(
                         done.stderr,
-                        r"^davar-sim: \S+results: the device's results are not whole\n$",
+                        r"^davar-sim: \S+results: the device's results are incomplete\n$",
                     )
 
     def test_a_device_that_says_nothing_is_named(self):
         done = self.device(None)
         self.assertEqual((2, ""), (done.returncode, done.stdout))
-        self.assertIn("the device left no results", done.stderr)
+        self.assertIn("the device wrote no results", done.stderr)
 
     def test_the_weather_is_the_device_s(self):
         done = self.device(result() + head(HEALTH, 0, 3, 17, 5))
@@ -66,7 +66,7 @@ class Device(SimCase):
     def test_pace_is_refused(self):
         done = self.device(None, "--pace", "100")
         self.assertEqual(
-            (2, "", "davar-sim: --pace: not with --device, which has a clock of its own\n"),
+            (2, "", "davar-sim: --pace: cannot be used with --device, because a device has its own clock\n"),
             (done.returncode, done.stdout, done.stderr),
         )
 

@@ -78,8 +78,8 @@ class Gzip(SimCase):
         whole = b"".join(map(gzip.compress, self.halves))
         for count in (1, 2, 511, 1000000):
             self.accept(whole + bytes(count))
-            self.refuse(whole + bytes(count) + b"\n", "behind the zeros")
-            self.refuse(whole + bytes(count) + whole, "behind the zeros")
+            self.refuse(whole + bytes(count) + b"\n", "after the zeros")
+            self.refuse(whole + bytes(count) + whole, "after the zeros")
 
     def test_a_later_member_whose_magic_is_damaged(self):
         first, second = map(gzip.compress, self.halves)

@@ -172,7 +172,7 @@ class Rate(SimCase):
         path = self.recording(count=200)
         self.assertAlmostEqual(2.0, self.arw(path) / self.arw(path, "--rate", "400"), places=7)
         self.assertIn(
-            "note: --rate 400 is used; the time stamps say 100 Hz",
+            "note: using --rate 400, but the time stamps give 100 Hz",
             self.sim(self.recording(400), "--rate", "400").stderr,
         )
         self.assertNotIn("time stamps", self.sim(self.recording(400), "--rate", "101").stderr)

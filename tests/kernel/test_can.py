@@ -134,7 +134,7 @@ class Link(KernelCase):
         told = self.last_words(node)
         found = stop_listening()
         health = receiver.channels[0].health
-        self.assertEqual((1, 1), (told["link lost"], told["link back"]))
+        self.assertEqual((1, 1), (told["link lost"], told["link restored"]))
         self.assertGreater(told["frames dropped"], 100)
         self.assertEqual(told["frames dropped"], health["FramesDropped"])
         state = receiver.sequences[0x5D1]
@@ -155,7 +155,7 @@ class Link(KernelCase):
         wait_for(lambda: receiver.faults.good > 50, "frames")
         told = self.last_words(node)
         stop_listening()
-        self.assertEqual(1, told["link back"])
+        self.assertEqual(1, told["link restored"])
         self.assertGreater(told["frames dropped"], 50)
 
 
@@ -261,7 +261,7 @@ class Bus(KernelCase):
         node.stdin = None
         self.count_frames(line, receiver, 2)
         told = self.last_words(node)
-        self.assertEqual((1, 1, 1), (told["bus off"], told["link lost"], told["link back"]), told)
+        self.assertEqual((1, 1, 1), (told["bus off"], told["link lost"], told["link restored"]), told)
         self.assertEqual(7000, told["samples"])
         self.assertEqual(told["frames dropped"], receiver.channels[0].health["FramesDropped"])
         self.assertGreater(told["frames dropped"], 1000)
@@ -286,7 +286,7 @@ class Bus(KernelCase):
         wait_for(lambda: receiver.faults.good > before + 100, "frames after the restart")
         told = self.last_words(node)
         results = stop_listening()
-        self.assertEqual((1, 1), (told["bus off"], told["link back"]), told)
+        self.assertEqual((1, 1), (told["bus off"], told["link restored"]), told)
         self.assertNotIn("frames dropped", told)
         self.assertEqual(told["results"], len(results))
         self.assertEqual(0, receiver.faults.total(), receiver.faults)

@@ -79,7 +79,7 @@ class Live(KernelCase):
         self.assertEqual((0, 3 * RESULTS), (live.returncode, len(shown)), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: lost ("), told)
         self.assertEqual(2, told.count("davarlab live: can:vcan0: back\n"), told)
-        self.assertIn("2 link lost, 2 link back", told)
+        self.assertIn("2 link lost, 2 link restored", told)
         self.assertEqual(3 * RESULTS, len(self.epochs(record)))
         self.assertEqual(
             2,
@@ -119,7 +119,7 @@ class Live(KernelCase):
         self.assertIn(
             "received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told
         )
-        self.assertIn("2 link lost, 1 link back", told)
+        self.assertIn("2 link lost, 1 link restored", told)
 
     def text(self):
         """What davar-sim writes on a serial line, frame by frame."""
@@ -166,7 +166,7 @@ class Live(KernelCase):
         live = self.live("slcan:" + re.search(r"/dev/pts/\d+", sim.stderr.readline()).group())
         shown, told = live.communicate(timeout=60)
         self.assertEqual((0, RESULTS), (live.returncode, len(shown.splitlines())), told)
-        self.assertIn("1 link lost, 0 link back", told)
+        self.assertIn("1 link lost, 0 link restored", told)
 
     def test_killed_in_the_middle_it_leaves_a_file_of_whole_rows(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")

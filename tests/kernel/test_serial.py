@@ -79,7 +79,7 @@ class Serial(KernelCase):
         told = self.last_words(node)
         os.close(second)
         self.assertEqual(
-            (1, 1, 2300), (told["link lost"], told["link back"], told["samples"]), told
+            (1, 1, 2300), (told["link lost"], told["link restored"], told["samples"]), told
         )
         self.assertGreater(told["frames dropped"], 0)
         self.assertGreater(receiver.faults.missing, 0)

@@ -261,7 +261,7 @@ class Streamed(unittest.TestCase):
         stream = davar.Stream(RATE_HZ, lsb=0.01, bits=16)
         stream.push(counts[:2000])
         with self.assertRaisesRegex(
-            ValueError, r"^x: value beyond the count range.* at sample 1, found 40000"
+            ValueError, r"^x: value outside the count range.* at sample 1, found 40000"
         ):
             stream.push([1, 40_000])
         stream.push(counts[2000:])

@@ -241,7 +241,7 @@ class Calls(Case):
                         refused += 1
                     else:
                         gone_on += 1
-                        back += self.adds_up(done).get("link back", 0)
+                        back += self.adds_up(done).get("link restored", 0)
             print(
                 f"{function}: {refused} refused, {gone_on} gone on with, {back} times the link came back",
                 flush=True,

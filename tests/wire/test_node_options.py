@@ -67,8 +67,8 @@ class BadOptions(unittest.TestCase):
         self.refused("unexpected argument 'more'", *GOOD, "more")
 
     def test_what_must_be_said(self):
-        self.refused("--source: is needed")
-        self.refused("--out: is needed", "--source", "-")
+        self.refused("--source: required")
+        self.refused("--out: required", "--source", "-")
         self.refused("--rate: ", "--source", "-", "--out", "slcan:pty", "--lsb", "1")
         self.refused("--lsb: ", "--source", "-", "--out", "slcan:pty", "--rate", "1")
 

@@ -308,7 +308,7 @@ class Raw(unittest.TestCase):
             [SIM, ROOT / "data/demo_disturbance.csv.gz", "--raw"], capture_output=True, text=True
         )
         self.assertEqual((done.returncode, done.stdout), (2, ""))
-        self.assertIn("--raw: frames go to --out can:IFACE or slcan:PATH only", done.stderr)
+        self.assertIn("--raw: needs --out can:IFACE or slcan:PATH", done.stderr)
 
     def test_a_folder_that_is_not_there_is_refused(self):
         with self.assertRaisesRegex(
