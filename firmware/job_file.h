@@ -28,11 +28,12 @@ typedef struct {
     uint64_t pool[JOB_FILE_POOL_WORDS];     /* memory of all instances */
 } job_file_t;
 
-/* Opens a job and starts an instance per channel; there must be room for JOB_FILE_CHANNELS, or for as many as the job is known
- * to have. Returns JOB_DONE, or the status to exit with. */
+/* Opens a job and starts an instance per channel; there must be room for JOB_FILE_CHANNELS, or for
+ * as many as the job is known to have. Returns JOB_DONE, or the status to exit with. */
 int job_file_open(job_file_t *file, const char *path, davar_t *instances);
 
-/* davar_port_t's read with a job_file_t for context: the next block, at most JOB_FILE_BUFFER_WORDS of samples. */
+/* davar_port_t's read with a job_file_t for context: the next block, at most JOB_FILE_BUFFER_WORDS
+ * of samples. */
 davar_port_read_t job_file_read(void *context, davar_port_block_t *block);
 
 #endif

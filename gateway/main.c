@@ -1,4 +1,5 @@
-/* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial line, alarm to a pin. */
+/* davar-node - the Linux gateway: data-ready edge -> count -> library -> frames -> CAN or serial
+ * line, and an alarm pin. */
 #include "alarm.h"
 #include "davar_node.h"
 #include "gpio.h"
@@ -52,7 +53,8 @@ static void count(gateway_t *gateway, davar_health_item_t item, uint32_t by)
     *counter = (by < UINT32_MAX - *counter) ? *counter + by : UINT32_MAX;
 }
 
-/* One data-ready edge; true without a data-ready line. A lost edge takes its line of a recorded file with it. */
+/* Waits for one data-ready edge. Returns true at once without a data-ready line. A lost edge skips
+ * its line of a recorded file. */
 static bool wait_edge(gateway_t *gateway)
 {
     uint32_t lost = 0;
@@ -73,7 +75,7 @@ static bool wait_edge(gateway_t *gateway)
     return true;
 }
 
-/* Offers the count to the link, where --raw asks for it. */
+/* Sends the count to the link if --raw is given. */
 static void send_raw(gateway_t *gateway)
 {
     davar_frame_t frame;
@@ -108,7 +110,7 @@ static davar_port_read_t read_sample(void *context, davar_port_block_t *block)
         gateway->owed++;
         count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, 1U);
         return DAVAR_PORT_READ_FAULT;
-    case SOURCE_AGAIN: /* with an edge, this sample is lost: nobody had it ready */
+    case SOURCE_AGAIN: /* with an edge, this sample is lost: the source was not ready */
     default:
         gateway->owed += (gateway->edges != NULL) ? 1U : 0U;
         count(gateway, DAVAR_HEALTH_SOURCE_FAULTS, (gateway->edges != NULL) ? 1U : 0U);
@@ -222,7 +224,7 @@ static bool start(gateway_t *gateway, char *why)
     return start_library(gateway, why) && open_pins(gateway, why) && open_link(gateway, why);
 }
 
-/* Sleeps until an edge or a line is there, or a moment has passed. */
+/* Sleeps until an edge or a line is available, or a short time has passed. */
 static void rest(gateway_t *gateway)
 {
     struct pollfd one = {.fd = gateway->source.descriptor, .events = POLLIN};
@@ -234,7 +236,7 @@ static void rest(gateway_t *gateway)
     (void)poll(&one, 1, (gateway->outbox.count > 0U) ? 1 : POLL_MS);
 }
 
-/* Every counter once more, as far as the link takes it in half a second. */
+/* Sends every counter once more, as many as the link accepts in half a second. */
 static void farewell(gateway_t *gateway)
 {
     davar_frame_t rest;

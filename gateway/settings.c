@@ -86,7 +86,7 @@ typedef struct {
 
 #define AT(member) offsetof(node_settings_t, member)
 
-/* sample_bits is a byte and is checked by hand. */
+/* sample_bits is a byte and is checked separately. */
 static const entry_t TABLE[] = {
     {"source", TEXT, AT(source)},
     {"out", TEXT, AT(out)},
@@ -220,7 +220,8 @@ static bool walk(node_settings_t *settings, int argc, char **argv, char *why, si
     return true;
 }
 
-/* What was not given: a window of the paper's lengths, or for glr a minute at 100 Hz, cut as short as two blocks. */
+/* Sets the defaults of options that were not given: the window lengths of the paper, or for glr a
+ * minute at 100 Hz that can shrink to two blocks. */
 static void fill_window(davar_config_t *config)
 {
     const bool tracks = (config->law == &davar_law_glr_q31);
@@ -271,7 +272,7 @@ static bool check(const node_settings_t *settings, char *why, size_t size)
     return true;
 }
 
-/* The option that a setting came from. */
+/* The option that caused a status. */
 static const char *option_of(davar_status_t status)
 {
     static const struct {

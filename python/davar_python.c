@@ -1,4 +1,5 @@
-/* davar for Python - settings, counts, instance and columns as in davar-sim's simulate.c; samples and rows are arrays. */
+/* davar for Python - settings, counts, instance and columns as in davar-sim's simulate.c; samples
+ * and rows are arrays. */
 #include "davar_python.h"
 
 #include "davar/davar.h"

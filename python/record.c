@@ -1,5 +1,5 @@
-/* davar for Python - the Allan deviation of a whole record: one pass a cluster size over cumulative sums, exact in integers;
- * then the library's fit, as for any window. */
+/* davar for Python - the Allan deviation of a whole record: one pass a cluster size over cumulative
+ * sums, exact in integers; then the library's fit, as for any window. */
 #include "davar/davar.h"
 #include "davar_python.h"
 
@@ -26,8 +26,8 @@ static void accumulate(const double *values, size_t count, double centre, double
     }
 }
 
-/* The squares of all differences of m samples in a run of `length` samples, whose cumulative sums these are. Two sums at a time: an
- * addition of 128 bits need not wait for the one before. */
+/* The squares of all differences of m samples in a run of `length` samples, whose cumulative sums
+ * these are. Two sums at a time: an addition of 128 bits need not wait for the one before. */
 static void add_run(sum_t *sum, const uint64_t *total, size_t length, size_t m)
 {
     if (length < 2U * m) {

@@ -96,7 +96,8 @@ typedef enum {
     OPTIONS_VERSION,
 } options_status_t;
 
-/* Reads the command line. OPTIONS_BAD: the message names the option. It keeps pointers into argv. */
+/* Reads the command line. OPTIONS_BAD: the message names the option. It keeps pointers into
+ * argv. */
 options_status_t options_parse(options_t *options, int argc, char **argv, sim_error_t *error);
 
 /* Frees what options_parse allocated. */

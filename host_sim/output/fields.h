@@ -44,9 +44,8 @@ typedef struct {
     uint8_t tau_count;
     bool monitored; /* results are compared with an error model */
     bool tracked;   /* policy glr */
-    bool
-        /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
-        details;
+    /* also intervals, difference counts, gaps, upper bounds, mean deviations from the model */
+    bool details;
 } fields_setup_t;
 
 void fields_make(fields_t *fields, const fields_setup_t *setup);

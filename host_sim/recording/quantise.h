@@ -20,9 +20,8 @@ typedef struct {
     double unit_per_count; /* fixed: size of a count; float: 1 */
     double full_scale;     /* float */
     uint8_t sample_bits;   /* fixed */
-    double
-        /* admitted numbers are divided by this before rounding; 1 if they are counts already */
-        step;
+    /* admitted numbers are divided by this before rounding; 1 if they are counts already */
+    double step;
 } quantisation_t;
 
 /* Converts one value of a column to the number in the spool: a count (fixed with --lsb) or a rate.
