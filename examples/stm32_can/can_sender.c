@@ -1,15 +1,17 @@
-/* From results to frames (lib/WIRE.md), one whenever the controller has room.
+/* Converts results to frames (lib/WIRE.md) and sends one whenever the controller has room.
  *
- *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;  davar_take -> davar_fit -> can_sender_result
+ *   main loop:  bxcan_poll / fdcan_poll;  can_sender_step;
+ *               davar_take -> davar_fit -> can_sender_result
  *
- * A receiver is there already: `tools/davarlab live can:can0`, or any tool that reads tools/davar.dbc. */
+ * Receivers are available: `tools/davarlab live can:can0`, or any tool that reads
+ * tools/davar.dbc. */
 #include "can_sender.h"
 
 static davar_encoder_t encoder;
 static davar_wire_health_t told;
 static davar_result_t result;
 static davar_frame_t frame;
-static bool holds; /* a frame waits for room */
+static bool holds; /* a frame is waiting for room */
 static can_send_t send;
 static void *controller;
 

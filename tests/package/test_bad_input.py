@@ -256,7 +256,7 @@ class Files(unittest.TestCase):
             ("a,b\n1,2\n3\n", "rec.csv:3: 1 fields"),
             ("# k: v\na,b\n1,2\n3,x\n", "rec.csv:4: column b: not a finite number, found 'x'"),
             ("a,b\n1,nan\n", "rec.csv:2: column b"),
-            ("a,a\n1,2\n", "rec.csv:1: column a is there twice"),
+            ("a,a\n1,2\n", "rec.csv:1: column a appears twice"),
             ("a,\n1,2\n", "rec.csv:1: a column without"),
             ("a\n1\n\n2\n", "rec.csv:3: an empty row"),
             ("time_s,a\n1,2\n3,4\n2,5\n", "rec.csv:4: column time_s: time runs backwards"),
@@ -353,7 +353,7 @@ class Files(unittest.TestCase):
     def test_another_log_without_the_extra(self):
         for head in (b"ULog\x01\x12\x35", b"\x93NUMPY\x01\x00", b"PAR1", b"no text \x00\x01"):
             with self.assertRaisesRegex(
-                ImportError, r"^rec.ulg: no CSV; .*pip install \"davar\[lab\]\""
+                ImportError, r"^rec.ulg: not CSV; .*pip install \"davar\[lab\]\""
             ):
                 self.read(head + bytes(40), "rec.ulg")
 
