@@ -26,7 +26,7 @@ NOT_RUN = {
     "tools/davarlab live can:vcan0 --raw build/raw.csv": BUS,
     "ip link set can0 up type can bitrate 500000 restart-ms 100": "needs a CAN controller",
     "tools/davar-bench --targets": "the same measurement as in tools/davar-bench --json, which runs here",
-    "tools/davar-bench --targets --write": "the same measurement as in tools/davar-bench --json, which runs here; the board of the page is not there",
+    "tools/davar-bench --targets --write": "the same measurement as in tools/davar-bench --json, which runs here; the board of the page is not available",
     "tools/davar-mutants --sample 210": HOURS,
     "tools/davar-mutants --all": HOURS,
     "python3 -B tests/proofs/proving.py push -DPUSHES=24U": "takes many minutes; tests/proofs runs it with narrower bounds",

@@ -123,7 +123,7 @@ class Release(PackageCase):
                 ),
             )
         self.assertIn(
-            "exists already",
+            "already exists",
             run(ROOT / "tools/release", "--draft", "--no-deb", "--out", self.work, status=2),
         )
         release.check_changes(
