@@ -95,7 +95,7 @@ static void note_timing(const options_t *options, const timing_t *timing)
     }
     (void)fprintf(stderr,
                   ", %" PRIu64 " gaps (%.2g %% of the steps); if the samples are evenly spaced but "
-                               "their time stamps are not, give --rate",
+                  "their time stamps are not, give --rate",
                   timing->gaps, share);
     if (timing->mean_rate_hz > 0.0) {
         (void)fprintf(stderr, " %.4g", timing->mean_rate_hz);

@@ -1,4 +1,4 @@
-"""Bad options: exit status 2, one line that names the option, nothing on standard output."""
+"""Bad options: exit status 2, one line with the name of the option, nothing on standard output."""
 
 import unittest
 

@@ -1,4 +1,4 @@
-"""Bad recordings: exit status 2, one line that names file, line and column, nothing on standard output."""
+"""Bad recordings: exit status 2, one line with file, line and column, nothing on standard output."""
 
 import gzip
 import os
@@ -296,7 +296,7 @@ class BadRecording(SimCase):
 
 
 class BadSurroundings(SimCase):
-    """The world around the program fails."""
+    """The system around the program fails."""
 
     def test_no_room_for_the_temporary_file(self):
         environment = dict(os.environ, TMPDIR=str(self.folder / "nowhere"))

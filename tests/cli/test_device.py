@@ -1,4 +1,4 @@
-"""davar-sim --device COMMAND: what a device may do wrong (tools/davar-mcu tests what it does right)."""
+"""davar-sim --device COMMAND: faults of a device (tools/davar-mcu tests correct devices)."""
 
 import struct
 import unittest
@@ -23,7 +23,7 @@ def result(channel=0, taus=1):
 
 class Device(SimCase):
     def device(self, results, *options):
-        """Runs davar-sim with a device that answers `results` (bytes; None: nothing)."""
+        """Runs davar-sim with a device that writes `results` (bytes; None: nothing)."""
         recording = self.recording(1000)
         answer = self.folder / "answer"
         command = "true"
@@ -66,7 +66,11 @@ class Device(SimCase):
     def test_pace_is_refused(self):
         done = self.device(None, "--pace", "100")
         self.assertEqual(
-            (2, "", "davar-sim: --pace: cannot be used with --device, because a device has its own clock\n"),
+            (
+                2,
+                "",
+                "davar-sim: --pace: cannot be used with --device, because a device has its own clock\n",
+            ),
             (done.returncode, done.stdout, done.stderr),
         )
 

@@ -1,4 +1,4 @@
-"""How often the window law calls plain white noise unstable: the README's figures."""
+"""How often the window law reports plain white noise as unstable: the figures of the README."""
 
 import unittest
 

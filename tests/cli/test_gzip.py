@@ -1,4 +1,6 @@
-"""gzip recordings: whatever `gzip -t` does not accept, davar-sim refuses; nothing of a file is left out in silence."""
+"""gzip recordings: davar-sim rejects everything that `gzip -t` rejects. No part of a file is
+skipped silently.
+"""
 
 import gzip
 import random
@@ -12,7 +14,7 @@ OPTIONS = ("--rate", "100", "--lsb", "0.01", "--stride", "20", *SMALL_WINDOW)
 
 
 def member(data, extra=b""):
-    """One gzip member; `extra` goes into its optional field."""
+    """One gzip member; `extra` is its optional field."""
     packer = zlib.compressobj(9, zlib.DEFLATED, -15)
     body = packer.compress(data) + packer.flush()
     field = len(extra).to_bytes(2, "little") + extra if extra else b""
@@ -28,7 +30,7 @@ def member(data, extra=b""):
 
 
 def damaged(data, source):
-    """Damage of a kind that storage and tools do: flipped, cut, inserted, lost, appended, repeated."""
+    """Typical damage of storage and tools: flipped, cut, inserted, lost, appended, repeated bytes."""
     at = source.choice(
         [source.randrange(len(data)), source.randrange(24), len(data) - 1 - source.randrange(24)]
     )
@@ -117,7 +119,7 @@ class Gzip(SimCase):
                     accepted += 1
                 elif not self.gzip_accepts():
                     self.assert_refused(done, self.path)
-        self.assertGreater(accepted, 5)  # the time stamp in a header, zeros behind the end
+        self.assertGreater(accepted, 5)  # the time stamp in a header, zeros after the end
 
     # --- bombs
 

@@ -1,4 +1,4 @@
-"""davar-sim --model-table: every result against an error model's table."""
+"""davar-sim --model-table: compares every result with the table of an error model."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What davar-sim prints: columns, numbers, formats, pace and the side notes."""
+"""The output of davar-sim: columns, numbers, formats, pace and notes."""
 
 import json
 import math
@@ -26,7 +26,7 @@ LSB = ("--lsb", "0.01")
 
 
 def adev(rates, m):
-    """Overlapping Allan deviation, straight from its definition."""
+    """Overlapping Allan deviation, computed from its definition."""
     means = [sum(rates[i : i + m]) / m for i in range(len(rates) - m + 1)]
     squares = [(means[i + m] - means[i]) ** 2 for i in range(len(means) - m)]
     return math.sqrt(sum(squares) / (2 * len(squares)))
@@ -266,7 +266,7 @@ class Pace(SimCase):
         self.assertEqual(self.timed()[1], rows)
 
     def test_a_factor_shortens_it(self):
-        """A recording of 1000 s: even the busiest machine needs less."""
+        """A recording of 1000 s: even the slowest machine needs less."""
         seconds, rows = self.timed("--pace", "20000", rate_hz=0.1)
         self.assertGreater(seconds, 0.048)
         self.assertLess(seconds, 500)

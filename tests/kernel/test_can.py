@@ -1,4 +1,4 @@
-"""SocketCAN: values, and every fault of a bus, on a real kernel."""
+"""SocketCAN on a real kernel: values, and every fault of a bus."""
 
 import subprocess
 import time
@@ -211,7 +211,7 @@ class Bus(KernelCase):
         )
 
     def count_frames(self, line, receiver, seconds=0.5):
-        """How many good frames the line brings in so long."""
+        """How many valid frames the line delivers in this time."""
         before, until = receiver.faults.good, time.monotonic() + seconds
         while time.monotonic() < until:
             line.hear(receiver)
@@ -243,7 +243,7 @@ class Bus(KernelCase):
         )
         line.say(
             b"sa000000\r"
-        )  # the controller is well again; the interface has not been restarted
+        )  # the controller has recovered; the interface has not been restarted
         self.assertEqual(0, self.count_frames(line, receiver))
         shell("ip", "link", "set", line.name, "down")
         settle()
@@ -261,7 +261,9 @@ class Bus(KernelCase):
         node.stdin = None
         self.count_frames(line, receiver, 2)
         told = self.last_words(node)
-        self.assertEqual((1, 1, 1), (told["bus off"], told["link lost"], told["link restored"]), told)
+        self.assertEqual(
+            (1, 1, 1), (told["bus off"], told["link lost"], told["link restored"]), told
+        )
         self.assertEqual(7000, told["samples"])
         self.assertEqual(told["frames dropped"], receiver.channels[0].health["FramesDropped"])
         self.assertGreater(told["frames dropped"], 1000)
@@ -269,7 +271,7 @@ class Bus(KernelCase):
         self.assertEqual(0, receiver.faults.corrupted, receiver.faults)
 
     def test_a_controller_that_restarts_itself_loses_nothing_that_the_queue_holds(self):
-        """The error frames that a controller with restart-ms gives, from another socket."""
+        """Sends from another socket the error frames of a controller with restart-ms."""
         interface = self.vcan()
         receiver, stop_listening = self.listen(interface)
         node = self.node("--out", f"can:{interface}")

@@ -92,7 +92,7 @@ class Gpio(KernelCase):
         self.assertEqual(0, receiver.faults.total())
 
     def test_edges_faster_than_anybody_reads_are_a_counted_gap(self):
-        """The kernel keeps 16 edges of a line; the node is stopped for 60 of them."""
+        """The kernel stores 16 edges of a line; the node is stopped for 60 of them."""
         node = self.gateway(self.recording(range(1000)))
         for _ in range(20):
             self.chip.edge()

@@ -1,4 +1,6 @@
-"""davarlab live on interfaces and lines that go and come back, that carry noise, and when it is cut itself."""
+"""davarlab live on interfaces and lines that disappear and return, that carry noise, and when it is
+interrupted itself.
+"""
 
 import csv
 import json
@@ -19,7 +21,8 @@ from davarlab import errors  # noqa: E402
 from davarlab.wire import frames as wire  # noqa: E402
 from davarlab.wire import source
 
-# The command behind tools/davarlab live, without the other commands and what they need (test_readme.py runs the whole).
+# The command of tools/davarlab live, without the other commands and their requirements
+# (test_readme.py runs the complete program).
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 RESULTS = len(sim_csv())
 FRAMES = RESULTS * 18 + 19
@@ -50,7 +53,7 @@ class Live(KernelCase):
         subprocess.run([SIM, *REPLAY, "--pace", pace, "--out", out], check=True)
 
     def finish(self, live, how=signal.SIGINT):
-        """Ends it; (results shown, what it said)."""
+        """Ends it and returns (results shown, messages)."""
         settle()
         if live.poll() is None:
             live.send_signal(how)
@@ -114,7 +117,7 @@ class Live(KernelCase):
             ends = plug() if again else ()
         shown, told = self.finish(live)
         self.assertEqual(170 // 18, len(shown), told)
-        self.assertIn("1 incomplete results", told)  # cut in the middle
+        self.assertIn("1 incomplete results", told)  # interrupted in the middle
         self.assertEqual(2, told.count("board: lost (the device is gone)"), told)
         self.assertIn(
             "received: 170 good, 0 foreign, 0 corrupted, 0 repeated, 0 swapped, 0 missing,", told
@@ -122,7 +125,7 @@ class Live(KernelCase):
         self.assertIn("2 link lost, 1 link restored", told)
 
     def text(self):
-        """What davar-sim writes on a serial line, frame by frame."""
+        """The bytes that davar-sim writes on a serial line, frame by frame."""
         ours, its = pty.openpty()
         tty.setraw(its)
         self.start(SIM, *REPLAY, "--out", f"slcan:{os.ttyname(its)}")
@@ -161,7 +164,7 @@ class Live(KernelCase):
         self.assertEqual(0, faults.link_lost)
 
     def test_the_end_of_a_pty_is_the_end(self):
-        """Its name may be somebody else's terminal next time."""
+        """Another process may get this name for its terminal later."""
         sim = self.start(SIM, *REPLAY, "--out", "slcan:pty")
         live = self.live("slcan:" + re.search(r"/dev/pts/\d+", sim.stderr.readline()).group())
         shown, told = live.communicate(timeout=60)

@@ -1,4 +1,6 @@
-"""A wrong argument is a ValueError that begins with its name; a wrong file one that names file, line and column."""
+"""A wrong argument is a ValueError that begins with its name. A wrong file gives file, line and
+column.
+"""
 
 import gzip
 import os
@@ -271,7 +273,7 @@ class Files(unittest.TestCase):
             davar.read("nowhere.csv")
 
     def test_the_numbers_are_those_of_davar_sim(self):
-        """A field that one of them takes and the other does not."""
+        """A field that only one of them accepts."""
         rows = [f"{i},{i * 7919 % 101}\n" for i in range(700)]
         for field in (
             "1",

@@ -1,4 +1,6 @@
-"""What pip makes of the repository: sdist, wheel, types, and the program davarlab with and without the extra."""
+"""The results of pip for the repository: sdist, wheel, types, and the program davarlab with and
+without the extra.
+"""
 
 import csv
 import importlib.metadata
@@ -92,7 +94,7 @@ class Installed(unittest.TestCase):
         self.assertEqual(importlib.metadata.version("davar"), VERSION)
 
     def test_types_are_complete(self):
-        """mypy, as a user's project would run it."""
+        """Runs mypy as a user's project would."""
         with tempfile.TemporaryDirectory() as folder:
             use = Path(folder, "use.py")
             use.write_text(
@@ -141,7 +143,7 @@ class Installed(unittest.TestCase):
 
 
 class WithTheExtra(unittest.TestCase):
-    """In the Python that has the pins: the wheel is put beside them, into a folder of its own."""
+    """In the Python with the pins: installs the wheel into a separate folder."""
 
     @classmethod
     def setUpClass(cls):

@@ -1,4 +1,4 @@
-"""The code of docs/PYTHON.md, run from the top to the bottom as in a notebook."""
+"""Runs the code of docs/PYTHON.md from top to bottom, as in a notebook."""
 
 import contextlib
 import io

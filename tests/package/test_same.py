@@ -1,4 +1,6 @@
-"""davar.dynamic and davar.Stream give what davar-sim prints, digit by digit, and have its options."""
+"""davar.dynamic and davar.Stream give the output of davar-sim, digit by digit, and have its
+options.
+"""
 
 import inspect
 import os
@@ -147,7 +149,7 @@ class Same(unittest.TestCase):
         x, there = noise(4), np.ones(4000, bool)
         there[[0, 700, 701, 2000, 3999]] = False
         holes = np.where(there, x, np.nan)
-        time_s = np.arange(4000) / 128.0  # a period that a double holds
+        time_s = np.arange(4000) / 128.0  # a double represents this period exactly
         found = davar.dynamic(holes, 128.0, details=True)
         printed = together.simulator(
             together.recording({"time_s": time_s[there], "gyro_z_dps": x[there]}), "--details"
@@ -161,7 +163,9 @@ class Same(unittest.TestCase):
 
 
 class Options(unittest.TestCase):
-    """Every option of davar-sim --help is an argument, or says here why it is none; and the other way round."""
+    """Every option of davar-sim --help is an argument, or is listed here with a reason; and every
+    argument is an option.
+    """
 
     renamed = {"rate": "rate_hz"}
     of_the_program = {
@@ -183,7 +187,7 @@ class Options(unittest.TestCase):
         "gaps",
         "clusters",
         "taus_s",
-    }  # gaps are rows that are not there, clusters a form of --taus
+    }  # gaps are absent rows, clusters a form of --taus
     not_of_a_stream = {"gap": "Stream.gap", "arith": "lsb or full_scale"}
 
     def options(self):

@@ -1,4 +1,4 @@
-"""davar.adev against published values, AllanTools, and the definition."""
+"""davar.adev compared with published values, AllanTools, and the definition."""
 
 import unittest
 
@@ -14,7 +14,7 @@ NINE = np.array([892.0, 809, 823, 798, 671, 644, 883, 903, 677])
 
 
 def by_definition(x, m, gaps=()):
-    """(deviation, differences) of x, of which NaN and no pair of neighbours across a gap may be inside a difference."""
+    """(deviation, differences) of x. No difference may contain NaN or span a gap."""
     squares = []
     for i in range(len(x) - 2 * m + 1):
         part = x[i : i + 2 * m]
@@ -62,7 +62,7 @@ class AllanTools(unittest.TestCase):
                     theirs = allantools.oadev(x, rate=rate_hz, data_type="freq", taus=taus)
                     there = (
                         theirs[0] * rate_hz < 3000 // 9 + 0.5
-                    )  # theirs go on to where one difference is left
+                    )  # AllanTools continues until one difference remains
                     np.testing.assert_allclose(found.taus_s, theirs[0][there], rtol=1e-12)
                     np.testing.assert_allclose(found.adev, theirs[1][there], rtol=2e-8)
                     np.testing.assert_array_equal(found.n, theirs[3][there])
@@ -141,7 +141,7 @@ class Definition(unittest.TestCase):
             given = {"rate_hz": 8.0, "clusters": self.sizes, **options}
             rates = np.diff(phase) * 8.0
             broken = [300, 301] if "gaps" in options else [400] if "time_s" in options else []
-            rates[np.array(broken, int) - 1] = np.nan  # between two samples that are no neighbours
+            rates[np.array(broken, int) - 1] = np.nan  # between two samples that are not neighbours
             wanted = davar.adev(rates, 8.0, clusters=self.sizes)
             self.expect(davar.adev(phase.astype(float), data_type="phase", **given), rates)
             for one, other in zip(

@@ -1,5 +1,7 @@
-"""The library of Arduino: arduino-builder finds it by <davar.h> and builds the sketches that come with it, for a Cortex-M4 and for this machine,
-where they read simulated sensors (written from the data sheets) through their registers."""
+"""The library of Arduino: arduino-builder finds it by <davar.h> and builds its sketches for a
+Cortex-M4 and for this machine. Here the sketches read simulated sensors (written from the data
+sheets) through their registers.
+"""
 
 import re
 import shutil
@@ -26,7 +28,7 @@ class Arduino(unittest.TestCase):
 
     @classmethod
     def built(cls, sketch, board, status=0):
-        """The program; what arduino-builder said when it must fail."""
+        """The program, or the output of arduino-builder if it must fail."""
         there = cls.work / board / sketch
         there.mkdir(parents=True)
         said = run(
@@ -52,7 +54,7 @@ class Arduino(unittest.TestCase):
         return said if status else there / f"{sketch}.ino.elf"
 
     def rows(self, sketch, *words):
-        """What the sketch prints: the title, the rows."""
+        """The output of the sketch: the title, the rows."""
         lines = subprocess.run(
             [self.work / f"host/{sketch}/{sketch}.ino.elf", *words],
             text=True,
@@ -66,18 +68,18 @@ class Arduino(unittest.TestCase):
             with self.subTest(sketch=sketch):
                 title, rows = self.rows(sketch, sensor, "60")
                 self.assertEqual("window_samples,arw_deg_per_sqrt_h,arw_low,arw_high,gaps", title)
-                self.assertGreaterEqual(len(rows), 53)  # one a second, from the sixth on
+                self.assertGreaterEqual(len(rows), 53)  # one per second, from the sixth onward
                 self.assertEqual({0.0}, {row[4] for row in rows})
                 for window, value, low, high, _ in rows:
                     self.assertIn(window, (600, 624))
                     self.assertLess(
                         abs(value - 0.3), 0.06
-                    )  # four of the deviations that such a window leaves
+                    )  # four standard deviations for such a window
                     self.assertTrue(low < value < high)
                 covered = sum(low <= 0.3 <= high for _, _, low, high, _ in rows) / len(rows)
                 self.assertGreater(
                     covered, 0.6
-                )  # 95 % on the average; neighbours share five sixths of their samples
+                )  # 95 % on average; neighbours share five sixths of their samples
 
     def test_samples_lost_while_the_processor_was_busy_are_a_gap(self):
         for sketch, sensor, short, long in (

@@ -1,4 +1,6 @@
-"""The source archive: FetchContent takes it by its checksum; what a build leaves out reaches the user through pkg-config."""
+"""The source archive: FetchContent accepts it by its checksum, and the disabled features of a build
+reach the user through pkg-config.
+"""
 
 import re
 import unittest

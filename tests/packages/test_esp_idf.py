@@ -1,4 +1,6 @@
-"""The component of ESP-IDF: packed by its manager; its Kconfig read; compiled for RV32 with a stand-in for IDF's CMake function."""
+"""The component of ESP-IDF: its manager packs it, its Kconfig is read, and it is compiled for RV32
+with a stub of IDF's CMake function.
+"""
 
 import json
 import re

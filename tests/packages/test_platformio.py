@@ -1,5 +1,7 @@
-"""The library of PlatformIO: pio packs it and refuses what is wrong; pio builds the example that the package brings, here and for a
-Cortex-M4, and what runs here finds the simulated noise and its change."""
+"""The library of PlatformIO: pio packs it and rejects wrong manifests. pio builds the example of
+the package, for this machine and for a Cortex-M4. The program for this machine finds the simulated
+noise and its change.
+"""
 
 import importlib.metadata
 import json
@@ -12,7 +14,7 @@ import unittest
 from package_case import HERE, RELEASE, PackageCase, run
 
 LAYOUT = RELEASE / "layout/platformio"
-# pio asks the network for the list of licences; everything else of it is as it is.
+# pio requests the list of licences from the network; only this is replaced.
 PIO = (
     "import sys; from platformio.package.manifest.schema import ManifestSchema as schema; "
     "schema.load_spdx_licenses = staticmethod(lambda: {'licenses': [{'licenseId': 'MIT'}]}); "
@@ -22,7 +24,7 @@ SCONS = "import sys\nsys.path.insert(0, %r)\nfrom SCons.Script import main\nmain
 
 
 def install(folder, kind, name, version, **more):
-    """What PlatformIO's registry would have put there: a package with its receipt."""
+    """What PlatformIO's registry would install: a package with its receipt."""
     folder.mkdir(parents=True)
     (folder / f"{'platform' if kind == 'platform' else 'package'}.json").write_text(
         json.dumps({"name": name, "version": version, **more})

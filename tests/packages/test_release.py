@@ -1,4 +1,6 @@
-"""tools/release: one version number in every package, checksums that hold, the same bytes again, refusals that name the cause."""
+"""tools/release: one version number in every package, correct checksums, the same bytes again,
+errors that give the cause.
+"""
 
 import json
 import re
@@ -24,7 +26,7 @@ def text_of(archive, member):
 
 
 def versions(folder):
-    """{manifest: the version it states}, read from what is handed out."""
+    """{manifest: its version}, read from the finished packages."""
     one = {
         path.name.split("-")[1] if path.name.count("-") > 1 else path.suffix: path
         for path in folder.iterdir()

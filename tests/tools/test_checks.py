@@ -1,4 +1,6 @@
-"""tools/test itself: the parts run side by side, each is printed in one piece, and what several need is built once."""
+"""Tests of tools/test: parts run in parallel, each is printed in one piece, and a shared
+requirement is built once.
+"""
 
 import contextlib
 import io
@@ -76,7 +78,7 @@ class Parts(unittest.TestCase):
                 runner.run_parts(parts, times)
             self.assertEqual({"a x", "a y", "a z"}, set(runner.JobTimes(path, {}).measured))
             self.assertEqual("xyz", "".join(sorted(begun)))
-            path.write_text('{"a z": 9, "a')  # cut short: as if there were none
+            path.write_text('{"a z": 9, "a')  # truncated: treated as empty
             self.assertEqual(3, runner.JobTimes(path, {"a y": 3}).expected("a y"))
 
     def test_the_shares_of_a_module_are_its_tests_each_once(self):

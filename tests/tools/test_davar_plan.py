@@ -1,4 +1,6 @@
-"""tools/davar-plan: what it writes is what davar_plan_init makes, gives the same results, and leaves davar_plan_init unlinked."""
+"""tools/davar-plan: its plan equals that of davar_plan_init, gives the same results, and does not
+link davar_plan_init.
+"""
 
 import subprocess
 import tempfile

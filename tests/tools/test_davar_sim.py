@@ -1,4 +1,4 @@
-"""tools/davar-sim is the program itself: same output, same exit status, the caller's own folder."""
+"""tools/davar-sim behaves like the program: same output, same exit status, the caller's folder."""
 
 import subprocess
 import tempfile

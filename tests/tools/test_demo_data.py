@@ -1,4 +1,4 @@
-"""The bundled recording is what its script makes, small, and says plainly that it is simulated."""
+"""The bundled recording equals the output of its script, is small, and states that it is simulated."""
 
 import gzip
 import runpy

@@ -1,4 +1,6 @@
-"""The C codec against tools/davar.dbc, read by cantools: random values, every message, both directions."""
+"""The C codec compared with tools/davar.dbc, read by cantools: random values, every message, both
+directions.
+"""
 
 import math
 import os
@@ -76,7 +78,7 @@ def results(seed, count, content, channel=0):
 
 
 def possible(message, signals):
-    """May a sender mean these values? By the words of lib/WIRE.md, "Invalid values"."""
+    """True if a sender may send these values, by lib/WIRE.md, "Invalid values"."""
 
     def magnitude(value):
         return math.isnan(value) or value == 0 or 1e-30 <= value <= 1e30
@@ -301,7 +303,7 @@ class Codec(unittest.TestCase):
         for _ in range(6000):
             message = source.choice(DBC.messages)
             raw = bytearray(source.randbytes(message.length))
-            if source.random() < 0.5:  # every float32 a number near 1
+            if source.random() < 0.5:  # float32 numbers near 1
                 for at in range(7, message.length, 4):
                     raw[at], raw[at - 1] = 0x3F, raw[at - 1] & 0x7F | 0x40
             raw[2] = (

@@ -1,5 +1,7 @@
-"""davarlab live on a serial line of which the test is the other end: senders that are restarted, disks that are full, runs that
-follow each other. Interfaces and lines that go and come back: tests/kernel/test_live.py."""
+"""davarlab live on a serial line; the test is the other end. Senders restart, disks are full, and
+runs follow each other. tests/kernel/test_live.py tests interfaces and lines that disappear and
+return.
+"""
 
 import csv
 import json
@@ -20,7 +22,7 @@ sys.path.insert(0, str(ROOT / "tools/lab"))
 from davarlab.wire import frames as wire  # noqa: E402
 from davarlab.wire import record, source
 
-# The command behind tools/davarlab live, without the other commands and what they need.
+# The command of tools/davarlab live, without the other commands and their requirements.
 LIVE = "import sys, json, argparse\nfrom davarlab.wire import live\nsys.exit(live.run(argparse.Namespace(**json.loads(sys.argv[1]))))"
 
 
@@ -39,8 +41,10 @@ class Live(unittest.TestCase):
         self.record = self.folder / "arw.csv"
 
     def live(self, sent, limit=None, **options):
-        """Sends frames to davarlab live, then hangs up; (its lines, what it said). Frames of channel MARK come last: when one of
-        their results is shown, everything before them has been read."""
+        """Sends frames to davarlab live, then disconnects. Returns (its lines, its messages).
+        Frames of channel MARK come last: if one of their results is shown, everything before them
+        has been read.
+        """
         ours, its = pty.openpty()
         tty.setraw(its)
         wanted = {
@@ -139,7 +143,7 @@ class Live(unittest.TestCase):
         whole = self.record.read_bytes()
         for cut in (len(whole) - 1, len(whole) - 30):
             self.record.write_bytes(whole[:cut])
-            before = len(whole[:cut].splitlines()) - 2  # without header and the broken row
+            before = len(whole[:cut].splitlines()) - 2  # without the header and the broken row
             self.live(frames(one))
             self.assertEqual(before + self.all_shown, len(self.record.read_text().splitlines()) - 1)
             self.assertEqual(len(self.keys()), len(set(self.keys())))

@@ -1,5 +1,6 @@
-"""davar-node: bad options give one line that names the option, exit status 2, and nothing on standard output. Lines and
-chips that do not exist or are busy: tests/kernel/test_gpio.py."""
+"""davar-node: a bad option gives one line with its name, exit status 2, and nothing on standard
+output. tests/kernel/test_gpio.py tests lines and chips that do not exist or are busy.
+"""
 
 import os
 import subprocess

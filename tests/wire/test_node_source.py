@@ -1,4 +1,6 @@
-"""davar-node's source: a line is read whole, or it is a fault and a gap of one sample. None vanishes."""
+"""davar-node's source: a line is read completely, or it is a fault and a gap of one sample. No line
+disappears.
+"""
 
 import os
 import random
@@ -11,7 +13,9 @@ WHOLE = re.compile(rb"[ \t]*[+-]?[0-9]+[ \t\r]*")
 
 
 def node(text):
-    """What its last line says: {name: count}. Standard input is a pipe, fed at once."""
+    """The counters in its last line: {name: count}. Standard input is a pipe that is filled
+    immediately.
+    """
     done = subprocess.run(
         [NODE, "--source", "-", "--rate", "100", "--lsb", "0.01", "--out", "slcan:pty"],
         input=text,

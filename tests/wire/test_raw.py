@@ -1,4 +1,6 @@
-"""Raw samples on the wire: what a sender read is what the recording holds, whatever is lost, swapped, repeated or restarted between them."""
+"""Raw samples on the wire: the recording has the samples that a sender read, whatever is lost,
+swapped, repeated or restarted between them.
+"""
 
 import csv
 import os
@@ -47,8 +49,9 @@ def counts(source, number, first=0, width=16, gaps=0.02):
 
 
 def stream(samples, session=7, stride=100, channel=0, what="raw", first=0):
-    """Frames as a sender sends them: a result when its newest sample has gone. Epochs count the samples that there were, from `first`; their indices
-    also those that were lost."""
+    """Frames in the order of a sender: a result follows its newest sample. Epochs count the
+    received samples from `first`; sample indices also count the lost ones.
+    """
     raw, sent, gone = encoded(samples, channel, what), [], 0
     number = len(samples) // stride + 1
     for n, burst in enumerate(
@@ -62,12 +65,12 @@ def stream(samples, session=7, stride=100, channel=0, what="raw", first=0):
 
 
 def held_by(frame):
-    """How many samples a frame has."""
+    """The number of samples in a frame."""
     return 2 if frame[1][1] >> 4 & 3 == 0 else 1
 
 
 def received(sent):
-    """(what a receiver passes on, {(channel, stretch): {index: deg/s}}, its faults)."""
+    """(samples from a receiver, {(channel, section): {index: deg/s}}, its faults)."""
     receiver, found = wire.Receiver(), {}
     for identifier, data in sent:
         receiver.push(identifier, data)
@@ -80,7 +83,7 @@ def received(sent):
 
 
 def programs_samples(command, text):
-    """What a program sends over a pty of its own, given text on standard input: as received()."""
+    """The output of a program on its own pty, with text on standard input: as received()."""
     sender = subprocess.Popen(
         [*command, "--raw", "--out", "slcan:pty"],
         stdin=subprocess.PIPE,
@@ -254,7 +257,7 @@ class Raw(unittest.TestCase):
         lines = [
             str(source.randrange(-33000, 33000)) if source.random() > 0.01 else "nan"
             for _ in range(500)
-        ]  # as many as the gateway's queue holds
+        ]  # the capacity of the gateway's queue
         wanted = [(n, int(line)) for n, line in enumerate(lines) if line != "nan"]
         found, faults = programs_samples(
             [

@@ -1,6 +1,6 @@
-"""The receiver against injected faults: every one is noticed and named, and what cannot be noticed is stated.
+"""The receiver with injected faults: each is detected and reported. Undetectable ones are listed.
 
-DAVAR_WIRE_FAULTS: how many faults to inject (default 10^6).
+DAVAR_WIRE_FAULTS: number of faults to inject (default 10^6).
 """
 
 import itertools
@@ -31,20 +31,21 @@ def state(n, stride=100):
 
 
 def passes(pattern):
-    """Does a frame with these bits flipped pass the Crc? It is linear, so one frame stands for all. Bit 63 is the first of
-    the data on the wire; the identifier stands above."""
+    """True if a frame with these bits flipped passes the Crc. The Crc is linear, so one frame
+    represents all. Bit 63 is the first of the data on the wire; the identifier is above it.
+    """
     identifier, data = pattern >> 64, (pattern % 2**64).to_bytes(8, "big")
     return data[0] == wire.crc(identifier, data) ^ wire.crc(0, bytes(8))
 
 
-# Bursts of up to eight bits that touch Crc, and what is behind it.
+# Bursts of up to eight bits that include bits of Crc and of the bytes after it.
 ASTRIDE = sorted(
     {pattern << at for at in range(49, 56) for pattern in range(1, 256) if pattern << at >= 2**56}
 )
 
 
 class Stream:
-    """Frames of DAVAR_Arw with a running number inside, so that no two within reach are alike."""
+    """Frames of DAVAR_Arw with a running number inside, so that close frames differ."""
 
     def __init__(self, receiver):
         self.receiver, self.n = receiver, 0
@@ -58,8 +59,9 @@ class Stream:
             assert self.receiver.check(ARW, self.next()) == "good"
 
     def corrupted(self, source):
-        """One or two bits anywhere, or anything within eight bits in a row behind the Crc: what it guarantees to catch.
-        Bits in the order of the wire: byte 0 first, most significant bit first."""
+        """One or two bits anywhere, or a burst within eight bits after the Crc: faults that it
+        always detects. Bits are in the order of the wire: byte 0 first, most significant bit first.
+        """
         frame = int.from_bytes(self.next(), "big")
         if source.random() < 0.5:
             frame ^= 1 << source.randrange(64)
@@ -86,7 +88,7 @@ class Faults(unittest.TestCase):
                     struct.pack("<HI", stream.n & 0xFFFF, stream.n & 0xFFFFFFFF),
                     stream.n,
                 )
-                if damaged == intact:  # the same bit twice: no fault
+                if damaged == intact:  # the same bit twice: not a fault
                     stream.n = before
                     stream.good()
                 else:
@@ -168,7 +170,7 @@ class Faults(unittest.TestCase):
 
     def test_a_frame_of_no_result_is_counted(self):
         receiver = wire.Receiver()
-        receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before we listened
+        receiver.push(ARW, sealed(ARW, 0, bytes(6), 3))  # from before the receiver started
         receiver.push(STATE, state(0))
         receiver.push(ARW, sealed(ARW, 1, bytes(6), 1))
         receiver.finish()

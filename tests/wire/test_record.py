@@ -1,4 +1,6 @@
-"""The recorder of davarlab live: rows as they come, memory that does not grow, columns with names."""
+"""The recorder of davarlab live: rows are written on arrival, memory does not grow, columns have
+names.
+"""
 
 import csv
 import sys
