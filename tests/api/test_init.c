@@ -1,4 +1,4 @@
-/* davar tests - what init asks for and refuses. */
+/* davar tests - the requirements and errors of init. */
 #include "stream_fixture.h"
 
 #include <math.h>
@@ -31,12 +31,12 @@ static void test_each_bad_setting_is_refused_with_its_own_code(void)
         TEST_ASSERT_EQUAL_size_t(0U, davar_memory_size_f32(&config));
         setUp();
         config.full_scale = 1.0;
-        config.unit_per_count = bad_numbers[i]; /* not asked of floats */
+        config.unit_per_count = bad_numbers[i]; /* not checked for floats */
         TEST_ASSERT_NOT_EQUAL(0U, davar_memory_size_f32(&config));
         setUp();
     }
     const double far[] = {0.999e-20,
-                          1.001e20}; /* of float's range, beyond what the quantum allows */
+                          1.001e20}; /* in the range of float, outside the range of the quantum */
     for (unsigned i = 0U; i < 2U; i++) {
         config.full_scale = far[i];
         TEST_ASSERT_EQUAL(DAVAR_ERR_SCALE, davar_init_f32(&davar, &config, memory, sizeof memory));
@@ -84,7 +84,7 @@ static void accepted(void)
     setUp();
 }
 
-/* The last value of each range, and the first beyond it. */
+/* The last value of each range, and the first one outside. */
 static void test_each_range_ends_where_it_says(void)
 {
     static const double ends[2] = {1e-20, 1e20};
@@ -150,7 +150,8 @@ static void test_sums_that_could_overflow_are_refused_and_fit_the_wider_type(voi
     TEST_ASSERT_GREATER_THAN_size_t(2U * 65536U, davar_memory_size_q15(&config));
 }
 
-/* Where a size_t has 32 bits the largest grids cannot be told: they must look too large, never small. */
+/* If size_t has 32 bits, the size of the largest grids does not fit: it must then look too large,
+ * never small. */
 static void test_memory_never_shrinks_as_windows_grow(void)
 {
     static uint32_t many[32];
@@ -206,7 +207,7 @@ static size_t larger_of(size_t a, size_t b)
     return (a > b) ? a : b;
 }
 
-/* By edges a stride needs what every sample does, and its own samples. */
+/* By edges a stride needs the memory of every sample, plus its own samples. */
 static void test_the_memory_macros_hold_a_stride_by_edges(void)
 {
     const uint32_t last = 1U << (TAUS - 1U);
@@ -263,7 +264,8 @@ static void test_the_memory_macros_of_a_grid_hold_what_init_asks_for(void)
     }
 }
 
-/* Where the stride divides everything the bound has no record too many (64 bytes), but for the rounding of the fixed part. */
+/* Where the stride divides all lengths, the bound has no unused record (64 bytes), except for the
+ * rounding of the fixed part. */
 static void test_the_memory_macro_of_a_grid_is_no_more_than_that(void)
 {
     config.window.longest = 600U;
@@ -298,7 +300,8 @@ static void test_a_memory_of_exactly_the_asked_size_is_never_left(void)
     }
 }
 
-/* Is a window of 2^w samples and a cluster of m refused, which reach W m^2 = 2^(sum_bits - 2 bits) (2.4), and one of m - 1 not? */
+/* True if a window of 2^w samples and a cluster of m, which reach W m^2 = 2^(sum_bits - 2 bits)
+ * (2.4), are rejected and m - 1 is accepted. */
 static void test_the_last_cluster_that_cannot_overflow(void)
 {
     static uint32_t m;
@@ -333,7 +336,7 @@ static void test_the_last_cluster_that_cannot_overflow(void)
     TEST_ASSERT_EQUAL(DAVAR_ERR_MEMORY_SIZE, davar_init_f32(&davar, &config, memory, 8U));
 }
 
-/* The macro that takes the settings by name, for what DAVAR_SONG and DAVAR_FIXED configure. */
+/* Checks the macro with named settings, for the configurations of DAVAR_SONG and DAVAR_FIXED. */
 static void check_named(size_t bytes, uint32_t longest, uint32_t shortest, uint32_t stride,
                         const uint32_t *sizes, uint8_t count, int type)
 {

@@ -1,6 +1,6 @@
-/* davar tests - where asserts are off a push of another type than the init's, or behind the end of a record, is refused and harms
- * nothing; and a block gives each of its results. Compiled with the library's sources and without asserts, whatever
- * the build. */
+/* davar tests - without asserts, a push of the wrong number type, or after the end of a record, is
+ * rejected and harmless; and a block gives each of its results. Compiled with the library's sources
+ * and without asserts, in every build. */
 #include "davar/state.h"
 #include "stream_fixture.h"
 
@@ -67,7 +67,7 @@ static void push_block(uint32_t type)
     }
 }
 
-/* A whole block, and every result that it completes. */
+/* Pushes a block and takes every result that it completes. */
 static void push_all(uint32_t type)
 {
     for (size_t done = 0U; done < SAMPLES;) {
@@ -79,7 +79,7 @@ static void push_all(uint32_t type)
     }
 }
 
-/* Nothing but the counter of missing samples has changed, by `missing`. */
+/* Only the counter of missing samples has changed, by `missing`. */
 static void assert_only_counted(davar_t as_it_was, uint32_t missing)
 {
     as_it_was.health.missing += missing;
@@ -147,7 +147,8 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
     return true;
 }
 
-/* What was saved behind the end of its record is restored there: it takes neither samples nor gaps. */
+/* A state saved after the end of its record is restored at that end: it accepts neither samples nor
+ * gaps. */
 static void test_behind_a_restored_end_nothing_is_taken(void)
 {
     const davar_storage_t storage = {read_cells, write_cells, NULL, sizeof cells / 2U};
@@ -191,7 +192,8 @@ static void test_a_block_gives_every_result(void)
     }
 }
 
-/* The same blocks, of every length, into an instance that is pushed sample by sample and one that is pushed whole. */
+/* The same blocks, of every length, into an instance that is pushed sample by sample and one that
+ * is pushed in blocks. */
 static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
 {
     static davar_t other;

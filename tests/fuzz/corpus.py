@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""The inputs of the fuzz targets: one archive corpus/TARGET.tar.gz each, unpacked into build/fuzz/corpus/TARGET when used.
+"""The inputs of the fuzz targets: one archive corpus/TARGET.tar.gz each, unpacked into
+build/fuzz/corpus/TARGET for use.
 
-An input whose name is its SHA-1 was found by libFuzzer, which may drop it again when another input covers the same. Any other
-name was given by a person and stays: a first example, or the input that showed a fault. Standard library only.
+An input whose name is its SHA-1 was found by libFuzzer, which may drop it if another input covers
+the same code. Any other name was chosen by a person and stays: a first example, or the input that
+showed a fault. Standard library only.
 """
 
 import argparse

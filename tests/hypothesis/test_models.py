@@ -1,5 +1,6 @@
-"""Models, scenarios, limits and kalibr files: what is taken is what tomllib or yaml reads, what is refused is named with its key; written and read
-again it is the same."""
+"""Models, scenarios, limits and kalibr files: accepted values are those that tomllib or yaml reads.
+A rejected value is reported with its key. Written and read again, a model is the same.
+"""
 
 import math
 import tomllib
@@ -55,7 +56,7 @@ COLUMNS = st.one_of(
 
 
 def toml_of(value):
-    """A value as TOML, as far as TOML has it."""
+    """A value as TOML, if TOML supports it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and not math.isfinite(value):
@@ -110,7 +111,7 @@ def terms(draw):
 
 @st.composite
 def entries(draw):
-    """What somebody may have written for an effect: most of it right."""
+    """A user's description of an effect: most of it is correct."""
     term = draw(terms())
     entry = {"kind": term.kind, **term.parameters}
     for _ in range(draw(st.integers(0, 2))):
@@ -205,7 +206,7 @@ class Models(asked.Lawful):
     def test_scenarios(self, text):
         assume(
             b"duration_s = 30.0\n" in text and b"rate_hz = 50.0\n" in text
-        )  # else it may be a large one
+        )  # otherwise it may be a large one
         self.asked(
             self.work / "out.csv",
             "simulate",

@@ -1,5 +1,6 @@
-"""Units and numbers at the ends of what a double holds: factors against the unit's own name, what is exported against yaml and formulas worked out
-here, what is printed against float()."""
+"""Units and numbers at the limits of a double: factors compared with the unit's name, exports with
+yaml and formulas computed here, printed numbers with float().
+"""
 
 import argparse
 import json
@@ -52,7 +53,7 @@ DOUBLES = st.one_of(
 
 
 def meaning(unit):
-    """A unit in deg, m and s, worked out of its name."""
+    """A unit in deg, m and s, computed from its name."""
     return eval(unit.replace("^", "**"), {"__builtins__": {}}, WORDS)
 
 
@@ -98,7 +99,7 @@ def model_of(white, walk, rate_hz, flicker=None):
 
 class Exports(asked.Lawful):
     def exported(self, model, *options):
-        """The text that export writes of a model, None where it refuses."""
+        """The text of an exported model, or None if the export is rejected."""
         path, out = self.work / "m.toml", self.work / "out.h"
         models.write(model, path)
         done = self.asked(out, "export", path, "-o", out, *options)
@@ -217,7 +218,7 @@ class Imports(asked.Lawful):
 
 
 def close(text, value, relative):
-    """Is a number as text that of a double."""
+    """True if the text of a number gives the same double."""
     if not math.isfinite(value):
         return float(text) == value or value != value and float(text) != float(text)
     return abs(Decimal(text) - Decimal(value)) <= abs(Decimal(value)) * Decimal(relative) + Decimal(

@@ -1,4 +1,6 @@
-"""Recordings in text: what is read is what csv and Python's own numbers read, or it is refused; written and read again it is the same."""
+"""Recordings in text: the values are those of csv and Python's own numbers, or the file is
+rejected. Written and read again it is the same.
+"""
 
 import csv
 import gzip
@@ -116,7 +118,7 @@ def tables(draw, field=FIELD):
 
 
 def numbers_of(found, name):
-    """What was read, as Decimals: the time with its origin."""
+    """The values read, as Decimals: the time with its origin."""
     origin = found.origin if name == found.time else 0
     return [origin + Decimal(value) for value in found.columns[name].tolist()]
 
@@ -130,7 +132,7 @@ class Read(asked.Lawful):
             return None
 
     def independently(self, data):
-        """(names, columns of Decimals) as csv reads them, None where one is no number."""
+        """(names, columns of Decimals) by csv; None if a field is not a number."""
         try:
             rows = [
                 row
@@ -159,7 +161,7 @@ class Read(asked.Lawful):
             return
         form = found.time and re.fullmatch(
             r"[0-9]{1,18}|[0-9]{1,10}\.[0-9]{1,9}", rows[0][names.index(found.time)].strip()
-        )  # stamps that are taken exactly
+        )  # stamps that are kept exactly
         for name, column in zip(*wanted):
             for value, exact in zip(numbers_of(found, name), column):
                 if name == found.time:
@@ -177,7 +179,7 @@ class Read(asked.Lawful):
     def test_a_decimal_comma_changes_nothing(self, made):
         names, rows = made
         if len(names) == 1 or not any("." in field for field in rows[0]):
-            return  # by its header and its first row a file is known
+            return  # header and first row identify the file
         text = ";".join(names) + "\n" + "".join(";".join(row) + "\n" for row in rows)
         points, commas = (
             self.read(text, texts.SEPARATORS),
@@ -264,7 +266,7 @@ VALUES = st.floats(-1e29, 1e29)
 
 
 class Written(asked.Lawful):
-    """Of a recording that was written, what comes back."""
+    """Writes a recording and reads it back."""
 
     @given(
         st.data(),

@@ -7,7 +7,8 @@ import davar
 import numpy as np
 import together
 
-# NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s; table 30: 9 points, tau 1, 2 s.
+# NIST SP 1065 (Riley 2008), table 31: 1000 points, overlapping Allan deviation at tau 1, 10, 100 s;
+# table 30: 9 points, tau 1, 2 s.
 POINTS_1000 = {1: "2.922319e-01", 10: "9.159953e-02", 100: "3.241343e-02"}
 POINTS_9 = {1: "91.22945", 2: "85.95287"}
 NINE = np.array([892.0, 809, 823, 798, 671, 644, 883, 903, 677])

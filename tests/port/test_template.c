@@ -1,4 +1,5 @@
-/* davar tests - the port to copy: what its transfer brings reaches the instance, what it overruns is counted. */
+/* davar tests - the port to copy: transferred samples reach the instance, and overruns are
+ * counted. */
 #include "davar_node.h"
 #include "template_port.h"
 #include "unity.h"
@@ -32,7 +33,7 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* The transfer fills the half whose turn it is, as an interrupt would see it. */
+/* Fills the next half, as an interrupt does. */
 static void transfer(uint32_t half)
 {
     for (uint32_t i = 0U; i < TEMPLATE_PORT_HALF; i++) {

@@ -1,4 +1,5 @@
-/* davar tests - the fuzz target of chained calls on random chains, in every kind of build. A failure aborts and names the condition. */
+/* davar tests - the fuzz target of chained calls on random chains, in every kind of build. A
+ * failure aborts and reports the condition. */
 #include "../fuzz/fuzz_calls.c" /* NOLINT(bugprone-suspicious-include): the same chains under ctest */
 
 #include "unity.h"

@@ -1,5 +1,5 @@
-/* davar tests - false alarms and power of the monitor: noise with a known Allan variance through the whole library, fixed
- * seeds. Prints the table of DESIGN (9.6). */
+/* davar tests - false alarms and power of the monitor: noise with a known Allan variance through
+ * the whole library, fixed seeds. Prints the table of DESIGN (9.6). */
 #include "davar/davar.h"
 #include "davar/monitor.h"
 #include "gyro_noise.h"
@@ -11,10 +11,10 @@
 
 #define WINDOW 600U
 #define WINDOWS 12000U
-#define STRETCH 100U /* windows of one record; the monitor starts anew with each */
+#define STRETCH 100U /* windows of one record; the monitor restarts with each */
 #define SAMPLES ((size_t)STRETCH * WINDOW)
 
-/* What the program does between davar_take and the monitor. */
+/* The step of a program between davar_take and the monitor. */
 typedef enum { FIT_ALL = 0, FIT_WHITE, FIT_NOTHING } fit_t;
 
 typedef struct {
@@ -126,7 +126,8 @@ static void assert_quiet_after(fit_t kind, const char *name, gyro_noise_t noise,
 {
     const scenario_t scenario = {noise, noise, 0.0, stride, kind};
     const alarms_t alarms = run(name, &scenario, WINDOWS);
-    /* 1 % is stated; three standard errors of 12000 windows, of which the slow mean keeps 32 together */
+    /* 1 % is stated; three standard errors of 12000 windows, of which the slow mean keeps 32
+     * together */
     TEST_ASSERT_TRUE(alarms.fast <= 1.0 + 3.0 * 0.1);
     TEST_ASSERT_TRUE(alarms.health <= 1.0 + 3.0 * 0.4);
 }

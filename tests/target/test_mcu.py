@@ -58,7 +58,7 @@ def write_recording(path, samples):
 
 
 def random_job(source):
-    """Options that every target has the memory for."""
+    """Options for which every target has enough memory."""
     longest = 2 * source.randrange(20, 100)
     shortest = 2 * source.randrange(10, longest // 2 + 1)
     taus = sorted(
@@ -110,7 +110,7 @@ class Mcu(unittest.TestCase):
     @classmethod
     @functools.cache
     def simulated(cls, recording, options):
-        """davar-sim's answer, for all targets."""
+        """davar-sim's output, for all targets."""
         return cls.command("davar-sim", recording, *options)
 
     def same(self, target, recording, options):
@@ -135,7 +135,9 @@ class Mcu(unittest.TestCase):
     @classmethod
     @functools.cache
     def between(cls, target):
-        """What stands between a recording and its answer: the image, its emulator, davar-sim, which feeds it, and the scripts."""
+        """Everything between a recording and its results: the image, its emulator, davar-sim, which
+        feeds it, and the scripts.
+        """
         targets.build(target, "job", "replay")
         return [
             *targets.identity(target, targets.folder(target, "job") / "replay.elf"),
@@ -156,7 +158,9 @@ class Mcu(unittest.TestCase):
                 self.same(target, self.short, EVERY_SAMPLE)
 
     def test_the_same_bytes_for_random_jobs(self):
-        """davar-sim's results are held to brute force by the property test; here every target is held to davar-sim."""
+        """The property test compares davar-sim's results with brute force; here every target is
+        compared with davar-sim.
+        """
         source = random.Random(20261121)
         for target in targets.MACHINES:
             for _ in range(RANDOM_JOBS):

@@ -1,5 +1,5 @@
-/* davar tests - what policy glr says of a change: the levels in front of it and behind it, of samples and of clusters; and that what
- * waits at the end of a record goes on. */
+/* davar tests - how policy glr reports a change: the levels before and after it, of samples and of
+ * clusters. Waiting samples at the end of a record are processed. */
 #include "davar/davar.h"
 #include "davar/fit.h"
 #include "davar/state.h"
@@ -43,7 +43,8 @@ void setUp(void)
 
 void tearDown(void) {}
 
-/* White noise; from STEP on `ratio` times as loud, or with a random walk of `walk` counts a sample on top. */
+/* White noise; from STEP onward `ratio` times as loud, or with a random walk of `walk` counts per
+ * sample added. */
 static void make_stream(uint64_t seed, double ratio, double walk)
 {
     random_t random = random_seeded(seed);
@@ -117,7 +118,7 @@ static void test_a_step_tells_both_levels(void)
     TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
     TEST_ASSERT_DOUBLE_WITHIN(0.03 * UNIT * SIGMA, UNIT * SIGMA, result.change.older);
     TEST_ASSERT_TRUE(result.change.gain > 14.0);
-    /* the cut is where the alarm was: no other came */
+    /* the cut is at the alarm: there was no other */
     const uint32_t begin = (uint32_t)result.epoch + 1U - result.cut_age_samples;
     TEST_ASSERT_UINT32_WITHIN(20U, STEP, begin);
     const double expected = level_of(begin, STEP + 600U);
@@ -136,7 +137,7 @@ static void test_other_policies_tell_none(void)
                      isnan(result.change.gain));
 }
 
-/* Nothing but rounding is left: level 0. And when gaps have eaten all there was, none. */
+/* Only rounding remains: level 0. If gaps have removed all samples, there is no level. */
 static void test_a_sensor_that_is_stuck_has_level_0(void)
 {
     uint32_t first = 0U;
@@ -162,9 +163,10 @@ static void test_a_sensor_that_is_stuck_has_level_0(void)
     TEST_ASSERT_TRUE(result.change.older > 0.9 * UNIT * SIGMA);
 }
 
-/* --- clusters ----------------------------------------------------------------------------------------------------- */
+/* --- clusters --- */
 
-/* A random walk of the rate that no sample shows. Levels are Allan deviations at 80 samples. */
+/* A random walk of the rate that single samples do not show. Levels are Allan deviations at 80
+ * samples. */
 static void check_walk(bool wide)
 {
     uint32_t first = 0U;
@@ -199,7 +201,7 @@ static void test_a_walk_is_seen_by_clusters_alone(void)
     TEST_ASSERT_EQUAL_UINT32(0U, run(false, 0U, SAMPLES, &first));
 }
 
-/* Samples tell a step first; the clusters have nothing to add. */
+/* Samples detect a step first; the clusters add nothing. */
 static void test_a_step_is_told_once(void)
 {
     uint32_t first = 0U;
@@ -210,7 +212,8 @@ static void test_a_step_is_told_once(void)
     TEST_ASSERT_EQUAL_UINT32(1U, result.change.m);
 }
 
-/* A shock of two blocks is no change of clusters either, and a jump of the rate beside a gap is not seen at all. */
+/* A shock of two blocks is not a change of clusters either, and a jump of the rate at a gap is not
+ * detected. */
 static void test_clusters_span_neither_shocks_nor_gaps(void)
 {
     uint32_t first = 0U;
@@ -233,7 +236,7 @@ static void test_clusters_span_neither_shocks_nor_gaps(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(1U, run(false, 30000U, SAMPLES, &first));
 }
 
-/* Who does not want them pays nothing, and what does not fit is refused. */
+/* A disabled channel costs nothing, and a bad setting is rejected. */
 static void test_clusters_are_there_when_asked_for(void)
 {
     const size_t without = davar_memory_size_q15(&config);
@@ -289,7 +292,8 @@ static void test_a_restored_stream_tells_the_same(void)
     config.glr.long_cluster = 0U;
 }
 
-/* A window that was cut just now, or that left out most of what is since the cut, was chosen by what is in it (10.14). */
+/* A window that was just cut, or that excluded most samples since the cut, depends on its content
+ * (10.14). */
 static void test_intervals_of_a_chosen_window_are_wider(void)
 {
     static davar_plan_t plan;
@@ -316,9 +320,9 @@ static void test_intervals_of_a_chosen_window_are_wider(void)
     }
 }
 
-/* --- the end of a record ------------------------------------------------------------------------------------------- */
+/* --- the end of a record --- */
 
-/* Every sample has its result in the end, as if more had come. */
+/* Every sample finally has its result, as if more samples had followed. */
 static void check_end(uint32_t stride, uint32_t count)
 {
     uint32_t first = 0U;
@@ -344,7 +348,7 @@ static void test_what_waits_at_the_end_goes_on(void)
     }
 }
 
-/* ... but for what may be a shock. A saved instance that has ended stays so. */
+/* ... except for a possible shock. A saved instance that has ended stays ended. */
 static void test_a_shock_at_the_end_is_left(void)
 {
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};

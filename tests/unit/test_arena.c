@@ -1,4 +1,5 @@
-/* davar tests - memory is handed out without overlap; what a size_t cannot tell looks too large, never small. */
+/* davar tests - memory is allocated without overlap. A size that does not fit a size_t looks too
+ * large, never small. */
 #include "core/arena.h"
 
 #include "unity.h"

@@ -1,4 +1,5 @@
-/* davar tests - decimal_parse of the simulator: every result has the bits of strtod, whatever path it takes. */
+/* davar tests - decimal_parse of the simulator: every result has the bits of strtod, on every
+ * path. */
 #include "common/decimal.h"
 #include "random.h"
 #include "unity.h"
@@ -124,7 +125,7 @@ static void test_very_long_numbers(void)
     assert_like_strtod(text);
 }
 
-/* 0.000...1e100010: neither half means anything without the other. */
+/* 0.000...1e100010: neither half has a meaning without the other. */
 static void test_a_long_fraction_and_a_large_exponent_together(void)
 {
     static char text[100100];
@@ -167,7 +168,7 @@ static void test_hexadecimal_is_read_as_its_leading_zero(void)
     TEST_ASSERT_EQUAL_PTR(text + 1, end);
 }
 
-/* Texts of the kind that recordings hold, and some of no kind. */
+/* Texts like those in recordings, and some that are not. */
 static void random_text(random_t *random, char *text, size_t size)
 {
     const int digits = (int)(random_next(random) % 21U);

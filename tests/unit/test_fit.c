@@ -1,9 +1,10 @@
-/* davar tests - the coefficient fit: exact models in, the same coefficients out; what a window cannot show stays absent. */
+/* davar tests - the coefficient fit: exact models in, the same coefficients out. Values that a
+ * window cannot show stay absent. */
 #include "davar/fit.h"
 #include "fit_fixture.h"
 #include "random.h"
 
-/* ---- what comes out, in which unit ---- */
+/* ---- results and their units ---- */
 
 static void test_white_noise_is_arw_and_nothing_else(void)
 {
@@ -180,7 +181,7 @@ static void test_noise_below_half_a_count_is_coarse(void)
 {
     fit_counts(0.2, 0.0);
     assert_coarse();
-    fit_counts(0.1, 0.01); /* a slow walk does not help: it shows as stairs */
+    fit_counts(0.1, 0.01); /* a slow walk does not help: it appears as stairs */
     assert_coarse();
     (void)davar_fit_white(&plan, 1.0, &result);
     TEST_ASSERT_EQUAL(DAVAR_NOISE_MIXED, result.noise);
@@ -199,7 +200,8 @@ static void test_a_walk_of_counts_keeps_its_coefficient_beside_hidden_noise(void
     TEST_ASSERT_TRUE(term(DAVAR_ANGLE_RANDOM_WALK)->high >= 30.0 - 1e-6);
 }
 
-/* White noise, and beside a walk: with a count so fine that it takes nothing off, and where it begins to. */
+/* White noise, and beside a walk: with a count so fine that it takes nothing off, and where it
+ * begins to. */
 static void test_a_fine_count_changes_nothing(void)
 {
     static const double units[] = {1e-300, 1e-30, 1e-9, 1e-6, 2e-5, 4e-5, 1e-4, 1e-3};
@@ -222,7 +224,8 @@ static void test_a_fine_count_changes_nothing(void)
     }
 }
 
-/* A term of 1.5 standard errors is not resolved, yet N may be smaller by it: only the lower limit knows. */
+/* A term of 1.5 standard errors is not resolved, yet N may be smaller by it: only the lower limit
+ * knows. */
 static void test_an_unresolved_term_lowers_the_arw_limit_alone(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -250,7 +253,8 @@ static void test_a_doubt_can_leave_nothing_of_the_arw(void)
     TEST_ASSERT_EQUAL_DOUBLE(0.0, term(DAVAR_ANGLE_RANDOM_WALK)->low);
 }
 
-/* Every other estimate half as large: no sum of these terms does that, and the interval must say so. */
+/* Every other estimate half as large: no sum of these terms does that, and the interval must say
+ * so. */
 static void test_a_misfit_widens_the_interval(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -460,7 +464,8 @@ static void test_what_cannot_be_told_apart_has_no_bound(void)
     }
 }
 
-/* No unit is too large or too small, nor an ADEV beside another: one that no float could hold beside the rest is 0. */
+/* No unit is too large or too small, nor an ADEV beside another: one that no float could hold
+ * beside the rest is 0. */
 static void test_a_deviation_that_vanishes_beside_the_others_is_none(void)
 {
     static const double tiny[] = {1e-160, 0.0};
@@ -489,7 +494,8 @@ static void test_white_noise_of_any_size_is_found(void)
     }
 }
 
-/* White noise alone: the same as davar_fit where it explains all, otherwise an upper limit that the truth is below. */
+/* White noise alone: the same as davar_fit where it explains all, otherwise an upper limit that the
+ * truth is below. */
 static void test_the_fit_of_white_noise_alone(void)
 {
     const double white[] = {0.0, 4.0, 0.0, 0.0, 0.0};

@@ -1,4 +1,5 @@
-/* davar tests - numbers of a mantissa and a power of two against doubles, and white noise at the ends of what a double holds. */
+/* davar tests - numbers of a mantissa and a power of two compared with doubles, and white noise at
+ * the limits of a double. */
 #include "davar/fit.h"
 #include "number/scaled.h"
 #include "random.h"

@@ -374,7 +374,8 @@ class Codec(unittest.TestCase):
             "Digest": 7,
         }
         coefficient = {name: 13 + index for index, name in enumerate(COEFFICIENTS)}
-        # word: D message channel counter result index value number window unstable relative kurtosis contribution ...
+        # word: D message channel counter result index value number window unstable relative
+        # kurtosis contribution ...
         for name, value in signals.items():
             signal = message.get_signal_by_name(name)
             if name in scaled:
