@@ -8,8 +8,8 @@
  * room now. */
 typedef bool (*can_send_t)(void *controller, const davar_frame_t *frame);
 
-/* `config` is that of the instance. `session` must differ at each start (a boot counter). fd: one
- * frame of 64 bytes per result. */
+/* `config` is the configuration of the instance. `session` must differ at each start (a boot
+ * counter). fd: one frame of 64 bytes per result. */
 void can_sender_start(const davar_config_t *config, uint8_t session, bool fd, can_send_t send,
                       void *controller);
 

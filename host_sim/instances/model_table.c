@@ -54,8 +54,8 @@ static bool check_tau(const reader_t *reader, sim_error_t *error)
     }
     const double tau_s = value_of(reader, COLUMN_M) / reader->rate_hz;
     const bool good = (fabs(value_of(reader, COLUMN_TAU) - tau_s) <= TAU_TOLERANCE * tau_s);
-    return good || refuse(reader, COLUMN_TAU,
-                          "made for a different sample rate than that of the recording", error);
+    return good ||
+           refuse(reader, COLUMN_TAU, "made for a different sample rate than the recording", error);
 }
 
 static bool take_row(const reader_t *reader, model_table_t *table, sim_error_t *error)

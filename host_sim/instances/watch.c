@@ -35,7 +35,8 @@ bool watch_open(watch_t *watch, const options_t *options, const engine_t *engine
     for (size_t c = 0; c < engine->count; c++) {
         if (!davar_monitor_init(&watch->monitor[c], watch->table.tau, watch->table.count,
                                 DAVAR_MONITOR_MEMORY)) {
-            return sim_fail(error, "--model-table: %s: refused", options->model_table);
+            return sim_fail(error, "--model-table: %s: not a valid table for the monitor",
+                            options->model_table);
         }
     }
     return true;

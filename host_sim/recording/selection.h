@@ -7,7 +7,7 @@
 #include "recording/unit.h"
 
 typedef struct {
-    size_t time;                        /* position of time_s; HEADER_NONE if there is none */
+    size_t time;                        /* position of time_s; HEADER_NONE without it */
     size_t count;                       /* channels, >= 1 */
     size_t column[OPTIONS_COLUMNS_MAX]; /* position in the row */
     unit_t unit[OPTIONS_COLUMNS_MAX];

@@ -46,7 +46,7 @@ typedef union {
 typedef struct {
     const davar_port_samples_t *samples; /* one entry per channel, in channel order */
     size_t count;                        /* samples per channel, >= 1 */
-    uint32_t missing; /* sample periods lost just before the first sample; 0: none */
+    uint32_t missing; /* sample periods lost just before the first sample, or 0 */
 } davar_port_block_t;
 
 typedef enum {

@@ -1,6 +1,6 @@
 /* davar - the node loop: read -> push -> take -> fit -> send. It connects the library to the
- * hardware. It has no heap, no I/O and no clock of its own: the port contract (davar_port.h)
- * provides them. */
+ * hardware. It has no heap, no I/O and no clock. The port contract (davar_port.h) provides I/O
+ * and the clock. */
 #ifndef DAVAR_NODE_H
 #define DAVAR_NODE_H
 

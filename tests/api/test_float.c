@@ -129,7 +129,7 @@ static void test_a_quiet_sensor_keeps_its_kurtosis(void)
     }
 }
 
-static void test_not_a_number_and_infinity_are_left_out_as_gaps(void)
+static void test_not_a_number_and_infinity_are_gaps(void)
 {
     davar_t davar;
     config.law = NULL;
@@ -172,7 +172,7 @@ static void test_beyond_full_scale_saturates_and_counts(void)
 }
 
 /* A value above full scale counts as full scale with its own sign. */
-static void test_what_is_beyond_is_full_scale_of_its_sign(void)
+static void test_larger_values_are_full_scale_of_their_sign(void)
 {
     static davar_t both[2];
     davar_result_t results[2];
@@ -199,7 +199,7 @@ static void test_what_is_beyond_is_full_scale_of_its_sign(void)
 }
 
 /* At every full scale, the conversion to counts rounds halves away from zero. */
-static void test_rounding_at_the_door(void)
+static void test_rounding_at_the_input(void)
 {
     static const double scales[] = {1e-20, 1e-11, 0.3, 1.0, 4.0, 2000.0, 1e20};
     static const double expected[] = {0.0, 1.0, 1.0, 2.0};
@@ -261,7 +261,7 @@ static void push_like(davar_t *davar, davar_t *other, const float *rates, size_t
 
 /* The number of samples per push changes nothing, with any input faults: on grids and without, with
  * restarts (two gaps at most). */
-static void test_samples_that_come_together_are_as_samples_one_by_one(void)
+static void test_blocks_equal_samples_one_by_one(void)
 {
     static const uint32_t strides[] = {1U, 20U, 100U, 400U};
     random_t random = random_seeded(11U);
@@ -302,10 +302,10 @@ int main(void)
     RUN_TEST(test_the_error_stays_in_its_bound_after_full_scale_bursts);
     RUN_TEST(test_float_and_fixed_decide_alike);
     RUN_TEST(test_a_quiet_sensor_keeps_its_kurtosis);
-    RUN_TEST(test_not_a_number_and_infinity_are_left_out_as_gaps);
+    RUN_TEST(test_not_a_number_and_infinity_are_gaps);
     RUN_TEST(test_beyond_full_scale_saturates_and_counts);
-    RUN_TEST(test_what_is_beyond_is_full_scale_of_its_sign);
-    RUN_TEST(test_rounding_at_the_door);
-    RUN_TEST(test_samples_that_come_together_are_as_samples_one_by_one);
+    RUN_TEST(test_larger_values_are_full_scale_of_their_sign);
+    RUN_TEST(test_rounding_at_the_input);
+    RUN_TEST(test_blocks_equal_samples_one_by_one);
     return UNITY_END();
 }

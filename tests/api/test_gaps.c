@@ -77,7 +77,7 @@ static void test_a_restart_loses_a_waiting_result_and_counts_it(void)
     TEST_ASSERT_EQUAL_UINT32(1U, davar_health(&davar).missed);
 }
 
-static void test_the_result_says_how_many_differences_a_gap_left(void)
+static void test_the_result_counts_the_differences_at_a_gap(void)
 {
     config.law = NULL;
     start_q15();
@@ -93,7 +93,7 @@ static void test_the_result_says_how_many_differences_a_gap_left(void)
     }
 }
 
-static void test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none(void)
+static void test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once(void)
 {
     config.law = NULL;
     start_q15();
@@ -110,7 +110,7 @@ static void test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boun
 
 #define MIRRORED 40U /* largest number of results of a flush */
 
-static void test_a_gap_behind_the_last_sample_is_none(void)
+static void test_a_gap_after_the_last_sample_does_not_count(void)
 {
     static davar_result_t whole[MIRRORED];
     for (uint32_t lost = 0U; lost < 2U; lost++) {
@@ -221,9 +221,9 @@ int main(void)
     RUN_TEST(test_a_restart_in_centred_mode_continues_the_epochs);
     RUN_TEST(test_a_restart_at_any_moment_keeps_the_grid_of_epochs);
     RUN_TEST(test_a_restart_loses_a_waiting_result_and_counts_it);
-    RUN_TEST(test_the_result_says_how_many_differences_a_gap_left);
-    RUN_TEST(test_gaps_before_the_first_sample_or_twice_in_one_place_are_one_boundary_or_none);
-    RUN_TEST(test_a_gap_behind_the_last_sample_is_none);
+    RUN_TEST(test_the_result_counts_the_differences_at_a_gap);
+    RUN_TEST(test_gaps_at_the_start_or_twice_in_one_place_count_at_most_once);
+    RUN_TEST(test_a_gap_after_the_last_sample_does_not_count);
     RUN_TEST(test_gaps_are_mirrored_at_both_ends_of_the_record);
     return UNITY_END();
 }

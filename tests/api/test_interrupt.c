@@ -59,7 +59,7 @@ static void start_timer(long microseconds)
     TEST_ASSERT_EQUAL(0, setitimer(ITIMER_REAL, &timer, NULL));
 }
 
-static void test_results_taken_while_an_interrupt_pushes_are_whole(void)
+static void test_results_taken_while_an_interrupt_pushes_are_consistent(void)
 {
     static davar_config_t config; /* the instance keeps it for the next test */
     config = davar_default_config;
@@ -180,7 +180,7 @@ static void test_take_and_health_wait_for_a_push_at_work_elsewhere(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_whole);
+    RUN_TEST(test_results_taken_while_an_interrupt_pushes_are_consistent);
     RUN_TEST(test_gaps_in_an_interrupt_tear_no_result);
     RUN_TEST(test_take_and_health_wait_for_a_push_at_work_elsewhere);
     return UNITY_END();

@@ -147,7 +147,7 @@ static void test_a_torn_write_at_any_byte(void)
 
 /* The cells before the failure, or those after it, have been written. The row between them reads
  * differently each time. */
-static void test_readings_that_differ_behind_a_cut_at_any_byte(void)
+static void test_readings_that_differ_after_a_cut_at_any_byte(void)
 {
     learn();
     const size_t slot = slot_written();
@@ -226,7 +226,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_torn_write_at_any_byte);
-    RUN_TEST(test_readings_that_differ_behind_a_cut_at_any_byte);
+    RUN_TEST(test_readings_that_differ_after_a_cut_at_any_byte);
     RUN_TEST(test_one_cell_that_is_half_written);
     RUN_TEST(test_rows_that_are_written_in_another_order);
     RUN_TEST(test_one_row_that_is_not_written);

@@ -86,7 +86,7 @@ static void assert_only_counted(davar_t as_it_was, uint32_t missing)
     TEST_ASSERT_EQUAL_MEMORY(&as_it_was, &davar, sizeof davar);
 }
 
-static void test_a_push_of_another_type_is_refused_and_counted(void)
+static void test_a_push_of_another_type_is_rejected_and_counted(void)
 {
     static uint64_t before[sizeof memory / sizeof memory[0]];
     make_samples();
@@ -113,7 +113,7 @@ static void test_a_push_of_another_type_is_refused_and_counted(void)
     }
 }
 
-static void test_a_push_behind_the_end_is_refused_until_the_reset(void)
+static void test_a_push_after_the_end_is_rejected_until_the_reset(void)
 {
     make_samples();
     config.full_scale = 100.0;
@@ -149,7 +149,7 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
 
 /* A state saved after the end of its record is restored at that end: it accepts neither samples nor
  * gaps. */
-static void test_behind_a_restored_end_nothing_is_taken(void)
+static void test_after_a_restored_end_nothing_is_accepted(void)
 {
     const davar_storage_t storage = {read_cells, write_cells, NULL, sizeof cells / 2U};
     make_samples();
@@ -231,9 +231,9 @@ static void test_a_block_leaves_the_newest_result_and_counts_the_others(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_push_of_another_type_is_refused_and_counted);
-    RUN_TEST(test_a_push_behind_the_end_is_refused_until_the_reset);
-    RUN_TEST(test_behind_a_restored_end_nothing_is_taken);
+    RUN_TEST(test_a_push_of_another_type_is_rejected_and_counted);
+    RUN_TEST(test_a_push_after_the_end_is_rejected_until_the_reset);
+    RUN_TEST(test_after_a_restored_end_nothing_is_accepted);
     RUN_TEST(test_a_block_gives_every_result);
     RUN_TEST(test_a_block_leaves_the_newest_result_and_counts_the_others);
     return UNITY_END();

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-static void test_results_that_nobody_took_are_counted(void)
+static void test_results_that_were_not_taken_are_counted(void)
 {
     start_q15();
     for (uint32_t i = 0U; i < 30U; i++) { /* centred: the first result comes with sample 20 */
@@ -49,7 +49,7 @@ static void test_a_block_push_stops_at_each_result(void)
     TEST_ASSERT_EQUAL_size_t(10U, davar_push_until_result_q15(&davar, &block[29], 35U));
 }
 
-static void test_a_push_of_nothing_consumes_nothing(void)
+static void test_an_empty_push_consumes_nothing(void)
 {
     const int16_t sample = 0;
     start_q15();
@@ -89,7 +89,7 @@ static void test_counters_stay_at_their_largest_value(void)
     TEST_ASSERT_EQUAL_UINT32(UINT32_MAX, davar_health(&davar).saturated);
 }
 
-static void test_reset_starts_anew(void)
+static void test_reset_starts_from_scratch(void)
 {
     start_q15();
     (void)feed(0U, 70U);
@@ -102,7 +102,7 @@ static void test_reset_starts_anew(void)
     TEST_ASSERT_EQUAL_DOUBLE(first.tau[3].adev, result.tau[3].adev);
 }
 
-static void test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no(void)
+static void test_flush_gives_the_epochs_of_the_mirrored_end_or_returns_false(void)
 {
     start_q15();
     TEST_ASSERT_FALSE(davar_flush(&davar)); /* no result */
@@ -188,14 +188,14 @@ static void test_the_longest_clusters(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_results_that_nobody_took_are_counted);
+    RUN_TEST(test_results_that_were_not_taken_are_counted);
     RUN_TEST(test_the_count_of_them_stays_at_its_end);
     RUN_TEST(test_a_block_push_stops_at_each_result);
-    RUN_TEST(test_a_push_of_nothing_consumes_nothing);
+    RUN_TEST(test_an_empty_push_consumes_nothing);
     RUN_TEST(test_saturated_samples_are_counted_and_clamped);
     RUN_TEST(test_counters_stay_at_their_largest_value);
-    RUN_TEST(test_reset_starts_anew);
-    RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_says_no);
+    RUN_TEST(test_reset_starts_from_scratch);
+    RUN_TEST(test_flush_gives_the_epochs_of_the_mirrored_end_or_returns_false);
     RUN_TEST(test_moments_can_be_switched_off_with_the_fixed_window);
     RUN_TEST(test_a_constant_rail_has_no_kurtosis_and_a_zero_deviation);
     RUN_TEST(test_the_longest_clusters);

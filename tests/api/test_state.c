@@ -44,7 +44,7 @@ static void survives_anywhere(void)
     }
 }
 
-static void test_a_restored_stream_goes_on_bit_for_bit(void)
+static void test_a_restored_stream_continues_bit_for_bit(void)
 {
     survives_anywhere();
     config.window.mode = DAVAR_MODE_TRAILING;
@@ -54,7 +54,7 @@ static void test_a_restored_stream_goes_on_bit_for_bit(void)
     survives_anywhere();
 }
 
-static void test_a_restored_grid_goes_on_bit_for_bit(void)
+static void test_a_restored_grid_continues_bit_for_bit(void)
 {
     config.stride = 7U;
     survives_anywhere();
@@ -89,7 +89,7 @@ static void test_a_waiting_result_survives(void)
 }
 
 /* In the middle of a run of floats that are not numbers: still one gap. */
-static void test_a_gap_that_goes_on_survives(void)
+static void test_a_gap_that_continues_survives(void)
 {
     const float none = NAN;
     init(F32, &original, 0U);
@@ -134,7 +134,7 @@ static void test_a_finished_record_survives(void)
     TEST_ASSERT_EQUAL_size_t(1U, davar_push_until_result_q15(&restored, &sample, 1U));
 }
 
-static void test_a_refused_image_leaves_the_instance_as_init_made_it(void)
+static void test_a_rejected_image_leaves_the_instance_as_after_init(void)
 {
     init(Q15, &original, 0U);
     init(Q15, &restored, 1U);
@@ -221,7 +221,7 @@ static void test_one_bit_of_the_configuration_makes_an_image_foreign(void)
     TEST_ASSERT_GREATER_THAN_UINT32(500U, taken);
 }
 
-static void test_storage_that_is_too_small_is_refused(void)
+static void test_storage_that_is_too_small_is_rejected(void)
 {
     init(Q15, &original, 0U);
     storage.slot_bytes = davar_state_bytes(&original) - 1U;
@@ -316,15 +316,15 @@ static void test_saves_take_turns(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
-    RUN_TEST(test_a_restored_grid_goes_on_bit_for_bit);
+    RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
+    RUN_TEST(test_a_restored_grid_continues_bit_for_bit);
     RUN_TEST(test_a_waiting_result_survives);
-    RUN_TEST(test_a_gap_that_goes_on_survives);
+    RUN_TEST(test_a_gap_that_continues_survives);
     RUN_TEST(test_a_finished_record_survives);
-    RUN_TEST(test_a_refused_image_leaves_the_instance_as_init_made_it);
+    RUN_TEST(test_a_rejected_image_leaves_the_instance_as_after_init);
     RUN_TEST(test_an_image_of_another_configuration_is_foreign);
     RUN_TEST(test_one_bit_of_the_configuration_makes_an_image_foreign);
-    RUN_TEST(test_storage_that_is_too_small_is_refused);
+    RUN_TEST(test_storage_that_is_too_small_is_rejected);
     RUN_TEST(test_an_image_of_another_size_is_foreign);
     RUN_TEST(test_an_image_of_the_other_byte_order_is_foreign);
     RUN_TEST(test_saves_take_turns);

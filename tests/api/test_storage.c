@@ -144,7 +144,7 @@ static void no_second_reading_is_believed(uint32_t stride, unsigned bits_apart)
     }
 }
 
-static void test_a_second_reading_that_differs_is_refused(void)
+static void test_a_second_reading_that_differs_is_rejected(void)
 {
     no_second_reading_is_believed(1U, 1U);
     no_second_reading_is_believed(7U, 13U);
@@ -224,7 +224,7 @@ int main(void)
     RUN_TEST(test_power_lost_at_any_byte_of_a_save_leaves_the_image_before);
     RUN_TEST(test_a_single_damaged_byte_is_found);
     RUN_TEST(test_storage_that_fails_at_any_read_is_survived);
-    RUN_TEST(test_a_second_reading_that_differs_is_refused);
+    RUN_TEST(test_a_second_reading_that_differs_is_rejected);
     RUN_TEST(test_the_other_slot_steps_in_for_a_reading_that_differs);
     RUN_TEST(test_a_second_reading_that_fails_leaves_the_instance_as_init_made_it);
     RUN_TEST(test_a_slot_that_cannot_be_read_costs_only_itself);

@@ -244,7 +244,7 @@ static void check_step(type_t type, uint32_t stride, uint32_t block)
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(1200U, result.window_samples);
 }
 
-static void test_a_step_is_told_and_the_window_begins_behind_it(void)
+static void test_a_step_is_reported_and_the_window_begins_after_it(void)
 {
     check_step(Q15, 1U, 1U);
     check_step(Q15, 1U, 64U);
@@ -261,7 +261,7 @@ static void test_a_step_is_told_and_the_window_begins_behind_it(void)
 }
 
 /* Samples one by one or in blocks give the same results. */
-static void test_how_samples_come_changes_nothing(void)
+static void test_block_lengths_do_not_change_results(void)
 {
     static davar_result_t single[SAMPLES / 10U + 1U];
     uint32_t count = 0U;
@@ -311,7 +311,7 @@ static void check_shock(type_t type, uint32_t stride)
     TEST_ASSERT_GREATER_THAN_UINT64(5900U - latency(), result.epoch);
 }
 
-static void test_a_shock_is_left_out(void)
+static void test_a_shock_is_excluded(void)
 {
     check_shock(Q15, 1U);
     check_shock(Q15, 10U);
@@ -319,7 +319,7 @@ static void test_a_shock_is_left_out(void)
 }
 
 /* A lasting change: an assumed shock is accepted, and all waiting samples catch up. */
-static void test_what_was_no_shock_is_passed_on(void)
+static void test_an_assumed_shock_is_accepted_later(void)
 {
     nothing_lost();
     make_stream(5U, STEP, 8.0);
@@ -332,7 +332,7 @@ static void test_what_was_no_shock_is_passed_on(void)
 }
 
 /* All waiting blocks may follow the change: it is reported before the window has reached it. */
-static void test_a_change_that_is_told_before_the_window_is_there_is_not_old(void)
+static void test_a_change_reported_before_the_window_reaches_it_is_not_old(void)
 {
     static int16_t quiet[SAMPLES];
     uint32_t ahead = 0U;
@@ -393,7 +393,7 @@ static void test_gaps(void)
 }
 
 /* A gap during a possible shock, and one while a reported shock has not been passed. */
-static void test_a_gap_beside_a_shock(void)
+static void test_a_gap_near_a_shock(void)
 {
     for (uint32_t at = 3985U; at < 4035U; at++) {
         nothing_lost();
@@ -433,7 +433,7 @@ static void check_every_result_can_be_taken(davar_mode_t mode, uint32_t stride,
     TEST_ASSERT_GREATER_THAN_UINT32(SAMPLES / stride * 3U / 5U, results);
 }
 
-static void test_every_result_beside_gaps_can_be_taken(void)
+static void test_every_result_near_gaps_can_be_taken(void)
 {
     for (uint32_t shock_blocks = 0U; shock_blocks <= 2U; shock_blocks++) {
         check_every_result_can_be_taken(DAVAR_MODE_TRAILING, 1U, shock_blocks);
@@ -461,7 +461,7 @@ static void test_a_restart(void)
     TEST_ASSERT_GREATER_THAN_UINT32(300U, result.window_samples);
 }
 
-static void test_reset_begins_anew(void)
+static void test_reset_restarts(void)
 {
     nothing_lost();
     init(Q15, 0U);
@@ -572,7 +572,7 @@ static void test_centred_windows_where_little_or_much_has_come(void)
     TEST_ASSERT_EQUAL_UINT64(999U, result.epoch);
 }
 
-static void test_centred_windows_beside_shocks_and_gaps(void)
+static void test_centred_windows_near_shocks_and_gaps(void)
 {
     config.window.mode = DAVAR_MODE_CENTRED;
     check_shock(Q15, 10U);
@@ -625,7 +625,7 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
     return true;
 }
 
-static void test_a_restored_stream_goes_on_bit_for_bit(void)
+static void test_a_restored_stream_continues_bit_for_bit(void)
 {
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     make_stream(4U, 4300U, 1.6);
@@ -649,7 +649,7 @@ static void test_a_restored_stream_goes_on_bit_for_bit(void)
     }
 }
 
-static void test_kurtosis_is_kept_beside_it_when_asked_for(void)
+static void test_kurtosis_is_kept_on_request(void)
 {
     nothing_lost();
     config.moments.segment = 10U;
@@ -747,7 +747,7 @@ static void refused(void)
     setUp();
 }
 
-static void test_what_init_refuses(void)
+static void test_errors_of_init(void)
 {
     config.window.mode = DAVAR_MODE_CENTRED, config.stride = 10U, config.window.longest = 590U,
     refused();
@@ -822,28 +822,28 @@ static void test_a_reset_takes_no_alarm_along(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_step_is_told_and_the_window_begins_behind_it);
-    RUN_TEST(test_how_samples_come_changes_nothing);
-    RUN_TEST(test_a_shock_is_left_out);
-    RUN_TEST(test_what_was_no_shock_is_passed_on);
-    RUN_TEST(test_a_change_that_is_told_before_the_window_is_there_is_not_old);
+    RUN_TEST(test_a_step_is_reported_and_the_window_begins_after_it);
+    RUN_TEST(test_block_lengths_do_not_change_results);
+    RUN_TEST(test_a_shock_is_excluded);
+    RUN_TEST(test_an_assumed_shock_is_accepted_later);
+    RUN_TEST(test_a_change_reported_before_the_window_reaches_it_is_not_old);
     RUN_TEST(test_without_shock_blocks_a_shock_is_a_change);
     RUN_TEST(test_gaps);
-    RUN_TEST(test_a_gap_beside_a_shock);
-    RUN_TEST(test_every_result_beside_gaps_can_be_taken);
+    RUN_TEST(test_a_gap_near_a_shock);
+    RUN_TEST(test_every_result_near_gaps_can_be_taken);
     RUN_TEST(test_a_restart);
-    RUN_TEST(test_reset_begins_anew);
+    RUN_TEST(test_reset_restarts);
     RUN_TEST(test_a_centred_window_ends_at_the_step);
     RUN_TEST(test_centred_windows_where_little_or_much_has_come);
-    RUN_TEST(test_centred_windows_beside_shocks_and_gaps);
+    RUN_TEST(test_centred_windows_near_shocks_and_gaps);
     RUN_TEST(test_an_alarm_waits_to_be_taken);
-    RUN_TEST(test_a_restored_stream_goes_on_bit_for_bit);
-    RUN_TEST(test_kurtosis_is_kept_beside_it_when_asked_for);
+    RUN_TEST(test_a_restored_stream_continues_bit_for_bit);
+    RUN_TEST(test_kurtosis_is_kept_on_request);
     RUN_TEST(test_saturated_samples_are_counted_once);
     RUN_TEST(test_a_cut_is_unstable);
     RUN_TEST(test_young_is_what_was_cut_eight_blocks_ago_at_most);
     RUN_TEST(test_without_a_detector_nothing_is_young);
-    RUN_TEST(test_what_init_refuses);
+    RUN_TEST(test_errors_of_init);
     RUN_TEST(test_a_reset_takes_no_alarm_along);
     return UNITY_END();
 }

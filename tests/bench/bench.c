@@ -65,7 +65,7 @@ static void *memory_of(size_t bytes)
 {
     void *const memory = malloc(bytes);
     if ((memory == NULL) || (bytes == 0U)) {
-        fprintf(stderr, "davar-bench: no memory, or a configuration was refused\n");
+        fprintf(stderr, "davar-bench: no memory, or init rejected a configuration\n");
         exit(1);
     }
     return memory;

@@ -233,7 +233,7 @@ static void start(instance_t *instance, const law_t *law, davar_mode_t mode)
     davar_plan_init(&instance->plan, taus, config->tau_count);
     if (davar_init_q15(&instance->davar, config, instance->memory, sizeof instance->memory) !=
         DAVAR_OK) {
-        fprintf(stderr, "davar-laws: %s: refused\n", law->name);
+        fprintf(stderr, "davar-laws: %s: rejected by init\n", law->name);
         exit(1);
     }
 }

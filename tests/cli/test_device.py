@@ -32,7 +32,7 @@ class Device(SimCase):
             command = f"sh -c 'cp {answer} $2' device"
         return self.sim(recording, "--lsb", "0.01", "--taus", "1", *options, "--device", command)
 
-    def test_results_that_are_not_whole_are_refused(self):
+    def test_incomplete_results_are_rejected(self):
         for name, results in {
             "empty": b"",
             "cut in a head": result()[:40],
@@ -53,17 +53,17 @@ class Device(SimCase):
                         r"^davar-sim: \S+results: the device's results are incomplete\n$",
                     )
 
-    def test_a_device_that_says_nothing_is_named(self):
+    def test_a_device_without_output_is_reported(self):
         done = self.device(None)
         self.assertEqual((2, ""), (done.returncode, done.stdout))
         self.assertIn("the device wrote no results", done.stderr)
 
-    def test_the_weather_is_the_device_s(self):
+    def test_the_counters_are_the_device_s(self):
         done = self.device(result() + head(HEALTH, 0, 3, 17, 5))
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertIn("17", done.stderr)
 
-    def test_pace_is_refused(self):
+    def test_pace_is_rejected(self):
         done = self.device(None, "--pace", "100")
         self.assertEqual(
             (

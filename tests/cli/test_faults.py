@@ -153,7 +153,7 @@ class Calls(FaultCase):
         for function in ("read", "open", "fstat64"):
             self.fails_cleanly(function, errno.EIO, *LSB)
 
-    def test_a_call_that_is_interrupted_or_cut_short_is_gone_on_with(self):
+    def test_an_interrupted_or_short_call_is_continued(self):
         for options in (LSB, (*LSB, *PACED)):
             whole = self.sim(self.path, *options).stdout
             for function in ("read", "write", "pread"):
@@ -186,7 +186,7 @@ class Signals(FaultCase):
             self.assertGreater(self.stops("write", 5, (*LSB, *PACED), output), 40 // STRIDE)
             self.assertGreater(self.stops("snprintf", 67, (*LSB, *PACED), output), 40 // STRIDE)
 
-    def test_in_a_row_that_nobody_waits_for(self):
+    def test_in_a_row_without_a_reader(self):
         self.path = self.recording(count=2000)
         for output in (None, self.folder / "out.csv"):
             self.assertGreater(self.stops("write", 1, LSB, output), 5 // STRIDE)
@@ -205,7 +205,7 @@ class Signals(FaultCase):
                 self.whole_lines(whole, done.stdout)
                 self.assertGreater(len(done.stdout), 0)
 
-    def test_in_a_line_that_a_pipe_does_not_take_at_once(self):
+    def test_in_a_line_that_a_pipe_takes_in_pieces(self):
         self.path = self.recording(count=80)
         self.assertGreater(self.stops("write", 3, (*LSB, *WIDE)), 5 // STRIDE)
 

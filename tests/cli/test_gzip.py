@@ -106,7 +106,7 @@ class Gzip(SimCase):
                 parts[which][-byte] ^= 0x10
                 self.refuse(b"".join(parts), "corrupt gzip data")
 
-    def test_any_damage_is_refused_when_gzip_refuses_it(self):
+    def test_any_damage_is_rejected_when_gzip_rejects_it(self):
         source = random.Random(1)
         whole = [b"".join(map(gzip.compress, self.halves)), gzip.compress(b"".join(self.halves))]
         accepted = 0
@@ -133,7 +133,7 @@ class Gzip(SimCase):
             + packer.flush()
         )
 
-    def test_a_file_that_unpacks_to_far_more_than_its_size_is_refused(self):
+    def test_a_file_that_unpacks_to_far_more_than_its_size_is_rejected(self):
         zeros = b"0." + b"0" * 60  # fewer rows, so that this takes a second, not a minute
         for head, line in (
             (b"time_s,gyro_x_dps\n", b"0," + zeros + b"\n"),
@@ -148,11 +148,11 @@ class Gzip(SimCase):
                     "unpack it first",
                 )
 
-    def test_a_line_without_an_end_and_columns_without_number_are_refused(self):
+    def test_a_line_without_an_end_and_columns_without_number_are_rejected(self):
         self.refuse(self.bomb(b"gyro_x_dps\n1", b"1"), "line longer than 262144 bytes")
         self.refuse(self.bomb(b"", b"a,"), "line longer than 262144 bytes")
 
-    def test_a_long_recording_of_a_stuck_sensor_is_none(self):
+    def test_a_long_recording_of_a_stuck_sensor_is_not_a_bomb(self):
         rows = b"time_s,gyro_x_dps\n" + b"".join(b"%d,0.%030d\n" % (i, 0) for i in range(1700000))
         self.assertGreater(len(rows), 64 << 20)
         self.path.write_bytes(gzip.compress(rows, 6))

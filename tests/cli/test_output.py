@@ -42,7 +42,7 @@ class Csv(SimCase):
     def header(self, *options):
         return self.sim(self.recording(), *LSB, *options).stdout.split("\n")[0].split(",")
 
-    def test_columns_stand_as_documented(self):
+    def test_columns_are_as_documented(self):
         self.assertEqual([*COLUMNS, "adev_1", "adev_2", "adev_4"], self.header(*SMALL_WINDOW))
         self.assertEqual(
             [*COLUMNS, "adev_1", "adev_3", "adev_9"], self.header(*SMALL_WINDOW, "--taus", "1,3,9")
@@ -143,7 +143,7 @@ class Csv(SimCase):
             )
             self.assertEqual((0, grid.stdout), (edges.returncode, edges.stdout))
 
-    def test_a_trailing_window_is_what_has_arrived_until_it_is_full(self):
+    def test_a_trailing_window_has_all_received_samples_until_it_is_full(self):
         rows = self.results(
             self.recording(), *LSB, *SMALL_WINDOW, "--policy", "fixed", "--mode", "trailing"
         )
@@ -283,7 +283,7 @@ class Pace(SimCase):
 
 
 class Progress(SimCase):
-    def test_none_when_nobody_watches(self):
+    def test_no_progress_without_a_terminal(self):
         self.assertEqual("", self.sim(self.recording(), *LSB, *SMALL_WINDOW, "--pace", "2").stderr)
 
     def test_a_line_a_second_when_asked_for(self):

@@ -92,7 +92,9 @@ class Nbs14(SimCase):
 
 
 class Adis16405(SimCase):
-    """One million samples; the published wavelet variances (twice) are overlapping Allan variances, to eleven digits."""
+    """One million samples; the published wavelet variances (twice) are overlapping Allan variances,
+    to eleven digits.
+    """
 
     @needs("adis16405_run1_static.csv.gz")
     def test_gyro_axes_at_every_published_size_to_nine_digits(self):

@@ -80,7 +80,7 @@ def settings(source):
 
 
 class Settings(SimCase):
-    def test_davar_sim_and_init_refuse_the_same(self):
+    def test_davar_sim_and_init_reject_the_same(self):
         source, recording, refusals = random.Random(31), self.recording(20), set()
         for trial in range(TRIALS):
             options = settings(source)

@@ -259,7 +259,7 @@ class Commands(unittest.TestCase):
                 self.assertIsNotNone(value, name)
                 self.assertGreaterEqual(value, 0, name)
 
-    def test_c_what_the_recipes_of_the_packages_leave(self):
+    def test_c_the_output_of_the_recipes_of_the_packages(self):
         for pattern in (
             "build/root/include/davar/davar.h",
             "build/root/**/libdavar.a",
@@ -289,7 +289,7 @@ class Commands(unittest.TestCase):
                     self.run_typed(one.text)
         self.assertGreater(examples, 4)
 
-    def test_e_what_the_pages_name_is_there(self):
+    def test_e_files_in_the_pages_exist(self):
         helps = {}
         for one in filter(is_name, self.known):
             if one.text in tables.NOT_RUN or one.text in tables.RUN_BY:
@@ -307,7 +307,7 @@ class Commands(unittest.TestCase):
                 for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", one.text):
                     self.assertRegex(helps[key], rf"(?<![\w-]){option}(?![\w-])")
 
-    def test_f_the_tables_hold_nothing_that_is_gone(self):
+    def test_f_the_tables_have_no_removed_entries(self):
         there = {one.text for one in self.known}
         for name in ("NOT_RUN", "RUN_BY", "UNTIL_STOPPED", "REPLACED", "STATUS", "BEFORE"):
             self.assertEqual([], sorted(set(getattr(tables, name)) - there), name)
@@ -330,7 +330,7 @@ class Commands(unittest.TestCase):
             for names in re.findall(r"tools/test --only (\S+)", text):
                 self.assertLessEqual(set(names.split(",")), parts, text)
 
-    def test_g_nothing_of_the_clone_has_changed_but_what_was_asked_for(self):
+    def test_g_the_clone_has_only_the_expected_changes(self):
         named = {
             "stream.tar.gz",
             "arw.csv",

@@ -201,7 +201,7 @@ class Flags(unittest.TestCase):
                 with self.subTest(" ".join(case)):
                     self.assertEqual(*answer)
 
-    def test_a_flag_that_bends_arithmetic_is_refused_by_name(self):
+    def test_a_flag_that_bends_arithmetic_is_rejected_by_name(self):
         def refusal(compiler, flags):
             done = subprocess.run(
                 [compiler, *flags.split(), "-w", "-fsyntax-only", library() / "davar.c"],

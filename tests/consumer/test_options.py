@@ -56,7 +56,7 @@ def ways(*options):
 
 
 class Options(unittest.TestCase):
-    def test_what_is_left_out_is_refused_and_all_else_has_the_same_bits(self):
+    def test_disabled_features_are_rejected_and_others_have_the_same_bits(self):
         whole = ways()
         self.assertEqual({status for status, _ in whole.values()}, {"ok"})
         self.assertGreater(len({total for _, total in whole.values()}), 15)

@@ -86,7 +86,7 @@ class Flight(unittest.TestCase):
                     flight[phase, "fed"][0] / flight[phase, "bench"][0], 1.005, (law, phase)
                 )
 
-    def test_the_same_seed_gives_the_same_flight_and_a_wrong_option_is_refused(self):
+    def test_the_same_seed_gives_the_same_flight_and_a_wrong_option_is_rejected(self):
         twice = [run(self.program, "--flights", 2, "--seed", 5).stdout for _ in range(2)]
         self.assertEqual(twice[0], twice[1])
         self.assertNotEqual(twice[0], run(self.program, "--flights", 2, "--seed", 6).stdout)

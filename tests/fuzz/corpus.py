@@ -35,7 +35,9 @@ def unpack(target):
 
 
 def pack(target, folder):
-    """Writes the archive. The same inputs give the same bytes: order, times, owners and modes are fixed."""
+    """Writes the archive. The same inputs give the same bytes: order, times, owners and modes are
+    fixed.
+    """
     inputs = io.BytesIO()
     with tarfile.open(fileobj=inputs, mode="w", format=tarfile.USTAR_FORMAT) as archive:
         for path in sorted(folder.iterdir()):
@@ -56,7 +58,9 @@ def add(target, files):
 
 
 def merge(target, folders):
-    """Packs the fewest inputs of the corpus and these folders that reach what all of them reach (libFuzzer -merge=1)."""
+    """Packs the fewest inputs of the corpus and these folders that reach what all of them reach
+    (libFuzzer -merge=1).
+    """
     folder = unpack(target)
     with tempfile.TemporaryDirectory() as kept:
         for path in folder.iterdir():

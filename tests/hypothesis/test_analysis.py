@@ -61,7 +61,7 @@ class Analysis(asked.Lawful):
         st.integers(0, 99),
     )
     @examples(30)
-    def test_an_answer_or_a_refusal(
+    def test_a_result_or_an_error(
         self, command, shape, clock, extra, size, rate_hz, count, added, seed
     ):
         rng = np.random.default_rng(seed)

@@ -140,7 +140,7 @@ TABLES = st.fixed_dictionaries(
 class Models(asked.Lawful):
     @given(st.floats(1e-3, 1e6) | st.none(), COLUMNS, st.lists(terms(), max_size=4))
     @examples(150)
-    def test_what_is_written_is_read(self, rate_hz, column, made):
+    def test_written_files_are_read(self, rate_hz, column, made):
         assume(not any(term.parameters.get("column") == column for term in made))
         assume(
             not rate_hz
@@ -158,7 +158,7 @@ class Models(asked.Lawful):
 
     @given(TABLES)
     @examples(300)
-    def test_what_is_read_is_what_tomllib_reads(self, data):
+    def test_values_equal_those_of_tomllib(self, data):
         path = self.file("m.toml", text_of(data))
         try:
             found = models.read(path)
@@ -197,7 +197,7 @@ class Models(asked.Lawful):
     @example("a." * 1000 + "a = 1", COMMANDS[0])
     @example("a = " + "9" * 10000, COMMANDS[0])
     @examples(200)
-    def test_every_command_takes_it_or_says_why_not(self, text, words):
+    def test_every_command_accepts_it_or_reports_why_not(self, text, words):
         out = self.work / "out.h"
         self.asked(out, words[0], self.file("m.toml", text), *words[1:], "-o", out)
 

@@ -58,7 +58,7 @@ def meaning(unit):
 
 
 class Units(unittest.TestCase):
-    def test_every_unit_of_a_sheet_is_what_its_name_says(self):
+    def test_every_unit_of_a_sheet_matches_its_name(self):
         for sheet, column in ((kalibr.SHEET, "gyro_z_dps"), (kalibr.ACCEL_SHEET, "accel_z_g")):
             for unit in sheet:
                 term = kalibr.of_sheet([f"3.5{unit}"], column, None).terms[0]
@@ -69,7 +69,7 @@ class Units(unittest.TestCase):
                     msg=unit,
                 )
 
-    def test_every_unit_of_a_model_is_what_its_name_says(self):
+    def test_every_unit_of_a_model_matches_its_name(self):
         asked_of = [
             (effect.kind, one)
             for effect in table.TABLE.values()
@@ -82,7 +82,7 @@ class Units(unittest.TestCase):
                 one.scale / meaning(one.unit), 1, places=12, msg=f"{kind} {one.name}"
             )
 
-    def test_every_unit_of_a_log_is_what_its_name_says(self):
+    def test_every_unit_of_a_log_matches_its_name(self):
         for quantity, base in (("time", "s"), ("gyro", "deg/s"), ("accel", "g")):
             for unit, factor in guess.UNITS[quantity].items():
                 self.assertAlmostEqual(
@@ -166,7 +166,7 @@ class Exports(asked.Lawful):
         DOUBLES,
     )
     @examples(150)
-    def test_no_format_says_what_is_no_number(self, white, walk, rate_hz, form, inflate, seconds):
+    def test_no_format_prints_bad_numbers(self, white, walk, rate_hz, form, inflate, seconds):
         if 0 < inflate < math.inf and 0 < seconds < math.inf:
             self.exported(
                 model_of(white, walk, rate_hz),
@@ -290,7 +290,7 @@ class Said(unittest.TestCase):
         ),
     )
     @examples(300)
-    def test_options_are_numbers_or_refused(self, text, kind):
+    def test_options_are_numbers_or_rejected(self, text, kind):
         try:
             value = kind(text)
         except (argparse.ArgumentTypeError, ValueError):

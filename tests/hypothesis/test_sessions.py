@@ -187,7 +187,7 @@ class Sessions(asked.Lawful):
             )
         )
 
-    def test_what_is_nested_too_deep(self):
+    def test_too_deep_nesting(self):
         for text in (
             "[" * 100_000,
             '{"a":' * 100_000,
@@ -248,7 +248,7 @@ class Captures(asked.Lawful):
         st.integers(1, 3),
     )
     @examples(120)
-    def test_what_was_there_stays(self, data, results):
+    def test_existing_files_stay(self, data, results):
         for path in self.work.iterdir():
             path.unlink()
         path = self.file("live.csv", data)

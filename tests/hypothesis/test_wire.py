@@ -134,7 +134,7 @@ class Frames(unittest.TestCase):
 
     @given(st.data(), st.lists(st.integers(1, 12), min_size=1, max_size=3))
     @examples(300)
-    def test_what_is_passed_on_was_sent(self, data, lengths):
+    def test_received_values_were_sent(self, data, lengths):
         ways = [
             data.draw(delivered(sent(run, results, 7 + run))) for run, results in enumerate(lengths)
         ]
@@ -186,7 +186,7 @@ class Lines(unittest.TestCase):
         st.sampled_from((b"\r", b"\a")),
     )
     @examples(300)
-    def test_frames_are_those_of_whole_lines_whatever_the_pieces(self, lines, pieces, end):
+    def test_frames_do_not_depend_on_how_lines_are_split(self, lines, pieces, end):
         text, wanted, noise = end.join([*lines, b""]), [], 0
         for line in re.split(rb"[\r\a]", text)[:-1]:
             frame = self.independently(line)

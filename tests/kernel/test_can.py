@@ -56,7 +56,7 @@ class Values(KernelCase):
         )
         self.assertIn(" 5D8##5", dump.communicate(timeout=20)[0])
 
-    def test_can_fd_on_a_classical_interface_is_refused(self):
+    def test_can_fd_on_a_classical_interface_is_rejected(self):
         interface = self.vcan(mtu=16)
         done = subprocess.run(
             [SIM, *REPLAY, "--out", f"can:{interface}", "--can-content", "fd"],
@@ -160,7 +160,7 @@ class Link(KernelCase):
 
 
 class Bus(KernelCase):
-    def test_a_full_transmit_queue_is_waited_for_and_loses_nothing(self):
+    def test_a_full_transmit_queue_loses_no_frame(self):
         import os
 
         from davarlab.wire import frames as wire
@@ -270,7 +270,7 @@ class Bus(KernelCase):
         self.assertEqual(1, receiver.channels[0].health["BusOff"])
         self.assertEqual(0, receiver.faults.corrupted, receiver.faults)
 
-    def test_a_controller_that_restarts_itself_loses_nothing_that_the_queue_holds(self):
+    def test_a_controller_that_restarts_itself_loses_no_queued_frame(self):
         """Sends from another socket the error frames of a controller with restart-ms."""
         interface = self.vcan()
         receiver, stop_listening = self.listen(interface)

@@ -175,7 +175,7 @@ class Day(KernelCase):
             ):
                 self.assertLessEqual(after - before, most, (what, hours))
 
-    def test_a_day_of_results_is_recorded_whole_in_memory_that_does_not_grow(self):
+    def test_a_day_of_results_is_recorded_completely_in_constant_memory(self):
         by_node = os.environ.get("DAVAR_DAY") == "node"
         interface, record = self.vcan(), self.folder / "arw.csv"
         live, reader = self.live(interface, record, 0.05 if by_node else 600)

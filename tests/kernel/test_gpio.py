@@ -189,12 +189,12 @@ class Gpio(KernelCase):
         self.assertEqual(1, done.stderr.count("\n"), done.stderr)
         return done.stderr
 
-    def test_a_chip_or_line_that_does_not_exist_is_named(self):
+    def test_a_chip_or_line_that_does_not_exist_is_reported(self):
         self.assertIn("no gpio chip 'gpiochip77'", self.refused("--edges", "gpiochip77:0"))
         self.assertIn(f"{self.chip.name}:8: ", self.refused("--edges", f"{self.chip.name}:8"))
         self.assertIn("CHIP:LINE expected", self.refused("--alarm", "five"))
 
-    def test_a_busy_line_is_named(self):
+    def test_a_busy_line_is_reported(self):
         holder = self.start("gpiomon", self.chip.name, EDGE)
         settle()
         self.assertIn(

@@ -64,7 +64,7 @@ class Live(KernelCase):
         with open(path, encoding="utf-8") as file:
             return [int(row["epoch"]) for row in csv.DictReader(file)]
 
-    def test_an_interface_that_goes_down_and_comes_back_and_one_that_is_made_anew(self):
+    def test_an_interface_that_goes_down_and_up_and_one_that_is_recreated(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
         live = self.live_on(interface, record=record)
         self.send(f"can:{interface}")
@@ -95,7 +95,7 @@ class Live(KernelCase):
             keys = [(row["stretch"], row["epoch"]) for row in csv.DictReader(file)]
         self.assertEqual((3, 3 * RESULTS), (len({stretch for stretch, _ in keys}), len(set(keys))))
 
-    def test_a_serial_peer_that_goes_and_comes_back_at_the_same_name(self):
+    def test_a_serial_peer_that_returns_with_the_same_name(self):
         name = self.folder / "board"
 
         def plug():
@@ -171,7 +171,7 @@ class Live(KernelCase):
         self.assertEqual((0, RESULTS), (live.returncode, len(shown.splitlines())), told)
         self.assertIn("1 link lost, 0 link restored", told)
 
-    def test_killed_in_the_middle_it_leaves_a_file_of_whole_rows(self):
+    def test_killed_in_the_middle_it_leaves_complete_rows(self):
         interface, record = self.vcan(), str(self.folder / "arw.csv")
         live = self.live_on(interface, record=record)
         sim = self.start(SIM, *REPLAY, "--pace", "100", "--out", f"can:{interface}")
@@ -185,7 +185,7 @@ class Live(KernelCase):
         with open(record, encoding="utf-8") as file:
             self.assertEqual([*wanted[0]][-7:], file.readline().strip().split(",")[-7:])
 
-    def test_a_source_that_cannot_be_opened_is_named(self):
+    def test_a_source_that_cannot_be_opened_is_reported(self):
         self.vcan(up=False)
         for where, why in {
             "can:vcan9": "can:vcan9: no such interface",

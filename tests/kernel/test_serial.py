@@ -58,7 +58,7 @@ class Serial(KernelCase):
         self.assertEqual((0, 0), (sim.wait(timeout=10), receiver.faults.total()), receiver.faults)
         self.assertEqual(60 * 18 + 19, receiver.faults.good)
 
-    def test_a_peer_that_goes_and_comes_back(self):
+    def test_a_peer_that_disconnects_and_returns(self):
         node = self.node("--out", "slcan:pty")
         line = self.pty_of(node)
         receiver = wire.Receiver()

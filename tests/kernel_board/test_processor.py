@@ -55,7 +55,7 @@ class Processor(unittest.TestCase):
         done = self.guest(0)
         self.assertEqual((0, "started\n"), (done.returncode, done.stdout), done.stderr)
 
-    def test_processors_up_to_the_whole_buffer(self):
+    def test_processors_up_to_the_size_of_the_buffer(self):
         for size in (OLD_BUFFER, OLD_BUFFER + 8, AMX, BUFFER - 1):
             with self.subTest(size=size):
                 done = self.guest(size)

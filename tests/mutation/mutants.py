@@ -144,7 +144,7 @@ def build():
         if not more:
             sys.exit(f"davar-mutants: the build fails:\n{output[-6000:]}")
         refused.update(more)
-    sys.exit("davar-mutants: the build goes on failing")
+    sys.exit("davar-mutants: the build keeps failing")
 
 
 def refused_sites(files, refused, output):
@@ -408,7 +408,7 @@ def main():
         results = [again.get(result[0].key, result) for result in results]
     unlisted = report(results, listed, len(mutants))
     print(
-        f"{len(chosen)} mutants asked, {unlisted} neither killed nor listed, {len(stale)} listed that are no more"
+        f"{len(chosen)} mutants tested, {unlisted} neither killed nor listed, {len(stale)} listed that no longer exist"
     )
     return 1 if unlisted or stale else 0
 

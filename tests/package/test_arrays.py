@@ -116,7 +116,7 @@ def series_of_pandas(x):
 class Kinds(unittest.TestCase):
     @settings(max_examples=300, deadline=None, derandomize=True)
     @given(series())
-    def test_numbers_are_those_of_the_samples_that_are_there(self, drawn):
+    def test_values_use_the_present_samples(self, drawn):
         handed, there, lsb = drawn
         wanted = [by_definition(there * (lsb or 1), m) for m in SIZES]
         if np.isfinite(there).sum() < 2 * max(SIZES):
@@ -160,7 +160,7 @@ class Kinds(unittest.TestCase):
             arrays.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=20),
         )
     )
-    def test_whatever_it_is_nothing_is_flattened_and_the_refusal_names_it(self, x):
+    def test_nothing_is_flattened_and_the_error_gives_the_name(self, x):
         for call in (
             lambda: davar.adev(x, RATE_HZ, clusters=[1]),
             lambda: davar.dynamic(x, RATE_HZ, stride=2),

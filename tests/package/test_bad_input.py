@@ -26,7 +26,7 @@ class Arguments(unittest.TestCase):
             self.assertRegex(str(caught.exception), rf"^(\w+ or )?{begins}( or \w+)?: [^\n]+$")
             return str(caught.exception)
 
-    def test_what_all_share(self):
+    def test_common_rules(self):
         for call in (davar.adev, davar.dynamic):
             for rate_hz in (0, -1, np.nan, np.inf, "fast", None):
                 self.refused("rate_hz", call, X, rate_hz)
@@ -224,7 +224,7 @@ class Arguments(unittest.TestCase):
         stream.finish()
         self.refused("x", stream.push, [1.0])
 
-    def test_a_column_that_is_not_there(self):
+    def test_a_missing_column(self):
         with self.assertRaisesRegex(AttributeError, "no column bias .*arw_deg_per_sqrt_h"):
             davar.dynamic(X, 1.0).bias
 
@@ -235,7 +235,7 @@ class Files(unittest.TestCase):
             Path(name).write_bytes(text if isinstance(text, bytes) else text.encode())
             return davar.read(name)
 
-    def test_what_is_there(self):
+    def test_the_contents(self):
         text = (
             "# sensor: it\n# serial: 7\ntime_s,gyro_z_dps\n"
             + "".join(f"{i / 50:.2f},{i}\n" for i in range(10))
@@ -251,7 +251,7 @@ class Files(unittest.TestCase):
             self.assertEqual(made["gyro_z_dps"].tolist(), list(range(10)))
         self.assertIsNone(self.read("gyro_z_dps\n1\n2\n").rate_hz)
 
-    def test_what_is_wrong(self):
+    def test_bad_values(self):
         for text, begins in (
             ("", "rec.csv: no header"),
             ("a_dps\n", "rec.csv:1: no rows"),

@@ -44,7 +44,7 @@ class Made(unittest.TestCase):
         self.assertRegex(names[0], rf"^davar-{re.escape(VERSION)}-py3-none-linux_\w+\.whl$")
         self.assertEqual(names[1:], [f"davar-{VERSION}.tar.gz"])
 
-    def test_the_wheel_holds_the_packages_and_nothing_else(self):
+    def test_the_wheel_contains_only_the_packages(self):
         with zipfile.ZipFile(next(DIST.glob("*.whl"))) as wheel:
             names = wheel.namelist()
         self.assertEqual(
@@ -133,7 +133,7 @@ class Installed(unittest.TestCase):
             )
             self.assertEqual(done.returncode, 0, done.stdout)
 
-    def test_davarlab_without_the_extra_says_so(self):
+    def test_davarlab_without_the_extra_reports_it(self):
         with tempfile.TemporaryDirectory() as folder:
             done = run([Path(sys.executable).with_name("davarlab"), "--help"], folder)
             self.assertEqual((done.returncode, done.stdout), (2, ""))

@@ -230,7 +230,7 @@ class Streamed(unittest.TestCase):
         for name, column in whole.items():
             np.testing.assert_array_equal(found[name], column, name)
 
-    def test_in_any_blocks_as_the_whole(self):
+    def test_any_blocks_give_the_results_of_one_call(self):
         counts = np.round(noise(5) / 0.01).astype(np.int16)
         holes = np.round(noise(6) / 0.01)
         holes[[5, 900, 901, 902, 2500]] = np.nan
@@ -260,7 +260,7 @@ class Streamed(unittest.TestCase):
         self.expect(stream.results(), davar.dynamic(counts, RATE_HZ, lsb=0.01, gaps=[1500]))
         self.assertEqual((stream.health["gaps"], stream.health["missing"]), (1, 5))
 
-    def test_a_refused_block_leaves_the_stream_as_it_was(self):
+    def test_a_rejected_block_leaves_the_stream_unchanged(self):
         counts = np.round(noise(11) / 0.01).astype(np.int32)
         stream = davar.Stream(RATE_HZ, lsb=0.01, bits=16)
         stream.push(counts[:2000])

@@ -32,7 +32,7 @@ def in_threads(count, work):
 
 
 class Threads(unittest.TestCase):
-    def test_blocks_go_in_whole_and_each_result_comes_out_once(self):
+    def test_blocks_are_pushed_completely_and_each_result_comes_once(self):
         """Every thread pushes copies of the same block, so that the order does not matter."""
         block = np.random.default_rng(1).integers(-100, 100, 2000)
         stream, taken, lock = davar.Stream(100.0, **OPTIONS), [], threading.Lock()
@@ -93,7 +93,7 @@ class OneThread(unittest.TestCase):
         self.assertEqual(stream.push(np.arange(1)), 0)
         self.assertEqual(stream._feed.taken, 9)
 
-    def test_a_signal_handler_cannot_come_between(self):
+    def test_a_signal_handler_cannot_interfere(self):
         """It runs between two steps of a call. Its own call is rejected or done completely."""
         block, said = np.random.default_rng(3).integers(-100, 100, 500), {"done": 0, "refused": 0}
         stream = davar.Stream(100.0, lsb=0.01, stride=10)
@@ -123,7 +123,7 @@ class OneThread(unittest.TestCase):
         for name, column in whole.items():
             np.testing.assert_array_equal(found[name], column, name)
 
-    def test_a_copy_is_refused(self):
+    def test_a_copy_is_rejected(self):
         stream = davar.Stream(100.0, lsb=0.01)
         for call in (copy.copy, copy.deepcopy, pickle.dumps):
             with self.assertRaisesRegex(TypeError, "Stream cannot be copied or pickled"):

@@ -158,12 +158,12 @@ class Definition(unittest.TestCase):
             davar.adev(holes, 8.0, clusters=self.sizes, data_type="phase"), np.diff(holes) * 8.0
         )
 
-    def test_nothing_but_gaps_leaves_nothing(self):
+    def test_only_gaps_give_no_values(self):
         found = davar.adev(np.arange(6.0), 1.0, clusters=[1, 2], gaps=[1, 2, 3, 4, 5])
         self.assertEqual(found.n.tolist(), [0, 0])
         self.assertTrue(np.isnan(found.adev).all() and np.isnan(found.low).all())
 
-    def test_a_constant_has_none(self):
+    def test_a_constant_has_no_kurtosis(self):
         self.assertEqual(davar.adev(np.full(100, 7.25), 1.0).adev.tolist(), [0.0] * 4)
 
 

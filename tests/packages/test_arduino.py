@@ -63,7 +63,7 @@ class Arduino(unittest.TestCase):
         ).stdout.splitlines()
         return lines[0], [list(map(float, line.split(","))) for line in lines[1:]]
 
-    def test_the_sketches_tell_the_noise_of_the_sensor(self):
+    def test_the_sketches_report_the_noise_of_the_sensor(self):
         for sketch, sensor in zip(SKETCHES, ("mpu6050", "lsm6ds")):
             with self.subTest(sketch=sketch):
                 title, rows = self.rows(sketch, sensor, "60")
@@ -92,7 +92,7 @@ class Arduino(unittest.TestCase):
                 )  # the FIFO holds five seconds
                 self.assertEqual(1, self.rows(sketch, sensor, "40", "12", long)[1][-1][4])
 
-    def test_without_a_sensor_they_say_so(self):
+    def test_without_a_sensor_they_report_it(self):
         for sketch in SKETCHES:
             said = run(self.work / f"host/{sketch}/{sketch}.ino.elf", "none", "3")
             self.assertRegex(said, r"^(no (MPU-6050|LSM6DS) at 0x6\w.*\n)+$")
@@ -103,10 +103,10 @@ class Arduino(unittest.TestCase):
                 "Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", self.built(sketch, "m4"))
             )
 
-    def test_a_board_whose_double_has_32_bits_is_refused(self):
+    def test_a_board_whose_double_has_32_bits_is_rejected(self):
         self.assertIn("davar needs a double of 64 bits", self.built(SKETCHES[0], "avr", status=1))
 
-    def test_the_properties_name_architectures_and_the_header_that_is_there(self):
+    def test_the_properties_list_architectures_and_an_existing_header(self):
         text = (LAYOUT / "library.properties").read_text()
         values = dict(re.findall(r"^(\w+)=(.+)$", text, re.MULTILINE))
         required = {

@@ -101,7 +101,7 @@ class CmsisPack(PackageCase):
             f"{vendor}.{name}.{self.tree.find('releases/release').get('version')}.pack", PACK.name
         )
 
-    def test_every_file_is_there_and_every_source_is_listed(self):
+    def test_every_file_exists_and_every_source_is_listed(self):
         for file in self.tree.iter("file"):
             there = self.work / file.get("name")
             self.assertTrue(
@@ -117,7 +117,7 @@ class CmsisPack(PackageCase):
             self.names("source"),
         )
 
-    def test_what_is_listed_compiles_and_links_for_a_cortex_m4(self):
+    def test_the_listed_files_compile_and_link_for_a_cortex_m4(self):
         core = ["-mcpu=cortex-m4", "-mthumb", "-std=c11", "-Os", "-Wall", "-Wextra", "-Werror"]
         paths = [f"-I{self.work / name}" for name in self.names("include")]
         run(

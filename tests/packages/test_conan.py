@@ -66,7 +66,7 @@ class Conan(PackageCase):
         self.assertIn("Tag_CPU_arch: v7E-M", run("arm-none-eabi-readelf", "-A", library))
         self.assertIn("copyright", (library.parent.parent / "licenses/LICENSE").read_text().lower())
 
-    def test_a_recipe_outside_its_tree_says_so(self):
+    def test_a_recipe_outside_its_tree_is_reported(self):
         shutil.copytree(ROOT / "packaging/conan", self.work / "alone/conan")
         said = run(
             TOOLS / "conan",

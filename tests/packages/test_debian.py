@@ -37,7 +37,7 @@ class Debian(PackageCase):
             {"no-manual-page"}, set(re.findall(r"^W: \S+ (\S+)", said, re.MULTILINE))
         )  # davar-sim --help is the manual
 
-    def test_the_control_file_names_what_is_needed(self):
+    def test_the_control_file_lists_the_dependencies(self):
         needs = subprocess.run(
             ["dpkg-deb", "-f", PROGRAMS, "Depends"], text=True, stdout=subprocess.PIPE, check=True
         ).stdout

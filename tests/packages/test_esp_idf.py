@@ -50,7 +50,7 @@ class EspIdf(PackageCase):
         }
         self.assertEqual(set(), ours - names)
 
-    def test_the_manager_refuses_a_wrong_version(self):
+    def test_the_manager_rejects_a_wrong_version(self):
         manifest = self.work / "davar/idf_component.yml"
         manifest.write_text(re.sub(r'version: ".*"', 'version: "one"', manifest.read_text()))
         self.assertIn('Invalid field "version"', self.pack(status=2))

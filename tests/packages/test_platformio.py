@@ -57,7 +57,9 @@ class PlatformIO(PackageCase):
         )
 
     def tools(self):
-        """A platform with the name `native`, and scons from PyPI as the package that PlatformIO builds with."""
+        """A platform with the name `native`, and scons from PyPI as the package that PlatformIO
+        builds with.
+        """
         major, minor, patch = importlib.metadata.version("scons").split(".")
         scons = self.core / "packages/tool-scons"
         install(scons, "tool", "tool-scons", f"4.{major}{int(minor):02}{int(patch):02}.0")
@@ -79,7 +81,7 @@ class PlatformIO(PackageCase):
         ours = {path.relative_to(LAYOUT).as_posix() for path in LAYOUT.rglob("*") if path.is_file()}
         self.assertEqual(set(), ours - names)
 
-    def test_pio_refuses_a_wrong_manifest(self):
+    def test_pio_rejects_a_wrong_manifest(self):
         manifest = self.work / "davar/library.json"
         good = manifest.read_text()
         for wrong, why in (

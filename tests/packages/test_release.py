@@ -86,7 +86,7 @@ class Release(PackageCase):
         run(*command)
         self.assertEqual({"9.8.7"}, set(versions(out).values()))
 
-    def test_the_checksums_hold_and_cover_everything(self):
+    def test_the_checksums_are_right_and_cover_everything(self):
         run("sha256sum", "--check", "--strict", "SHA256SUMS", folder=RELEASE)
         named = {line.split()[1] for line in (RELEASE / "SHA256SUMS").read_text().splitlines()}
         self.assertEqual(
@@ -101,7 +101,7 @@ class Release(PackageCase):
         for line in (self.work / "again/SHA256SUMS").read_text().splitlines():
             self.assertEqual(wanted[line.split()[1]], line.split()[0], line.split()[1])
 
-    def test_a_tree_that_lies_in_another_repository_is_read_whole(self):
+    def test_a_tree_inside_another_repository_is_read_completely(self):
         run("git", "init", "-q", self.work)
         inner = self.work.resolve() / "davar"
         inner.mkdir()
@@ -110,7 +110,7 @@ class Release(PackageCase):
         with mock.patch.object(release, "ROOT", inner):
             self.assertEqual(release.tree(), ["a.c"])
 
-    def test_what_is_refused(self):
+    def test_rejected_calls(self):
         for seconds in ("soon", "-1", "1"):
             self.assertIn(
                 "SOURCE_DATE_EPOCH: ",

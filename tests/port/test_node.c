@@ -239,7 +239,7 @@ static void test_block_length_does_not_matter(void)
     }
 }
 
-static void test_nothing_now_is_idle_and_asked_again(void)
+static void test_nothing_now_is_idle_and_retried(void)
 {
     run_plain();
     const script_t script = {.block = 4U, .read_again = 2U, .send_again = 3U};
@@ -340,7 +340,7 @@ static void test_a_grid_and_a_trailing_window_end_properly(void)
     TEST_ASSERT_EQUAL_UINT64(87U, fake.sent[fake.sent_count - 1U].result.epoch);
 }
 
-static void test_done_is_final_and_read_is_left_alone(void)
+static void test_done_is_final_and_read_is_not_called_again(void)
 {
     run_plain();
     const size_t sent = fake.sent_count;
@@ -411,7 +411,7 @@ int main(void)
     RUN_TEST(test_every_sample_gets_a_result_in_every_channel_epoch_by_epoch);
     RUN_TEST(test_the_number_types_agree);
     RUN_TEST(test_block_length_does_not_matter);
-    RUN_TEST(test_nothing_now_is_idle_and_asked_again);
+    RUN_TEST(test_nothing_now_is_idle_and_retried);
     RUN_TEST(test_a_busy_bus_stops_reading_and_keeps_the_result);
     RUN_TEST(test_a_read_fault_is_counted_reported_and_stepped_over);
     RUN_TEST(test_a_send_fault_loses_that_result_only);
@@ -419,7 +419,7 @@ int main(void)
     RUN_TEST(test_a_gap_reaches_every_channel);
     RUN_TEST(test_a_channel_out_of_step_does_not_disturb_the_others);
     RUN_TEST(test_a_grid_and_a_trailing_window_end_properly);
-    RUN_TEST(test_done_is_final_and_read_is_left_alone);
+    RUN_TEST(test_done_is_final_and_read_is_not_called_again);
     RUN_TEST(test_counters_and_the_longest_step);
     RUN_TEST(test_a_port_without_clock_and_fault_works);
     return UNITY_END();

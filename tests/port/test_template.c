@@ -64,7 +64,7 @@ static void test_every_half_arrives_once_and_in_order(void)
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).gaps);
 }
 
-static void test_a_node_too_slow_for_the_transfer_sees_a_gap(void)
+static void test_a_node_too_slow_for_the_transfer_gets_a_gap(void)
 {
     transfer(0U);
     work();
@@ -77,7 +77,7 @@ static void test_a_node_too_slow_for_the_transfer_sees_a_gap(void)
     TEST_ASSERT_EQUAL_UINT32(2U * TEMPLATE_PORT_HALF, davar_health(&davar).missing);
 }
 
-static void test_a_result_waits_until_there_is_a_line(void)
+static void test_a_result_waits_for_the_line(void)
 {
     for (uint32_t half = 0U; half < 5U; half++) {
         transfer(half);
@@ -92,7 +92,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_nothing_comes_before_the_first_half);
     RUN_TEST(test_every_half_arrives_once_and_in_order);
-    RUN_TEST(test_a_node_too_slow_for_the_transfer_sees_a_gap);
-    RUN_TEST(test_a_result_waits_until_there_is_a_line);
+    RUN_TEST(test_a_node_too_slow_for_the_transfer_gets_a_gap);
+    RUN_TEST(test_a_result_waits_for_the_line);
     return UNITY_END();
 }

@@ -82,7 +82,7 @@ def listed(name):
         if line and not line.startswith("#")
     ]
     assert all(len(row) == 4 and all(row) for row in rows), (
-        "alarms.txt: proof | file | what Eva says | reason"
+        "alarms.txt: proof | file | Eva's message | reason"
     )
     return {(file, text) for proof, file, text, _ in rows if proof == name}
 

@@ -137,7 +137,7 @@ static void assert_quiet(const char *name, gyro_noise_t noise, uint32_t stride)
     assert_quiet_after(FIT_ALL, name, noise, stride);
 }
 
-static void test_noise_that_follows_the_model_is_left_alone(void)
+static void test_noise_that_follows_the_model_raises_no_alarm(void)
 {
     assert_quiet("white", (gyro_noise_t){.white = 1.0}, WINDOW);
     assert_quiet("white 1 + BI 0.1", (gyro_noise_t){.white = 1.0, .flicker = 0.1}, WINDOW);
@@ -167,7 +167,7 @@ static void test_the_rate_holds_whatever_fit_ran(void)
                        (gyro_noise_t){.white = 1.0, .quantization = 1.0}, WINDOW);
 }
 
-static void test_a_change_is_seen_whatever_fit_ran(void)
+static void test_a_change_is_detected_whatever_fit_ran(void)
 {
     const gyro_noise_t model = {.white = 1.0};
     const scenario_t louder = {{.white = 1.5}, model, 0.02, WINDOW, FIT_NOTHING};
@@ -176,7 +176,7 @@ static void test_a_change_is_seen_whatever_fit_ran(void)
     TEST_ASSERT_TRUE(run("white 1.5 + RRW 0.3 for white 1, white fit", &drift, 2000U).fast > 99.0);
 }
 
-static void test_a_large_change_is_seen_at_once_and_a_small_one_in_time(void)
+static void test_a_large_change_is_detected_immediately_and_a_small_one_in_time(void)
 {
     const gyro_noise_t model = {.white = 1.0};
     const scenario_t louder = {{.white = 1.5}, model, 0.02, WINDOW, FIT_ALL};
@@ -194,10 +194,10 @@ static void test_a_large_change_is_seen_at_once_and_a_small_one_in_time(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_noise_that_follows_the_model_is_left_alone);
+    RUN_TEST(test_noise_that_follows_the_model_raises_no_alarm);
     RUN_TEST(test_overlapping_windows_alarm_no_more_often);
     RUN_TEST(test_the_rate_holds_whatever_fit_ran);
-    RUN_TEST(test_a_change_is_seen_whatever_fit_ran);
-    RUN_TEST(test_a_large_change_is_seen_at_once_and_a_small_one_in_time);
+    RUN_TEST(test_a_change_is_detected_whatever_fit_ran);
+    RUN_TEST(test_a_large_change_is_detected_immediately_and_a_small_one_in_time);
     return UNITY_END();
 }

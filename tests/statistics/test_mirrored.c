@@ -92,7 +92,7 @@ static void honest(unsigned holds)
     TEST_ASSERT_LESS_OR_EQUAL_UINT(RECORDS * 974U / 1000U, holds);
 }
 
-static void test_intervals_near_the_ends_hold_the_truth(void)
+static void test_intervals_near_the_ends_contain_the_truth(void)
 {
     config = davar_default_config;
     config.window.mode = DAVAR_MODE_CENTRED;
@@ -125,6 +125,6 @@ static void test_intervals_near_the_ends_hold_the_truth(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_intervals_near_the_ends_hold_the_truth);
+    RUN_TEST(test_intervals_near_the_ends_contain_the_truth);
     return UNITY_END();
 }

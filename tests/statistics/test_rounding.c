@@ -173,7 +173,7 @@ static void test_the_fit_of_white_noise_alone(void)
 }
 
 /* Large noise: the same interval as without rounding, less q^2 / 12. */
-static void test_beside_large_noise_rounding_only_takes_its_variance_off(void)
+static void test_with_large_noise_rounding_only_subtracts_its_variance(void)
 {
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
@@ -228,7 +228,7 @@ static void test_a_walk_that_is_rounded_keeps_its_coefficient(void)
 }
 
 /* Slow noise of less than a count, which rounding turns into stairs: no number, but the reason. */
-static void test_what_stays_below_half_a_count_has_a_reason_and_a_limit(void)
+static void test_noise_below_half_a_count_has_a_reason_and_a_limit(void)
 {
     uint32_t taus[12];
     const davar_config_t config = config_of(600U, taus);
@@ -258,8 +258,8 @@ int main(void)
     RUN_TEST(test_means_where_rounding_is_furthest_from_its_average);
     RUN_TEST(test_long_windows);
     RUN_TEST(test_the_fit_of_white_noise_alone);
-    RUN_TEST(test_beside_large_noise_rounding_only_takes_its_variance_off);
+    RUN_TEST(test_with_large_noise_rounding_only_subtracts_its_variance);
     RUN_TEST(test_a_walk_that_is_rounded_keeps_its_coefficient);
-    RUN_TEST(test_what_stays_below_half_a_count_has_a_reason_and_a_limit);
+    RUN_TEST(test_noise_below_half_a_count_has_a_reason_and_a_limit);
     return UNITY_END();
 }

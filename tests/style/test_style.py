@@ -226,7 +226,7 @@ ROOM_FILES_MAX = {"lib/src": 12, "host_sim": 24}  # host_sim: a dozen pairs
 
 
 class Rooms(unittest.TestCase):
-    def test_rooms_know_each_other_one_way_and_hold_few_files(self):
+    def test_rooms_import_one_way_and_have_few_files(self):
         for house, rooms in ROOMS.items():
             with self.subTest(house=house):
                 self.check_house(house, rooms)
@@ -503,7 +503,7 @@ class Tree(unittest.TestCase):
             [f"{folder} {name}" for folder, name in there if f"{folder} {name}" not in built], []
         )
 
-    def test_the_version_is_written_once(self):
+    def test_the_version_has_one_definition(self):
         numbers = re.findall(r"#define DAVAR_VERSION_\w+ (\d+)", text_of(VERSION_HEADER))
         self.assertEqual(len(numbers), 3)
         version = re.compile(

@@ -70,7 +70,7 @@ class Cost(unittest.TestCase):
                     target_cost.offences(target, where / "paths.elf", roots, gaps=("window_gap",)),
                 )
 
-    def test_the_check_of_the_path_finds_what_is_there(self):
+    def test_the_check_of_the_path_finds_existing_calls(self):
         """The evaluation of a result divides in floating point, so the same check must fail for it."""
         for target in targets.BARE:
             where = targets.build(target)

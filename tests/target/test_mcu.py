@@ -122,7 +122,7 @@ class Mcu(unittest.TestCase):
             actual = self.command("davar-mcu", "--target", target, recording, *options)
             self.assertEqual(0, actual[0], actual[2])
             self.assertTrue(expected[1] == actual[1], f"{target}: other bytes than davar-sim's")
-            self.assertEqual(expected[2], actual[2], f"{target}: another weather than davar-sim's")
+            self.assertEqual(expected[2], actual[2], f"{target}: other counters than davar-sim's")
             return True
 
         PASSED.check(
@@ -175,12 +175,12 @@ class Mcu(unittest.TestCase):
                 actual = self.command("davar-mcu", "--target", "cortex-m3", self.short, *options)
                 self.assertEqual((2, "", expected[2]), actual)
 
-    def test_an_unknown_target_is_named(self):
+    def test_an_unknown_target_is_reported(self):
         status, output, error = self.command("davar-mcu", "--target", "z80", self.short)
         self.assertEqual((2, ""), (status, output))
         self.assertIn("found 'z80'", error)
 
-    def test_what_does_not_fit_the_device_is_said(self):
+    def test_a_job_too_large_for_the_device_is_reported(self):
         status, output, error = self.command(
             "davar-mcu",
             "--target",

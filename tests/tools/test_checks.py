@@ -163,7 +163,9 @@ class Parts(unittest.TestCase):
             self.assertEqual(6, len(ran))
 
     def test_the_result_of_a_suite_is_cached_until_its_bytes_change(self):
-        """Four tests of ctest: two that count cases, one that fails and one that reads its environment."""
+        """Four tests of ctest: two that count cases, one that fails and one that reads its
+        environment.
+        """
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder)
             (root / "build/log").mkdir(parents=True)
@@ -226,7 +228,7 @@ class Parts(unittest.TestCase):
                 [len(Path(root, f"{name}.runs").read_text()) // 2 for name in ("a", "b", "fails")],
             )
 
-    def test_what_two_parts_need_is_made_once_and_its_failure_is_that_of_both(self):
+    def test_a_shared_requirement_is_made_once_and_its_failure_fails_both_parts(self):
         made = []
 
         @runner.once

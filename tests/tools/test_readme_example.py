@@ -30,7 +30,7 @@ class ReadmeExample(unittest.TestCase):
     def test_the_example_is_short(self):
         self.assertLessEqual(len(examples()[0].splitlines()), LINES_MAX)
 
-    def test_the_first_example_measures_what_it_is_given(self):
+    def test_the_first_example_measures_its_input(self):
         noise = random.Random(1)
         counts = ", ".join(
             str(round(noise.gauss(0, 20))) for _ in range(6000)

@@ -105,7 +105,7 @@ static double level_of(uint32_t from, uint32_t to)
     return UNIT * sqrt(squares / ((to - from) * 0.9));
 }
 
-static void test_a_step_tells_both_levels(void)
+static void test_a_step_reports_both_levels(void)
 {
     uint32_t first = 0U;
     make_stream(1U, 2.0, 0.0);
@@ -125,7 +125,7 @@ static void test_a_step_tells_both_levels(void)
     TEST_ASSERT_DOUBLE_WITHIN(1e-8 * expected, expected, result.change.newer);
 }
 
-static void test_other_policies_tell_none(void)
+static void test_other_policies_report_no_change(void)
 {
     uint32_t first = 0U;
     make_stream(1U, 2.0, 0.0);
@@ -191,7 +191,7 @@ static void check_walk(bool wide)
     config.glr.long_cluster = 0U;
 }
 
-static void test_a_walk_is_seen_by_clusters_alone(void)
+static void test_only_clusters_detect_a_walk(void)
 {
     uint32_t first = 0U;
     check_walk(false);
@@ -202,7 +202,7 @@ static void test_a_walk_is_seen_by_clusters_alone(void)
 }
 
 /* Samples detect a step first; the clusters add nothing. */
-static void test_a_step_is_told_once(void)
+static void test_a_step_is_reported_once(void)
 {
     uint32_t first = 0U;
     make_stream(4U, 2.0, 0.0);
@@ -237,7 +237,7 @@ static void test_clusters_span_neither_shocks_nor_gaps(void)
 }
 
 /* A disabled channel costs nothing, and a bad setting is rejected. */
-static void test_clusters_are_there_when_asked_for(void)
+static void test_clusters_exist_on_request(void)
 {
     const size_t without = davar_memory_size_q15(&config);
     config.glr.long_cluster = 40U;
@@ -268,7 +268,7 @@ static bool write_cells(void *context, size_t offset, const void *data, size_t b
     return true;
 }
 
-static void test_a_restored_stream_tells_the_same(void)
+static void test_a_restored_stream_reports_the_same(void)
 {
     static const davar_storage_t storage = {read_cells, write_cells, NULL, 16384U};
     uint32_t first = 0U;
@@ -338,7 +338,7 @@ static void check_end(uint32_t stride, uint32_t count)
     TEST_ASSERT_EQUAL_UINT32(0U, davar_health(&davar).missed);
 }
 
-static void test_what_waits_at_the_end_goes_on(void)
+static void test_waiting_samples_continue_at_the_end(void)
 {
     for (uint32_t count = 3000U; count < 3025U; count++) {
         check_end(1U, count);
@@ -377,16 +377,16 @@ static void test_a_shock_at_the_end_is_left(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_a_step_tells_both_levels);
-    RUN_TEST(test_other_policies_tell_none);
+    RUN_TEST(test_a_step_reports_both_levels);
+    RUN_TEST(test_other_policies_report_no_change);
     RUN_TEST(test_a_sensor_that_is_stuck_has_level_0);
-    RUN_TEST(test_a_walk_is_seen_by_clusters_alone);
-    RUN_TEST(test_a_step_is_told_once);
+    RUN_TEST(test_only_clusters_detect_a_walk);
+    RUN_TEST(test_a_step_is_reported_once);
     RUN_TEST(test_clusters_span_neither_shocks_nor_gaps);
-    RUN_TEST(test_clusters_are_there_when_asked_for);
-    RUN_TEST(test_a_restored_stream_tells_the_same);
+    RUN_TEST(test_clusters_exist_on_request);
+    RUN_TEST(test_a_restored_stream_reports_the_same);
     RUN_TEST(test_intervals_of_a_chosen_window_are_wider);
-    RUN_TEST(test_what_waits_at_the_end_goes_on);
+    RUN_TEST(test_waiting_samples_continue_at_the_end);
     RUN_TEST(test_a_shock_at_the_end_is_left);
     return UNITY_END();
 }

@@ -57,7 +57,7 @@ class Adis16405(unittest.TestCase):
     """100 Hz, 2 h 46 min each."""
 
     @needs("adis16405_run1_static.csv.gz")
-    def test_nothing_in_the_static_run(self):
+    def test_no_alarm_in_the_static_run(self):
         self.assertEqual([], alarms("adis16405_run1_static.csv.gz"))
 
     @needs("adis16405_run4_knocks.csv.gz")

@@ -264,7 +264,7 @@ static void check_coverage(uint32_t stride)
     TEST_ASSERT_TRUE(coverage.young <= (0.02 * coverage.late));
 }
 
-static void test_intervals_hold_soon_after_a_change_at_every_stride(void)
+static void test_intervals_are_correct_soon_after_a_change_at_every_stride(void)
 {
     config.window.longest = 6000U;
     config.window.shortest = 20U;
@@ -312,7 +312,7 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_a_stride_changes_no_result);
     RUN_TEST(test_a_stride_changes_no_result_of_centred_windows);
-    RUN_TEST(test_intervals_hold_soon_after_a_change_at_every_stride);
+    RUN_TEST(test_intervals_are_correct_soon_after_a_change_at_every_stride);
     RUN_TEST(test_the_shortest_window_has_its_effect_at_every_stride);
     return UNITY_END();
 }

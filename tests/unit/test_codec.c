@@ -121,7 +121,7 @@ static void test_an_encoder_without_a_result_has_no_frame(void)
     TEST_ASSERT_FALSE(davar_encoder_next(&encoder, &frame));
 }
 
-static void test_identifiers_beyond_eleven_bits_are_refused(void)
+static void test_identifiers_beyond_eleven_bits_are_rejected(void)
 {
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, 0x7F0U, 0U, 0U));
     TEST_ASSERT_FALSE(davar_encoder_init(&encoder, &config, 0x7F1U, 0U, 0U));
@@ -151,7 +151,7 @@ static void test_a_health_counter_that_changed_goes_first(void)
     TEST_ASSERT_EQUAL(DAVAR_HEALTH_BUS_OFF + 1, next_health_item());
 }
 
-static void test_the_farewell_tells_every_counter(void)
+static void test_the_last_frames_send_every_counter(void)
 {
     uint32_t told = 0U;
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 2U, 3U));
@@ -231,7 +231,7 @@ static void seal(void)
     frame.data[0] = davar_frame_crc(&frame);
 }
 
-static void test_what_is_not_a_frame_of_ours_is_named(void)
+static void test_a_foreign_frame_is_reported(void)
 {
     frame = (davar_frame_t){.identifier = 0x5D4U, .length = 8U, .data = {0, 0, 15}};
     seal();
@@ -266,7 +266,7 @@ static davar_decode_status_t status_of(uint16_t identifier, uint8_t index, float
     return davar_decode(&frame, DAVAR_WIRE_BASE, &wire);
 }
 
-static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
+static void test_impossible_values_are_rejected_and_absent_ones_are_not(void)
 {
     static const uint16_t deviations[] = {0x5D0U, 0x5D3U, 0x5D4U};
     static const float good[] = {0.0F, 1e-29F, 3.0F, 9e29F, NAN};
@@ -289,7 +289,7 @@ static void test_values_that_cannot_be_are_refused_and_absent_ones_are_not(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, status_of(0x5D7U, DAVAR_MONITOR_HEALTH, -3.0F));
 }
 
-static void test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused(void)
+static void test_a_zero_rate_stride_cluster_or_window_is_rejected(void)
 {
     static const float bad[] = {0.0F, -100.0F, 1e-31F, INFINITY, NAN};
     TEST_ASSERT_EQUAL(DAVAR_DECODED, status_of(0x5D6U, DAVAR_SETUP_RATE, 100.0F));
@@ -343,7 +343,7 @@ static void test_every_value_of_an_fd_frame_is_looked_at(void)
 }
 
 /* Every session with every item of either message. */
-static void test_health_setup_and_end_tell_the_session(void)
+static void test_health_setup_and_end_contain_the_session(void)
 {
     for (uint32_t session = 0U; session < 256U; session++) {
         size_t told[DAVAR_MESSAGE_COUNT] = {0};
@@ -379,7 +379,7 @@ static void next_change(davar_change_item_t item)
     TEST_ASSERT_EQUAL_UINT32(512U, wire.change_m);
 }
 
-static void test_a_change_of_the_noise_is_told(void)
+static void test_a_change_of_the_noise_is_reported(void)
 {
     config.law = &davar_law_glr_q15;
     result.alarm = true;
@@ -509,7 +509,7 @@ static void test_slcan_text_goes_there_and_back(void)
     TEST_ASSERT_TRUE(slcan("t5D10"));
 }
 
-static void test_slcan_text_that_is_no_frame_is_refused(void)
+static void test_slcan_text_that_is_no_frame_is_rejected(void)
 {
     static const char *const bad[] = {
         "",      "t5D1",      "T5D10",        "t5G10",         "t5D1x",
@@ -562,7 +562,7 @@ static void test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_ot
     assert_raw(DAVAR_RAW_COUNT, 16U, 7, 0);
 }
 
-static void test_raw_rates_are_float32_and_what_cannot_be_is_refused(void)
+static void test_raw_rates_are_float32_and_impossible_ones_are_rejected(void)
 {
     static const float rates[] = {-2.5F, 0.0F, 1e-40F, 1e31F, -INFINITY, NAN};
     TEST_ASSERT_TRUE(davar_encoder_init(&encoder, &config, DAVAR_WIRE_BASE, 0U, DAVAR_SEND_RAW));
@@ -584,7 +584,7 @@ static void test_raw_rates_are_float32_and_what_cannot_be_is_refused(void)
     TEST_ASSERT_EQUAL(DAVAR_DECODE_VALUE, seen());
 }
 
-static void test_the_setup_tells_the_size_of_a_count_when_counts_are_sent(void)
+static void test_the_setup_contains_the_size_of_a_count_when_counts_are_sent(void)
 {
     bool told = false;
     config.unit_per_count = 0.05;
@@ -843,23 +843,23 @@ int main(void)
     RUN_TEST(test_an_encoder_without_a_result_has_no_frame);
     RUN_TEST(test_the_end_binds_the_frames_of_a_result);
     RUN_TEST(test_the_digest_is_fnv_1a);
-    RUN_TEST(test_identifiers_beyond_eleven_bits_are_refused);
+    RUN_TEST(test_identifiers_beyond_eleven_bits_are_rejected);
     RUN_TEST(test_a_health_counter_that_changed_goes_first);
-    RUN_TEST(test_the_farewell_tells_every_counter);
+    RUN_TEST(test_the_last_frames_send_every_counter);
     RUN_TEST(test_a_misfit_goes_over_the_wire_and_only_with_its_content);
     RUN_TEST(test_extreme_values_saturate_and_absent_ones_are_nan);
-    RUN_TEST(test_what_is_not_a_frame_of_ours_is_named);
-    RUN_TEST(test_values_that_cannot_be_are_refused_and_absent_ones_are_not);
-    RUN_TEST(test_a_rate_a_stride_a_cluster_and_a_window_of_nothing_are_refused);
+    RUN_TEST(test_a_foreign_frame_is_reported);
+    RUN_TEST(test_impossible_values_are_rejected_and_absent_ones_are_not);
+    RUN_TEST(test_a_zero_rate_stride_cluster_or_window_is_rejected);
     RUN_TEST(test_every_value_of_an_fd_frame_is_looked_at);
-    RUN_TEST(test_health_setup_and_end_tell_the_session);
+    RUN_TEST(test_health_setup_and_end_contain_the_session);
     RUN_TEST(test_a_result_of_garbage_makes_frames_that_every_receiver_takes);
     RUN_TEST(test_slcan_text_goes_there_and_back);
-    RUN_TEST(test_slcan_text_that_is_no_frame_is_refused);
-    RUN_TEST(test_a_change_of_the_noise_is_told);
+    RUN_TEST(test_slcan_text_that_is_no_frame_is_rejected);
+    RUN_TEST(test_a_change_of_the_noise_is_reported);
     RUN_TEST(test_raw_counts_go_in_pairs_where_they_are_narrow_and_follow_each_other);
-    RUN_TEST(test_raw_rates_are_float32_and_what_cannot_be_is_refused);
-    RUN_TEST(test_the_setup_tells_the_size_of_a_count_when_counts_are_sent);
+    RUN_TEST(test_raw_rates_are_float32_and_impossible_ones_are_rejected);
+    RUN_TEST(test_the_setup_contains_the_size_of_a_count_when_counts_are_sent);
     RUN_TEST(test_the_bits_of_a_result_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_coefficients_are_those_of_the_dbc);
     RUN_TEST(test_the_bits_of_an_fd_frame_are_those_of_the_dbc);

@@ -137,7 +137,7 @@ static void test_a_long_fraction_and_a_large_exponent_together(void)
     assert_like_strtod(text);
 }
 
-static void test_the_cursor_stops_behind_the_number(void)
+static void test_the_cursor_stops_after_the_number(void)
 {
     static const char *const TEXTS[] = {"1,2", "1 ",   "1.5\r", "1e",      "1e+",
                                         "1.e", "1..2", "1-2",   "1.5e3.7", "7dps"};
@@ -146,7 +146,7 @@ static void test_the_cursor_stops_behind_the_number(void)
     }
 }
 
-static void test_what_is_no_decimal_number_is_refused_and_nothing_is_touched(void)
+static void test_other_texts_than_decimal_numbers_are_rejected_without_effect(void)
 {
     static const char *const TEXTS[] = {"",    "-",   "+",    ".",  "-.", "e5", ".e5",
                                         "nan", "inf", "-inf", " 1", "x",  ",",  "+-1"};
@@ -210,8 +210,8 @@ int main(void)
     RUN_TEST(test_the_ends_of_the_range);
     RUN_TEST(test_very_long_numbers);
     RUN_TEST(test_a_long_fraction_and_a_large_exponent_together);
-    RUN_TEST(test_the_cursor_stops_behind_the_number);
-    RUN_TEST(test_what_is_no_decimal_number_is_refused_and_nothing_is_touched);
+    RUN_TEST(test_the_cursor_stops_after_the_number);
+    RUN_TEST(test_other_texts_than_decimal_numbers_are_rejected_without_effect);
     RUN_TEST(test_hexadecimal_is_read_as_its_leading_zero);
     RUN_TEST(test_random_numbers);
     return UNITY_END();

@@ -26,7 +26,7 @@ static void test_general_fit_agrees_with_the_short_cut(void)
     }
 }
 
-static void test_a_superfluous_term_is_taken_out_again(void)
+static void test_a_superfluous_term_is_removed(void)
 {
     const double walk[] = {0, 0, 0, 1.0, 0};
     set_octaves(600, 7);
@@ -40,7 +40,7 @@ static void test_a_superfluous_term_is_taken_out_again(void)
 }
 
 /* With flicker found first, the white noise of a short window may no longer be significant. */
-static void test_white_noise_that_does_not_stand_out_is_taken_out(void)
+static void test_insignificant_white_noise_is_removed(void)
 {
     const double flicker[] = {0, 1.0, 0.63, 0, 0};
     set_octaves(90, 4);
@@ -81,7 +81,7 @@ static void test_all_five_terms_are_found_from_white_noise_alone(void)
 }
 
 /* An exact mix of any terms: nothing is left for the absent ones. */
-static void test_beside_an_exact_mix_absent_terms_are_nothing(void)
+static void test_in_an_exact_mix_absent_terms_are_zero(void)
 {
     const double all[] = {300.0, 1.0, 4e-4, 3e-8, 3e-13};
     set_octaves(UINT32_C(1) << 24U, 22);
@@ -138,11 +138,11 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_general_fit_agrees_with_the_short_cut);
-    RUN_TEST(test_a_superfluous_term_is_taken_out_again);
-    RUN_TEST(test_white_noise_that_does_not_stand_out_is_taken_out);
+    RUN_TEST(test_a_superfluous_term_is_removed);
+    RUN_TEST(test_insignificant_white_noise_is_removed);
     RUN_TEST(test_an_uncertain_term_that_the_others_cannot_replace_stays);
     RUN_TEST(test_all_five_terms_are_found_from_white_noise_alone);
-    RUN_TEST(test_beside_an_exact_mix_absent_terms_are_nothing);
+    RUN_TEST(test_in_an_exact_mix_absent_terms_are_zero);
     RUN_TEST(test_degrees_of_freedom_of_one_term);
     return UNITY_END();
 }

@@ -79,7 +79,7 @@ static double weight_of(int kind, int t)
     return (double)plan.functional[kind][t] / DAVAR_FIT_FUNCTIONAL_ONE;
 }
 
-static void test_standard_errors_meet_the_full_covariance(void)
+static void test_standard_errors_match_the_full_covariance(void)
 {
     static const uint32_t m[] = {1, 2, 4, 7};
     const double white[] = {0, 1.0, 0, 0, 0};
@@ -126,7 +126,7 @@ int main(void)
 {
     UNITY_BEGIN();
     RUN_TEST(test_a_used_plan_gives_what_a_fresh_one_gives);
-    RUN_TEST(test_standard_errors_meet_the_full_covariance);
+    RUN_TEST(test_standard_errors_match_the_full_covariance);
     RUN_TEST(test_the_limit_of_the_misfit_is_five_standard_deviations);
     return UNITY_END();
 }

@@ -369,7 +369,7 @@ static void test_the_misfit_is_where_the_formula_puts_it(void)
 }
 
 /* A plan used at another sample rate is valid for this one. */
-static void test_one_plan_serves_two_rates(void)
+static void test_one_plan_is_valid_for_two_rates(void)
 {
     const double white[] = {0, 1.0, 0, 0, 0};
     set_octaves(600, 7);
@@ -381,7 +381,7 @@ static void test_one_plan_serves_two_rates(void)
 }
 
 /* A deviation of 0 among others stays 0, with its limits. */
-static void test_a_deviation_of_nothing_has_no_limits_beyond_it(void)
+static void test_a_deviation_of_zero_has_limits_of_zero(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U};
     set_taus(8U, m, 3U);
@@ -394,7 +394,7 @@ static void test_a_deviation_of_nothing_has_no_limits_beyond_it(void)
 
 /* A precomputed plan gives the same bits, and nothing if the window supports fewer sizes than it
  * has. */
-static void test_a_ready_plan_gives_the_same_or_nothing(void)
+static void test_a_precomputed_plan_gives_the_same_result_or_none(void)
 {
     random_t random = random_seeded(5U);
     unsigned white_noise = 0U;
@@ -422,7 +422,7 @@ static void test_a_ready_plan_gives_the_same_or_nothing(void)
                      (other > (TRIALS / 10U))); /* both cases occurred */
 }
 
-static void test_a_window_without_a_difference_says_nothing(void)
+static void test_a_window_without_a_difference_gives_no_values(void)
 {
     static const uint32_t m[] = {1U, 2U, 4U};
     set_taus(8U, m, 3U);
@@ -443,9 +443,9 @@ int main(void)
     UNITY_BEGIN();
     RUN_TEST(test_white_noise_or_not_is_decided_as_in_doubles);
     RUN_TEST(test_the_misfit_is_where_the_formula_puts_it);
-    RUN_TEST(test_a_ready_plan_gives_the_same_or_nothing);
-    RUN_TEST(test_a_window_without_a_difference_says_nothing);
-    RUN_TEST(test_one_plan_serves_two_rates);
-    RUN_TEST(test_a_deviation_of_nothing_has_no_limits_beyond_it);
+    RUN_TEST(test_a_precomputed_plan_gives_the_same_result_or_none);
+    RUN_TEST(test_a_window_without_a_difference_gives_no_values);
+    RUN_TEST(test_one_plan_is_valid_for_two_rates);
+    RUN_TEST(test_a_deviation_of_zero_has_limits_of_zero);
     return UNITY_END();
 }

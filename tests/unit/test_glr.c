@@ -484,7 +484,7 @@ static void compare_with_law(uint32_t block, uint32_t shock, uint32_t longest)
     TEST_ASSERT_GREATER_THAN_UINT32(BLOCKS / 500U, alarms);
 }
 
-static void test_every_decision_is_that_of_the_law_computed_anew(void)
+static void test_every_decision_equals_the_recomputed_law(void)
 {
     compare_with_law(10U, 2U, 6000U);
 }
@@ -499,7 +499,7 @@ static void test_so_it_is_with_other_blocks_shocks_and_windows(void)
 int main(void)
 {
     UNITY_BEGIN();
-    RUN_TEST(test_every_decision_is_that_of_the_law_computed_anew);
+    RUN_TEST(test_every_decision_equals_the_recomputed_law);
     RUN_TEST(test_so_it_is_with_other_blocks_shocks_and_windows);
     return UNITY_END();
 }

@@ -208,7 +208,7 @@ static void is_empty(const davar_spread_t *sum)
 
 /* The state is saved as bytes: none of the old content of the memory remains (except between the
  * fields). */
-static void test_a_reset_leaves_nothing_of_what_was(void)
+static void test_a_reset_clears_everything(void)
 {
     memset(&state, 0xA5, sizeof state);
     davar_glr_reset(&state);
@@ -366,7 +366,7 @@ int main(void)
     RUN_TEST(test_thresholds_of_every_block_are_the_formulas);
     RUN_TEST(test_constants_of_every_block_are_as_stated);
     RUN_TEST(test_constants_of_the_second_channel_are_as_stated);
-    RUN_TEST(test_a_reset_leaves_nothing_of_what_was);
+    RUN_TEST(test_a_reset_clears_everything);
     RUN_TEST(test_the_logarithm_is_the_formula_of_its_tables);
     RUN_TEST(test_the_state_is_small);
     RUN_TEST(test_a_level_is_the_root_of_the_mean);

@@ -87,7 +87,7 @@ static void test_the_limit_is_the_stated_share_for_every_number_of_taus(void)
     }
 }
 
-static void test_taus_are_matched_by_m_and_absent_ones_named(void)
+static void test_taus_are_matched_by_m_and_absent_ones_reported(void)
 {
     set_tau(1, 3U, 0.7, 40.0);
     result.tau[2].differences = 0U;
@@ -103,7 +103,7 @@ static void test_taus_are_matched_by_m_and_absent_ones_named(void)
     TEST_ASSERT_TRUE(misfit.health < 0.1);
 }
 
-static void test_nothing_to_compare_is_no_health(void)
+static void test_without_comparisons_there_is_no_health(void)
 {
     result.tau_count = 1;
     set_tau(0, 3U, 0.7, 40.0);
@@ -139,7 +139,7 @@ static void test_a_window_that_no_fit_explains_is_compared_too(void)
 }
 
 /* A value that is not an Allan deviation, from any source, is not compared. */
-static void test_what_is_no_allan_deviation_is_left_out(void)
+static void test_bad_allan_deviations_are_skipped(void)
 {
     static const double none[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, -1.0};
     for (size_t i = 0U; i < (sizeof none / sizeof none[0]); i++) {
@@ -227,7 +227,7 @@ static void test_overlap_weighs_as_much_as_it_brings(void)
 }
 
 /* With a memory of four windows a change is forgotten after some tens of windows. */
-static void test_what_is_over_is_forgotten(void)
+static void test_past_changes_are_forgotten(void)
 {
     set_tau(0, 1U, 3.0, 50.0);
     davar_monitor_update(&monitor, &result, &misfit);
@@ -256,7 +256,7 @@ static void assert_refused(davar_model_tau_t entry, uint8_t count, double memory
     TEST_ASSERT_FALSE(davar_monitor_init(&monitor, model, count, memory));
 }
 
-static void test_a_table_that_cannot_be_is_refused(void)
+static void test_an_impossible_table_is_rejected(void)
 {
     const double nan = (double)NAN;
     const double inf = (double)INFINITY;
@@ -279,17 +279,17 @@ int main(void)
     RUN_TEST(test_a_deviation_meets_the_published_quantiles);
     RUN_TEST(test_zero_and_huge_deviations_are_finite);
     RUN_TEST(test_the_limit_is_the_stated_share_for_every_number_of_taus);
-    RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_named);
-    RUN_TEST(test_nothing_to_compare_is_no_health);
+    RUN_TEST(test_taus_are_matched_by_m_and_absent_ones_reported);
+    RUN_TEST(test_without_comparisons_there_is_no_health);
     RUN_TEST(test_a_window_that_no_fit_explains_is_compared_too);
-    RUN_TEST(test_what_is_no_allan_deviation_is_left_out);
+    RUN_TEST(test_bad_allan_deviations_are_skipped);
     RUN_TEST(test_the_sign_and_the_worst_tau);
     RUN_TEST(test_health_is_the_largest_share_of_the_limit);
     RUN_TEST(test_a_tolerance_takes_an_alarm_away);
     RUN_TEST(test_the_mean_of_four_windows_deviates_twice_as_much);
     RUN_TEST(test_overlap_weighs_as_much_as_it_brings);
-    RUN_TEST(test_what_is_over_is_forgotten);
+    RUN_TEST(test_past_changes_are_forgotten);
     RUN_TEST(test_a_stream_that_starts_again_is_a_new_window);
-    RUN_TEST(test_a_table_that_cannot_be_is_refused);
+    RUN_TEST(test_an_impossible_table_is_rejected);
     return UNITY_END();
 }

@@ -274,7 +274,7 @@ static void run(bool is_wide, const davar_config_t *config)
     davar_reset(&davar);
     sum = before;
     run_stream(is_wide, config);
-    TEST_ASSERT_TRUE_MESSAGE(sum == first, "other bits behind a reset");
+    TEST_ASSERT_TRUE_MESSAGE(sum == first, "different bits after a reset");
 }
 
 static davar_config_t config_of(davar_policy_t policy, davar_mode_t mode, uint32_t stride)
@@ -403,7 +403,7 @@ static void test_fits_of_mixtures(void)
 
 /* Terms of any size, few cluster sizes, and each variance from nothing to twice its value: no
  * mixture explains it. */
-static void test_fits_of_what_hardly_fits(void)
+static void test_fits_of_unlikely_deviations(void)
 {
     for (uint32_t i = 0U; i < 800U; i++) {
         const uint8_t count = (uint8_t)(2U + (i % (OCTAVES - 1U)));
@@ -583,7 +583,7 @@ int main(void)
     RUN_TEST(test_frames);
 #if FLT_EVAL_METHOD == 0
     RUN_TEST(test_fits_of_mixtures);
-    RUN_TEST(test_fits_of_what_hardly_fits);
+    RUN_TEST(test_fits_of_unlikely_deviations);
 #endif
     return UNITY_END();
 }

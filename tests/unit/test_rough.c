@@ -108,7 +108,7 @@ static void test_contribution_against_one_bound_or_the_other(void)
 }
 
 /* With the paper's bounds the exact path is hardly ever needed. */
-static void test_the_usual_bounds_are_nearly_always_told(void)
+static void test_the_usual_bounds_are_nearly_always_decided(void)
 {
     uint32_t unsure = 0U;
     for (uint32_t i = 0U; i < TRIALS; i++) {
@@ -134,6 +134,6 @@ int main(void)
     RUN_TEST(test_kurtosis_against_one_bound_or_the_other);
     RUN_TEST(test_contribution_against_one_bound_or_the_other);
     RUN_TEST(test_bounds_of_no_use_are_left_to_the_exact_way);
-    RUN_TEST(test_the_usual_bounds_are_nearly_always_told);
+    RUN_TEST(test_the_usual_bounds_are_nearly_always_decided);
     return UNITY_END();
 }

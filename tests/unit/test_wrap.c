@@ -187,7 +187,7 @@ static void test_positions_wrap_unnoticed_where_edges_catch_up(void)
     test_positions_wrap_unnoticed_on_a_grid();
 }
 
-static void test_positions_wrap_unnoticed_behind_the_detector(void)
+static void test_positions_wrap_correctly_after_the_detector(void)
 {
     config.window.mode = DAVAR_MODE_TRAILING;
     config.law = &davar_law_glr_q15;
@@ -243,7 +243,7 @@ static void test_positions_wrap_unnoticed_in_centred_windows_of_the_detector(voi
 
 /* The record ends exactly at the wrap and anywhere in the half window after it: the last half
  * window is not lost. */
-static void test_a_record_that_ends_behind_the_wrap_is_flushed(void)
+static void test_a_record_that_ends_after_the_wrap_is_flushed(void)
 {
     for (uint32_t behind = 0U; behind < 35U; behind++) {
         setUp();
@@ -312,10 +312,10 @@ int main(void)
     RUN_TEST(test_positions_wrap_unnoticed_at_every_sample);
     RUN_TEST(test_positions_wrap_unnoticed_on_a_grid);
     RUN_TEST(test_positions_wrap_unnoticed_where_edges_catch_up);
-    RUN_TEST(test_positions_wrap_unnoticed_behind_the_detector);
+    RUN_TEST(test_positions_wrap_correctly_after_the_detector);
     RUN_TEST(test_blocks_wrap_unnoticed);
     RUN_TEST(test_positions_wrap_unnoticed_in_centred_windows_of_the_detector);
-    RUN_TEST(test_a_record_that_ends_behind_the_wrap_is_flushed);
+    RUN_TEST(test_a_record_that_ends_after_the_wrap_is_flushed);
     RUN_TEST(test_an_old_gap_is_forgotten);
     return UNITY_END();
 }

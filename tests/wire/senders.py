@@ -16,7 +16,9 @@ STATE, FD, END = 1, 8, 11
 
 @dataclass(eq=False)
 class Run:
-    """One run of a sender: its results in the order of time, each a list of frames (identifier, data)."""
+    """One run of a sender: its results in the order of time, each a list of frames (identifier,
+    data).
+    """
 
     results: list = field(default_factory=list)
 

@@ -259,7 +259,7 @@ class Codec(unittest.TestCase):
             channel=5,
         )
 
-    def test_policy_glr_says_what_it_has_found(self):
+    def test_policy_glr_reports_its_changes(self):
         self.check(
             9, 0, ["State", "Stationarity", "Arw", "Change", "Health", "Setup", "End"], channel=8
         )
@@ -294,7 +294,7 @@ class Codec(unittest.TestCase):
     def test_a_result_in_one_fd_frame(self):
         self.check(4, 15, ["ResultFd"] + ["Adev"] * 4 + ["Health", "Setup", "End"])
 
-    def test_a_channel_beyond_the_standard_identifiers_is_refused(self):
+    def test_a_channel_beyond_the_standard_identifiers_is_rejected(self):
         with self.assertRaises(subprocess.CalledProcessError):
             probe("encode", 1, 1, 0, 35)
 
@@ -396,7 +396,7 @@ class Codec(unittest.TestCase):
             elif message.name == "DAVAR_Health" and name not in ("Crc", "Counter", "Result"):
                 self.assertEqual(value, int(word[7]), name)
 
-    def test_damaged_and_foreign_frames_are_named(self):
+    def test_damaged_and_foreign_frames_are_reported(self):
         identifier, data, _ = next(results(6, 1, 0))[1][0]
         good = f"{identifier:03X}#{data.hex()}"
         damaged = f"{identifier:03X}#{bytes([data[0] ^ 1]).hex()}{data[1:].hex()}"

@@ -256,7 +256,7 @@ class Calls(Case):
             )
             self.assertGreater(refused + gone_on, 0)
 
-    def test_a_call_that_is_interrupted_or_cut_short_is_gone_on_with(self):
+    def test_an_interrupted_or_short_call_is_continued(self):
         for function, kind in GOES_ON:
             for n, done in self.every(function, kind):
                 with self.subTest(function=function, kind=kind, n=n):

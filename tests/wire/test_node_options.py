@@ -52,7 +52,7 @@ class BadOptions(unittest.TestCase):
         self.assertRegex(done.stderr, r"\Adavar-node: [^\n]+\n\Z")
         self.assertIn(wanted, done.stderr)
 
-    def test_a_bad_value_is_refused_and_its_option_named(self):
+    def test_a_bad_value_is_rejected_and_its_option_reported(self):
         for option, values in REFUSED.items():
             for value in values:
                 with self.subTest(option=option, value=value):
@@ -67,7 +67,7 @@ class BadOptions(unittest.TestCase):
         self.refused("unknown option '-x'", *GOOD, "-x")
         self.refused("unexpected argument 'more'", *GOOD, "more")
 
-    def test_what_must_be_said(self):
+    def test_required_notes(self):
         self.refused("--source: required")
         self.refused("--out: required", "--source", "-")
         self.refused("--rate: ", "--source", "-", "--out", "slcan:pty", "--lsb", "1")
@@ -86,11 +86,11 @@ class BadOptions(unittest.TestCase):
             "1",
         )
 
-    def test_a_pin_that_is_none(self):
+    def test_a_bad_pin(self):
         for option in ("--edges", "--alarm"):
             self.refused("CHIP:LINE expected, found 'five'", *GOOD, option, "five")
 
-    def test_help_says_that_there_is_one_channel(self):
+    def test_help_states_that_a_process_has_one_channel(self):
         done = node("--help")
         self.assertEqual((0, ""), (done.returncode, done.stderr))
         self.assertIn("One channel", done.stdout)

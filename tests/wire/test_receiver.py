@@ -72,7 +72,7 @@ class Stream:
 
 
 class Faults(unittest.TestCase):
-    def test_every_injected_fault_is_caught_and_named(self):
+    def test_every_injected_fault_is_detected_and_reported(self):
         source, receiver = random.Random(1), wire.Receiver()
         stream = Stream(receiver)
         stream.good(20)
@@ -135,7 +135,7 @@ class Faults(unittest.TestCase):
         behind_crc = [pattern << at for at in range(49) for pattern in range(1, 256)]
         self.assertEqual([], [hex(one) for one in behind_crc if passes(one)])
 
-    def test_what_passes_the_crc_is_what_the_documentation_says(self):
+    def test_faults_that_pass_the_crc_are_as_documented(self):
         found = [one for one in ASTRIDE if passes(one)]
         of_counter = [one for one in found if one >> 48 & 0x0F]
         three = list(itertools.combinations(range(64), 3))
@@ -146,7 +146,7 @@ class Faults(unittest.TestCase):
         self.assertEqual((5, 3), (len(found), len(of_counter)))
         self.assertIn(f"{passed} of {len(three)} errors of three bits", WIRE_MD)
 
-    def test_what_passes_in_a_frame_of_64_bytes_is_what_the_documentation_says(self):
+    def test_undetected_faults_in_a_frame_of_64_bytes_are_as_documented(self):
         alone = []
         for bit in range(512):
             data = bytearray(64)
@@ -157,7 +157,7 @@ class Faults(unittest.TestCase):
         passed = sum(a == b for a, b in pairs)
         self.assertIn(f"{passed} of {len(pairs)} errors of two bits", WIRE_MD)
 
-    def test_a_burst_that_passes_the_crc_is_seen_by_counter_or_result(self):
+    def test_a_burst_that_passes_the_crc_is_detected_by_counter_or_result(self):
         for pattern in filter(passes, ASTRIDE):
             receiver = wire.Receiver()
             for n in range(20):

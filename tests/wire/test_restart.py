@@ -22,7 +22,9 @@ CONTENTS = (0, 3, 7, 8)
 
 
 def meaning(frame):
-    """{name: value} of a frame, straight from the DBC; multiplexed values carry their index in their name."""
+    """{name: value} of a frame, straight from the DBC; multiplexed values carry their index in
+    their name.
+    """
     signals = DBC.decode_message(frame[0], frame[1])
     index = signals.get("TauIndex", "") if "AdevDps" in signals else ""
     return {f"{name}{index}": str(value) for name, value in signals.items()}
@@ -93,14 +95,14 @@ class Restart(unittest.TestCase):
             (120, 1, 0), (len(found), receiver.faults.restarts, receiver.faults.total())
         )
 
-    def test_a_sender_that_tells_no_session_is_known_by_its_epoch(self):
+    def test_a_sender_without_session_is_identified_by_its_epoch(self):
         for first, second in ((60, 60), (3, 60), (1, 2), (17, 40)):
             runs = [run(1, first, session=0), run(2, second, session=0)]
             receiver, found = receive(frames(runs[0]) + frames(runs[1]))
             self.check(runs, found)
             self.assertEqual((first + second, 1), (len(found), receiver.faults.restarts))
 
-    def test_a_sender_whose_epoch_goes_on_is_known_by_its_session(self):
+    def test_a_sender_whose_epoch_continues_is_identified_by_its_session(self):
         """A restored state, or a restart after a long silence."""
         runs = [run(1, 20, session=7), run(2, 20, session=8, first=2000)]
         receiver, found = receive(frames(runs[0]) + frames(runs[1]))
@@ -236,7 +238,7 @@ class Restart(unittest.TestCase):
 
 
 class Damage(unittest.TestCase):
-    def test_values_that_cannot_be_are_refused_and_counted(self):
+    def test_impossible_values_are_rejected_and_counted(self):
         def sealed(identifier, payload):
             return bytes([wire.crc(identifier, b"\0" + payload)]) + payload
 
@@ -263,7 +265,7 @@ class Damage(unittest.TestCase):
                     (hex(identifier), value),
                 )
 
-    def test_what_three_to_six_bit_errors_bring_past_the_crc_is_in_range(self):
+    def test_values_of_three_to_six_bit_errors_that_pass_the_crc_are_in_range(self):
         """Python's receiver and the device's decoder reject the same frames, and no impossible
         number passes.
         """

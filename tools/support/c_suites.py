@@ -39,7 +39,9 @@ FUZZ = {
 
 
 def use_ccache(variables):
-    """Lets every build by CMake share its objects through ccache, also those in temporary copies of the tree."""
+    """Lets every build by CMake share its objects through ccache, also those in temporary copies of
+    the tree.
+    """
     if not shutil.which("ccache"):
         return
     variables.setdefault("CMAKE_C_COMPILER_LAUNCHER", "ccache")
@@ -103,7 +105,9 @@ def unity_tally(name, output, status):
 
 
 def cache_keys(preset, chosen):
-    """{test: key of its program}, for tests that read nothing: their results depend on their own bytes and the C library's."""
+    """{test: key of its program}, for tests that read nothing: their results depend on their own
+    bytes and the C library's.
+    """
     if "DAVAR_TEST_SEED" in os.environ:
         return {}
     listed = subprocess.run(
@@ -125,7 +129,9 @@ def cache_keys(preset, chosen):
 
 
 def ctest(preset, variables=None):
-    """Runs the suites of a build, except those with a cached result. Builds that measure coverage run them all."""
+    """Runs the suites of a build, except those with a cached result. Builds that measure coverage
+    run them all.
+    """
     build(preset)
     chosen = ["--label-exclude", LEFT_OUT[preset]] if preset in LEFT_OUT else []
     cache, tally = result_cache.ResultCache(BUILD / "cache/ctest"), Tally()
@@ -245,7 +251,9 @@ def mcdc():
 
 
 def fuzz(name):
-    """Runs one target on its corpus, then a fixed number of times from a seed. A failure leaves its input in build/log."""
+    """Runs one target on its corpus, then a fixed number of times from a seed. A failure leaves its
+    input in build/log.
+    """
     runs, longest = FUZZ[name]
     target, corpus = program(f"tests/fuzz/fuzz_{name}", "fuzz"), BUILD / f"fuzz/corpus/{name}"
     must_run(
@@ -309,7 +317,9 @@ def mutants(python):
         return tally
     status, output = run([python(), "-B", *command], "mutants.log")
     done = re.search(
-        r"^(\d+) mutants asked, (\d+) neither killed nor listed, (\d+) listed", output, re.MULTILINE
+        r"^(\d+) mutants tested, (\d+) neither killed nor listed, (\d+) listed",
+        output,
+        re.MULTILINE,
     )
     if not done:
         raise Broken(output)

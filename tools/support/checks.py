@@ -1,4 +1,5 @@
-"""The parts of tools/test: what each runs, in which gear, and which Debian packages it needs. Called by tools/test.
+"""The parts of tools/test: what each runs, in which gear, and which Debian packages it needs.
+Called by tools/test.
 
 Standard library only.
 """

@@ -33,7 +33,9 @@ def text_of(key, root):
 
 
 def read_exceptions(path):
-    """Lines `file | decision | C1 C3 .. | reason`; # starts a comment. Returns a Counter of (file, decision, condition)."""
+    """Lines `file | decision | C1 C3 .. | reason`; # starts a comment. Returns a Counter of (file,
+    decision, condition).
+    """
     exceptions = Counter()
     for line in path.read_text().splitlines():
         if line and not line.startswith("#"):

@@ -1,4 +1,6 @@
-"""Runs the Python suites of tests/ and makes the environments that they need. Standard library only."""
+"""Runs the Python suites of tests/ and makes the environments that they need. Standard library
+only.
+"""
 
 import atexit
 import os
@@ -94,8 +96,10 @@ def wire_python():
 
 
 def lab():
-    """The lab's own Python, for modules that import the lab. Also builds what the commands in tools/ build on their first use,
-    because all modules would otherwise find it missing at the same time."""
+    """The lab's own Python, for modules that import the lab. Also builds what the commands in
+    tools/ build on their first use, because all modules would otherwise find it missing at the same
+    time.
+    """
     python = set_up(
         "build tools && build tools davar_lab && python_environment venv-lab tools/requirements-lab.txt",
         "tools.log",

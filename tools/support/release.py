@@ -63,7 +63,9 @@ def project():
 
 
 def check_changes(changes, number, draft):
-    """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for a draft, [Unreleased] is enough."""
+    """CHANGELOG.md must have a dated section of this version, in the form of Keep a Changelog; for
+    a draft, [Unreleased] is enough.
+    """
     wanted = [rf"\[{re.escape(number)}\] - \d{{4}}-\d\d-\d\d"] + (
         [r"\[Unreleased\]"] if draft else []
     )

@@ -162,7 +162,9 @@ def show(name, results):
 
 
 def run_parts(parts, times=None):
-    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last job is done."""
+    """Runs the jobs of these parts {name: jobs}, the longest first, and prints a part when its last
+    job is done.
+    """
     total, taken = Tally(), {}
     jobs = [
         (times.expected(named(part, job)) if times else 0, part, number)

@@ -38,7 +38,9 @@ def commands():
 
 
 def run(command, folder):
-    """Runs a command of the tutorial in a folder where build/ may be written; returns what it printed."""
+    """Runs a command of the tutorial in a folder where build/ may be written; returns what it
+    printed.
+    """
     (folder / "build").mkdir(exist_ok=True)
     words = [str(ROOT / word) if word.startswith(("tools/", "data/")) else word for word in command]
     done = subprocess.run(
