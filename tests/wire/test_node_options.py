@@ -93,8 +93,8 @@ class BadOptions(unittest.TestCase):
     def test_help_states_that_a_process_has_one_channel(self):
         done = node("--help")
         self.assertEqual((0, ""), (done.returncode, done.stderr))
-        self.assertIn("One channel", done.stdout)
-        self.assertEqual([], [line for line in done.stdout.splitlines() if len(line) > 120])
+        self.assertIn("One process handles one channel", done.stdout)
+        self.assertEqual([], [line for line in done.stdout.splitlines() if len(line) > 100])
 
 
 if __name__ == "__main__":
