@@ -53,8 +53,8 @@ static void count(gateway_t *gateway, davar_health_item_t item, uint32_t by)
     *counter = (by < UINT32_MAX - *counter) ? *counter + by : UINT32_MAX;
 }
 
-/* Waits for one data-ready edge. Returns true at once without a data-ready line. A lost edge skips
- * its line of a recorded file. */
+/* Waits for one data-ready edge. Returns true immediately without a data-ready line. A lost edge
+ * skips its line of a recorded file. */
 static bool wait_edge(gateway_t *gateway)
 {
     uint32_t lost = 0;
@@ -155,6 +155,15 @@ static davar_port_send_t send_result(void *context, size_t channel, const davar_
     return DAVAR_PORT_SEND_DONE;
 }
 
+/* Puts the option before a message of the port. Returns false. */
+static bool fail_option(const char *option, char *why)
+{
+    char message[WHY_BYTES];
+    (void)snprintf(message, sizeof message, "%s: %s", option, why);
+    memcpy(why, message, sizeof message);
+    return false;
+}
+
 static bool open_pins(gateway_t *gateway, char *why)
 {
     const node_settings_t *settings = &gateway->settings;
@@ -169,8 +178,10 @@ static bool open_pins(gateway_t *gateway, char *why)
     }
     gateway->alarm.on_samples = (uint64_t)(settings->alarm_on_s * settings->config.rate_hz);
     gateway->alarm.off_samples = (uint64_t)(settings->alarm_off_s * settings->config.rate_hz);
-    return ((settings->edges == NULL) || (gateway->edges != NULL)) &&
-           ((settings->alarm == NULL) || (gateway->pin != NULL));
+    if ((settings->edges != NULL) && (gateway->edges == NULL)) {
+        return fail_option("--edges", why);
+    }
+    return (settings->alarm == NULL) || (gateway->pin != NULL) || fail_option("--alarm", why);
 }
 
 static bool open_link(gateway_t *gateway, char *why)
@@ -192,7 +203,7 @@ static bool open_link(gateway_t *gateway, char *why)
     if ((gateway->outbox.link != NULL) && (strcmp(settings->out, "slcan:pty") == 0)) {
         (void)fprintf(stderr, "davar-node: slcan on %s\n", davar_link_name(gateway->outbox.link));
     }
-    return gateway->outbox.link != NULL;
+    return (gateway->outbox.link != NULL) || fail_option("--out", why);
 }
 
 static bool start_library(gateway_t *gateway, char *why)

@@ -63,7 +63,7 @@ static const char *const HELP[] = {
     "  --alarm-off S     seconds of stable noise before the line falls (default 1)\n"
     "  --help\n"
     "\n"
-    "If the link is lost, davar-node waits for it to return. DAVAR_Health counts results that\n"
+    "If the link is lost, davar-node waits for it to return. DAVAR_Health counts frames that\n"
     "could not be sent. The program ends at the end of the source or on SIGINT or SIGTERM.\n"
     "Before it exits, it sends every counter once more.\n"
     "Exit status: 0 done, 2 bad option or source.\n",

@@ -30,7 +30,8 @@ typedef struct {
 static bool fail_short(const run_t *run, sim_error_t *error)
 {
     return sim_fail(error,
-                    "%s: too short: %" PRIu64 " samples, but one epoch needs at least %" PRIu64,
+                    "%s: too short: %" PRIu64 " samples, but one epoch needs at least %" PRIu64
+                    " (see --window-max)",
                     run->options->recording, run->recording.rows,
                     settings_samples_needed(&run->settings.config));
 }

@@ -4,7 +4,6 @@
 #include "davar/version.h"
 
 /* In parts, because C99 compilers need not support longer literals. */
-/* In parts, because C99 compilers need not support longer literals. */
 static const char *const TEXT[] = {
     "usage: davar-sim REC [options]\n"
     "\n"

@@ -64,8 +64,8 @@ bool output_raw(output_t *output, const raw_run_t *run, sim_error_t *error)
 
 bool output_finish(output_t *output, sim_error_t *error)
 {
-    const bool told = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
-    return told && rows_out_take(&output->text, true, error);
+    const bool is_sent = (output->format != OUT_LINK) || wire_out_finish(&output->wire, error);
+    return is_sent && rows_out_take(&output->text, true, error);
 }
 
 void output_close(output_t *output)

@@ -59,9 +59,9 @@ bool wire_out_open(wire_out_t *wire, const options_t *options, const engine_t *e
 /* True while it makes sense to wait: indefinitely for a reader, at most STUCK_S for a bus. */
 static bool wait_for_room(const wire_out_t *wire, double since_s)
 {
-    const bool nobody_yet = !davar_link_is_up(wire->link);
+    const bool no_reader_yet = !davar_link_is_up(wire->link);
     davar_link_wait(wire->link, WAIT_MS);
-    return nobody_yet || (sim_clock_s() - since_s < STUCK_S);
+    return no_reader_yet || (sim_clock_s() - since_s < STUCK_S);
 }
 
 static bool send_frame(const wire_out_t *wire, const davar_frame_t *frame, sim_error_t *error)

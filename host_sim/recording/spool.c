@@ -31,7 +31,7 @@ static bool make_unnamed(spool_t *spool, char *path, sim_error_t *error)
     return (unlink(path) == 0) ? true : fail_file(error, "cannot unlink");
 }
 
-/* Signals are blocked while the file has a name; otherwise it could stay behind. */
+/* Signals are blocked while the file has a name; otherwise the file could remain. */
 static bool open_unnamed(spool_t *spool, sim_error_t *error)
 {
     char path[4096];

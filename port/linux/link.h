@@ -30,8 +30,8 @@ struct davar_link {
     uint64_t retry_ms;
     size_t pending; /* tty: characters that a short write did not send */
     char text[LINK_TEXT_BYTES];
-    size_t heard; /* tty: characters of the line being received */
-    bool odd;     /* tty: the line is not SLCAN */
+    size_t received; /* tty: characters of the line being received */
+    bool odd;        /* tty: the line is not SLCAN */
     uint32_t count[DAVAR_HEALTH_COUNT];
 };
 

@@ -146,16 +146,16 @@ static davar_port_send_t send_tty(davar_link_t *link, const davar_frame_t *frame
 }
 
 /* Commands of an SLCAN host (O, C, S6, V, t..., and their answers) do not count as noise. */
-static void hear(davar_link_t *link, unsigned char byte)
+static void receive(davar_link_t *link, unsigned char byte)
 {
     link->odd = link->odd || ((byte != '\r') && (byte != '\n') && !isalnum(byte)) ||
-                (link->heard > LINE_MAX_SLCAN);
+                (link->received > LINE_MAX_SLCAN);
     if (byte != '\r') {
-        link->heard++;
+        link->received++;
         return;
     }
-    link_count(link, DAVAR_HEALTH_NOISE_BYTES, link->odd ? (uint32_t)link->heard : 0U);
-    link->heard = 0;
+    link_count(link, DAVAR_HEALTH_NOISE_BYTES, link->odd ? (uint32_t)link->received : 0U);
+    link->received = 0;
     link->odd = false;
 }
 
@@ -168,7 +168,7 @@ static void poll_tty(davar_link_t *link)
     }
     while ((got = read(link->descriptor, bytes, sizeof bytes)) > 0) {
         for (ssize_t i = 0; i < got; i++) {
-            hear(link, bytes[i]);
+            receive(link, bytes[i]);
         }
     }
     if (!link->make_pty &&

@@ -192,8 +192,8 @@ class Arithmetic(SimCase):
                 for name in ("adev_1", "adev_2", "adev_4"):
                     self.assertAlmostEqual(1.0, float(a[name]) / float(b[name]), delta=1e-6)
 
-    def test_the_chosen_count_size_is_said(self):
-        self.assertIn("note: no --lsb: counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr)
+    def test_the_chosen_count_size_is_reported(self):
+        self.assertIn("note: no --lsb: using counts of 2^-", self.sim(self.path, *SMALL_WINDOW).stderr)
         self.assertEqual("", self.sim(self.path, *SMALL_WINDOW, *LSB).stderr)
 
     def test_zeros_only(self):

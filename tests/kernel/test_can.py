@@ -103,7 +103,7 @@ class Link(KernelCase):
             self.refused(SIM, *REPLAY, "--out", "can:can9"),
         )
         self.assertEqual(
-            "davar-node: can:can9: No such device\n",
+            "davar-node: --out: can:can9: No such device\n",
             self.refused(NODE, "--source", "-", "--rate", 100, "--lsb", 1, "--out", "can:can9"),
         )
 

@@ -26,10 +26,10 @@ REFUSED = {
     "--source": ["/nonexistent", "/", "", "value:/etc/hostname"],
 }
 LINKS = {
-    "can:": "can:IFACE or slcan:PATH expected, found 'can:'",
-    "lin:0": "can:IFACE or slcan:PATH expected",
-    "slcan:/nonexistent": "slcan:/nonexistent: No such file or directory",
-    "slcan:/dev/null": "slcan:/dev/null: ",
+    "can:": "--out: can:IFACE or slcan:PATH expected, found 'can:'",
+    "lin:0": "--out: can:IFACE or slcan:PATH expected",
+    "slcan:/nonexistent": "--out: slcan:/nonexistent: No such file or directory",
+    "slcan:/dev/null": "--out: slcan:/dev/null: ",
     "can:a_name_that_is_too_long": "no interface has such a long name",
 }
 
@@ -76,7 +76,7 @@ class BadOptions(unittest.TestCase):
     def test_a_link_that_cannot_be(self):
         for out, why in LINKS.items():
             self.refused(why, *GOOD, "--out", out)
-        self.refused("a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
+        self.refused("--out: slcan:pty: a serial line carries no CAN FD frames", *GOOD, "--content", "fd")
         self.refused(
             "channel 1 does not fit into 11-bit identifiers",
             *GOOD,
@@ -88,7 +88,7 @@ class BadOptions(unittest.TestCase):
 
     def test_a_bad_pin(self):
         for option in ("--edges", "--alarm"):
-            self.refused("CHIP:LINE expected, found 'five'", *GOOD, option, "five")
+            self.refused(f"{option}: CHIP:LINE expected, found 'five'", *GOOD, option, "five")
 
     def test_help_states_that_a_process_has_one_channel(self):
         done = node("--help")
